@@ -1,0 +1,55 @@
+# `make` lists the targets. PYTHON selects the interpreter that makes the environment (3.11 to 3.13).
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
+CHECKED := src tests benchmarks
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test lint format benchmark clean
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+demo: $(VENV)/installed demo/m2.toml ## install into .venv, run the stop maneuver of the antenna M2, write figures to demo/m2
+	@$(BIN)/tautflex run demo/m2.toml -o demo/m2
+
+test: $(VENV)/tools lint ## install the test tools; check format, lint, types, import contract; run all tests
+	$(BIN)/pytest
+
+lint: $(VENV)/tools ## check format, lint rules, types and the import contract
+	$(BIN)/ruff format --check $(CHECKED)
+	$(BIN)/ruff check $(CHECKED)
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(VENV)/tools ## rewrite the sources in the house format
+	$(BIN)/ruff format $(CHECKED)
+	$(BIN)/ruff check --fix $(CHECKED)
+
+benchmark: $(VENV)/installed ## measure the cost of one implicit step (benchmarks/step_cost.py)
+	$(BIN)/python benchmarks/step_cost.py
+
+clean: ## remove the environment, caches and demo results
+	rm -rf $(VENV) demo build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# An existing case is never rewritten: it may carry the reader's own changes.
+demo/m2.toml: | $(VENV)/installed
+	@mkdir -p demo
+	@$(BIN)/tautflex init demo/m2.toml
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' || \
+	  { echo "tautflex needs Python 3.11 to 3.13; choose one with: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV)
+
+$(VENV)/installed: pyproject.toml constraints.txt | $(BIN)/python
+	@echo "Installing tautflex into $(VENV) (a minute or two, once) ..."
+	@$(PIP) install --constraint constraints.txt --editable .
+	@touch $@
+
+$(VENV)/tools: $(VENV)/installed
+	@echo "Installing the test tools into $(VENV) ..."
+	@$(PIP) install --constraint constraints.txt --editable '.[dev]'
+	@touch $@

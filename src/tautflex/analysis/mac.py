@@ -1,0 +1,118 @@
+"""Modal assurance criterion between sets of shapes, and its ranked table [paper, eq. (54), Table 3]."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from tautflex.errors import InputError
+
+
+def mac(a: xr.DataArray | ArrayLike, b: xr.DataArray | ArrayLike) -> NDArray[np.float64]:
+    """Return the modal assurance criterion of every shape of ``a`` with every shape of ``b``.
+
+    |p^T q|^2 / (p^T p  q^T q) [paper, eq. (54)]: 1 for shapes that differ only by a factor, 0 for
+    orthogonal ones.
+
+    Parameters
+    ----------
+    a, b
+        Shapes (n, dof), (n, node, 3), or a single shape (dof,) or (node, 3) as DataArray or array. A
+        DataArray counts its dimension ``mode`` as n. An array with two axes is read as (n, dof) unless it
+        is (node, 3) and the other argument has three axes.
+
+    Returns
+    -------
+    ndarray (n_a, n_b)
+        Values in [0, 1].
+
+    Raises
+    ------
+    InputError
+        If the shapes do not have the same number of entries, are not finite, or one of them is zero.
+    """
+    nodal = max(np.ndim(a), np.ndim(b)) == 3
+    first, second = _rows("a", a, nodal), _rows("b", b, nodal)
+    if first.shape[1] != second.shape[1]:
+        raise InputError(
+            f"b: expected shapes of {first.shape[1]} entries like those of a, got {second.shape[1]}; "
+            "compare shapes on the same nodes and components"
+        )
+    return np.asarray(np.clip((first @ second.T) ** 2, 0.0, 1.0), dtype=np.float64)
+
+
+def mac_table(shape: xr.DataArray | ArrayLike, modes: xr.Dataset, count: int = 5) -> xr.Dataset:
+    """Rank the normal modes by their similarity with one shape [paper, Table 3].
+
+    Parameters
+    ----------
+    shape
+        One shape (node, 3), e.g. the dominant shape of a run.
+    modes
+        Dataset of modes with ``shape(mode, node, component)``.
+    count
+        Number of modes to list.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``rank`` = 1..count: ``mode`` (number), ``mac``, ``cumulative`` (sum of ``mac`` so far, at most
+        1 if the shapes are orthogonal) and, where ``modes`` has it, ``frequency`` [Hz].
+
+    Raises
+    ------
+    InputError
+        If ``modes`` has no shapes, ``count`` is below 1, or the shapes do not fit together.
+    """
+    if "shape" not in modes or "mode" not in modes["shape"].dims:
+        raise InputError(
+            "modes: expected a variable 'shape' (mode, node, component), got "
+            f"{sorted(map(str, modes.data_vars))}; pass solve_modes(state).to_dataset()"
+        )
+    if count < 1:
+        raise InputError(f"count: expected a whole number of at least 1, got {count!r}")
+    shapes = modes["shape"].transpose("mode", ...)
+    values = mac(
+        np.asarray(shape, dtype=np.float64).reshape(1, -1), shapes.values.reshape(shapes.shape[0], -1)
+    )[0]
+    order = np.argsort(-values, kind="stable")[:count]
+    numbers = modes["mode"].values if "mode" in modes.coords else np.arange(1, values.size + 1)
+    table = xr.Dataset(
+        {
+            "mode": ("rank", numbers[order], {"units": "1", "long_name": "number of the normal mode"}),
+            "mac": ("rank", values[order], {"units": "1", "long_name": "modal assurance criterion"}),
+            "cumulative": (
+                "rank",
+                np.cumsum(values[order]),
+                {"units": "1", "long_name": "cumulative criterion"},
+            ),
+        },
+        {"rank": ("rank", np.arange(1, order.size + 1), {"long_name": "rank"})},
+    )
+    if "frequency" in modes:
+        frequency = modes["frequency"].values[order]
+        table["frequency"] = ("rank", frequency, {"units": "Hz", "long_name": "natural frequency"})
+    return table
+
+
+def _rows(name: str, shapes: xr.DataArray | ArrayLike, nodal: bool) -> NDArray[np.float64]:
+    """Shapes as rows of unit length."""
+    if isinstance(shapes, xr.DataArray):
+        single = "mode" not in shapes.dims
+        array = np.asarray(
+            shapes.values if single else shapes.transpose("mode", ...).values, dtype=np.float64
+        )
+    else:
+        array = np.asarray(shapes, dtype=np.float64)
+        single = array.ndim == 1 or (array.ndim == 2 and nodal and array.shape[1] == 3)
+    if array.ndim == 0 or array.size == 0:
+        raise InputError(f"{name}: expected shapes (n, dof) or (n, node, 3), got shape {array.shape}")
+    rows = array.reshape(1, -1) if single else array.reshape(array.shape[0], -1)
+    length = np.linalg.norm(rows, axis=1)
+    if not np.all(np.isfinite(length)) or np.any(length == 0.0):
+        bad = int(np.flatnonzero(~(np.isfinite(length) & (length > 0.0)))[0])
+        raise InputError(
+            f"{name}: expected finite shapes that are not zero, got length {length[bad]} for shape {bad}"
+        )
+    return np.asarray(rows / length[:, None], dtype=np.float64)

@@ -1,0 +1,91 @@
+"""One record of one quantity, sampled uniformly in time: the input of the spectrum and the scalogram."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from tautflex.checks import float_array, positive
+from tautflex.errors import InputError
+
+Record: TypeAlias = xr.DataArray | tuple[ArrayLike, float]
+"""A DataArray over ``time`` [s], or a pair (values, time_step [s])."""
+
+
+class UniformRecord(NamedTuple):
+    """A checked record: values and time [s] (sample,), time step [s], unit and name of the values."""
+
+    values: NDArray[np.float64]
+    time: NDArray[np.float64]
+    time_step: float
+    units: str
+    name: str
+
+
+def uniform_record(record: Record, *, samples: int = 4) -> UniformRecord:
+    """Check a record and return its samples, times and constant time step.
+
+    Parameters
+    ----------
+    record
+        DataArray with the single dimension ``time`` [s], or (values (sample,), time_step [s]).
+    samples
+        Fewest samples that the question asked needs.
+
+    Returns
+    -------
+    UniformRecord
+        Copies of nothing: the arrays may share memory with ``record``.
+
+    Raises
+    ------
+    InputError
+        If the record has other dimensions than ``time``, is too short, holds a number that is not finite,
+        or is not sampled uniformly.
+    """
+    if isinstance(record, xr.DataArray):
+        checked = _from_data_array(record)
+    elif isinstance(record, tuple) and len(record) == 2:
+        step = positive("time_step", record[1], remedy="give the sampling interval in seconds")
+        values = float_array("record", record[0], (None,))
+        checked = UniformRecord(values, np.arange(values.size, dtype=np.float64) * step, step, "", "record")
+    else:
+        raise InputError(
+            "record: expected an xarray DataArray over time or a pair (values, time_step), "
+            f"got {type(record).__name__}; try run.data.w.sel(probe='A')"
+        )
+    if checked.values.size < samples:
+        raise InputError(
+            f"record: expected at least {samples} samples, got {checked.values.size}; "
+            "simulate longer or store more steps"
+        )
+    return checked
+
+
+def _from_data_array(record: xr.DataArray) -> UniformRecord:
+    name = str(record.name) if record.name is not None else "record"
+    if record.dims != ("time",):
+        raise InputError(
+            f"{name}: expected the single dimension 'time', got {record.dims}; "
+            "select one probe or component first, e.g. record.sel(probe='A')"
+        )
+    if "time" not in record.coords:
+        raise InputError(
+            f"{name}: expected a 'time' coordinate [s], got none; pass (values, time_step) instead"
+        )
+    values = float_array(name, record.values, (None,))
+    time = float_array("time", record["time"].values, (None,))
+    if time.size < 2:
+        raise InputError(f"{name}: expected at least 2 samples, got {time.size}; simulate longer")
+    step = float(time[-1] - time[0]) / (time.size - 1)
+    uneven = np.abs(np.diff(time) - step)
+    if step <= 0.0 or uneven.max() > 1e-6 * step + 8 * np.finfo(float).eps * np.abs(time).max():
+        worst = int(uneven.argmax())
+        raise InputError(
+            f"time: expected a constant step of {step:g} s, got {time[worst + 1] - time[worst]:g} s "
+            f"after t = {time[worst]:g} s; resample first, e.g. record.interp(time=...)"
+        )
+    return UniformRecord(values, time, step, str(record.attrs.get("units", "")), name)

@@ -1,0 +1,205 @@
+"""Amplitude, Fourier spectrum and dominant frequency of a record [theory, section 7]."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+from scipy.signal import CZT
+
+from tautflex.analysis.record import Record, UniformRecord, uniform_record
+from tautflex.checks import float_array, non_negative, one_of, positive
+from tautflex.errors import InputError
+
+Padding = Literal["next-power-of-two", "none"]
+
+
+@dataclass(frozen=True)
+class PeakFrequency:
+    """The dominant frequency of a record.
+
+    Attributes
+    ----------
+    frequency
+        Centre of the bin of largest energy [Hz]; NaN if the record is constant.
+    bin_width
+        Distance between bins [Hz]: the frequency is known to plus or minus half of it.
+    interpolated
+        Vertex of the parabola through the peak of the magnitude and its two neighbours [Hz].
+    """
+
+    frequency: float
+    bin_width: float
+    interpolated: float
+
+
+def amplitude(record: xr.DataArray | ArrayLike | tuple[ArrayLike, float]) -> float:
+    """Return the largest absolute value of a record, in the record's unit [theory, section 7].
+
+    Parameters
+    ----------
+    record
+        DataArray or array (sample,), or a pair (values, time_step [s]).
+
+    Raises
+    ------
+    InputError
+        If the record is empty, has more than one dimension or holds a number that is not finite.
+    """
+    values = record[0] if isinstance(record, tuple) and len(record) == 2 and np.ndim(record[0]) else record
+    checked = float_array("record", np.asarray(values), (None,))
+    if checked.size == 0:
+        raise InputError("record: expected at least 1 sample, got 0; simulate longer")
+    return float(np.abs(checked).max())
+
+
+def spectrum(
+    record: Record,
+    pad: Padding = "next-power-of-two",
+    *,
+    length: float | None = None,
+    remove_mean: bool = True,
+) -> xr.Dataset:
+    """Return the one-sided Fourier spectrum of a record.
+
+    Parameters
+    ----------
+    record
+        DataArray (time,) on a uniform time axis [s], or (values (sample,), time_step [s]).
+    pad
+        ``"next-power-of-two"`` appends zeros up to the next power of two of the number of samples [theory,
+        section 7]: 10 s at 1 ms become 16384 samples, bins 0.0610352 Hz apart. ``"none"`` takes the record
+        as is.
+    length
+        Duration of the padded record [s] instead of ``pad``; bins are ``1/length`` apart. With 10.48576 s
+        (2**20 samples of 10 microseconds) a record of 10 s has the bins 0.0953674 Hz of the paper's Tables
+        6, 8, 9.
+    remove_mean
+        Subtract the mean before padding.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``amplitude(frequency)`` in the record's unit: a sinusoid of the full duration shows its amplitude;
+        ``energy(frequency)``: spectral density whose sum times the bin width is the integral of the squared
+        record over time; coordinate ``frequency`` [Hz]; attribute ``bin_width`` [Hz].
+
+    Raises
+    ------
+    InputError
+        If the record is not uniform and finite, or ``length`` is shorter than the record.
+    """
+    data = uniform_record(record)
+    one_of("pad", pad, ("next-power-of-two", "none"))
+    count = data.values.size
+    if length is None:
+        padded = float(1 << (count - 1).bit_length()) if pad == "next-power-of-two" else float(count)
+    else:
+        padded = positive("length", length, remedy="give the padded duration in seconds") / data.time_step
+        if padded < count - 1e-6:
+            raise InputError(
+                f"length: expected at least the record's {count * data.time_step:g} s, got {length:g} s; "
+                "cut the record or pad to a longer duration"
+            )
+    values = data.values - data.values.mean() if remove_mean else data.values
+    transform = _transform(values, padded)
+    frequency = np.arange(transform.size) / (padded * data.time_step)
+    return _to_dataset(data, transform, frequency, padded)
+
+
+def dominant_frequency(
+    record: Record,
+    pad: Padding = "next-power-of-two",
+    *,
+    length: float | None = None,
+    lowest: float = 0.0,
+) -> PeakFrequency:
+    """Return the frequency of largest energy of a record, mean removed, zero-padded [theory, section 7].
+
+    Parameters
+    ----------
+    record, pad, length
+        As for :func:`spectrum`.
+    lowest
+        Frequency [Hz] below which bins are passed over, e.g. the offset that a maneuver leaves in a record
+        whose vibration dies quickly. By default only the mean is.
+
+    Returns
+    -------
+    PeakFrequency
+        Bin of largest energy, bin width and interpolated value [Hz]; NaN for a record that is constant.
+
+    Raises
+    ------
+    InputError
+        As for :func:`spectrum`, or if no bin lies above ``lowest``.
+    """
+    lines = spectrum(record, pad, length=length)
+    frequency = lines["frequency"].values
+    width = float(lines.attrs["bin_width"])
+    height = lines["amplitude"].values
+    first = max(1, int(np.searchsorted(frequency, non_negative("lowest", lowest))))
+    if first >= frequency.size:
+        raise InputError(f"lowest: expected at most {frequency[-1]:g} Hz, got {lowest:g} Hz; sample faster")
+    peak = int(lines["energy"].values[first:].argmax()) + first
+    scale = amplitude(uniform_record(record).values)
+    if height[peak] <= 8 * np.finfo(float).eps * scale:
+        return PeakFrequency(float("nan"), width, float("nan"))
+    return PeakFrequency(
+        float(frequency[peak]), width, float(frequency[peak]) + width * _vertex(height, peak)
+    )
+
+
+def _transform(values: NDArray[np.float64], padded: float) -> NDArray[np.complex128]:
+    """Fourier transform at the multiples of 1/padded cycles per sample up to one half.
+
+    A padded duration that is not a whole number of samples is the same sum at other frequencies (chirp z).
+    """
+    whole = round(padded)
+    if abs(padded - whole) < 1e-6:
+        return np.asarray(np.fft.rfft(values, whole), dtype=complex)
+    lines = int(np.floor(padded / 2)) + 1
+    return np.asarray(CZT(values.size, lines, w=np.exp(-2j * np.pi / padded))(values), dtype=complex)
+
+
+def _to_dataset(
+    data: UniformRecord, transform: NDArray[np.complex128], frequency: NDArray[np.float64], padded: float
+) -> xr.Dataset:
+    sides = np.full(frequency.size, 2.0)  # every line stands for +f and -f, but zero and Nyquist stand alone
+    sides[0] = 1.0
+    if abs(frequency[-1] * data.time_step - 0.5) < 1e-12:
+        sides[-1] = 1.0
+    magnitude = np.abs(transform)
+    units = data.units or "1"
+    return xr.Dataset(
+        {
+            "amplitude": (
+                "frequency",
+                sides * magnitude / data.values.size,
+                {"units": units, "long_name": f"amplitude of {data.name}"},
+            ),
+            "energy": (
+                "frequency",
+                sides * (magnitude * data.time_step) ** 2,
+                {"units": f"({units})^2 s/Hz", "long_name": f"energy spectral density of {data.name}"},
+            ),
+        },
+        {"frequency": ("frequency", frequency, {"units": "Hz", "long_name": "frequency"})},
+        {
+            "bin_width": 1.0 / (padded * data.time_step),
+            "samples": data.values.size,
+            "time_step": data.time_step,
+        },
+    )
+
+
+def _vertex(height: NDArray[np.float64], peak: int) -> float:
+    """Offset, in bins, of the vertex of the parabola through a peak and its neighbours (0 at an end)."""
+    if peak + 1 >= height.size:
+        return 0.0
+    left, top, right = height[peak - 1 : peak + 2]
+    curvature = left - 2 * top + right
+    return float(0.5 * (left - right) / curvature) if curvature < 0.0 else 0.0

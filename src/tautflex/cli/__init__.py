@@ -1,0 +1,62 @@
+"""Command line: `tautflex COMMAND`; heavy libraries load inside the commands, so start-up is fast."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from cyclopts import App, CycloptsError, Parameter
+
+from tautflex._version import __version__
+from tautflex.cli.cases import check, init
+from tautflex.cli.modal import modes, tune
+from tautflex.cli.run import run
+from tautflex.errors import InputError, MissingExtraError, NotConvergedError
+
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+app = App(
+    name="tautflex",
+    help="Nonlinear dynamics of tensioned membrane antennas on maneuvering spacecraft.",
+    version=__version__,
+    help_format="plaintext",
+    default_parameter=Parameter(show_default=False, negative=""),
+    print_error=False,
+    exit_on_error=False,
+    suppress_keyboard_interrupt=False,
+    result_action="return_value",
+)
+for command in (init, check, modes, tune, run):
+    app.command(command)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code: 0 done, 1 not converged, 2 bad input."""
+    try:
+        outcome = app(sys.argv[1:] if arguments is None else list(arguments))
+    except CycloptsError as error:
+        return _report(f"{' '.join(str(error).split())} Try `tautflex --help`.", BAD_INPUT)
+    except (InputError, MissingExtraError) as error:
+        return _report(str(error), BAD_INPUT)
+    except NotConvergedError as error:
+        return _report(str(error), FAILED)
+    except BrokenPipeError:
+        # The reader of our output left, as `| head` does; there is nobody to tell.
+        sys.stdout = None  # keeps the interpreter from flushing into the closed pipe
+        return FAILED
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        reason = error.strerror or str(error)
+        return _report(
+            f"{place}cannot write or read ({reason}); choose another place or free some space", BAD_INPUT
+        )
+    except KeyboardInterrupt:
+        return _report("interrupted", INTERRUPTED)
+    return outcome if isinstance(outcome, int) else DONE
+
+
+def _report(text: str, code: int) -> int:
+    from tautflex.config.messages import one_line
+
+    print(f"tautflex: error: {one_line(text)}", file=sys.stderr)  # noqa: T201 - the command line's one error line
+    return code

@@ -1,0 +1,108 @@
+"""What a person sees: short cards and tables on stdout."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+
+def say(text: str) -> None:
+    """Print one plain line."""
+    Console(highlight=False, soft_wrap=True).print(Text(text))
+
+
+def show_check(case: Path, answer: Mapping[str, Any]) -> None:
+    """Print the summary of a valid case and its warnings."""
+    rows = _rows()
+    rows.add_row("nodes", f"{answer['nodes']}")
+    rows.add_row("degrees of freedom", f"{answer['dofs']}")
+    rows.add_row("mass", f"{answer['mass']:.4g} kg")
+    _add_prestress(rows, answer["prestress"])
+    _card(f"{case.name} is valid", rows)
+    for warning in answer["warnings"]:
+        say(f"warning: {warning}")
+
+
+def show_modes(case: Path, answer: Mapping[str, Any]) -> None:
+    """Print natural frequencies with half-wave labels and symmetry."""
+    table = Table(title=f"{case.name}: natural frequencies", title_style="bold")
+    for name in ("mode", "frequency [Hz]", "half waves (m,n)", "symmetry x,y"):
+        table.add_column(name, justify="right")
+    columns = zip(answer["frequencies"], answer["labels"], answer["symmetry"], strict=True)
+    for number, (frequency, label, symmetry) in enumerate(columns, start=1):
+        half_waves = "-" if label is None else f"({label[0]},{label[1]})"
+        table.add_row(f"{number}", f"{frequency:.4f}", half_waves, symmetry)
+    console = Console()
+    console.print(table)
+    rows = _rows()
+    _add_prestress(rows, answer["prestress"])
+    console.print(rows)
+    _list_files(answer["files"])
+
+
+def show_tuning(case: Path, answer: Mapping[str, Any]) -> None:
+    """Print tuned tensions and the frequencies they give."""
+    rows = _rows()
+    rows.add_row("pretension_x", f"{answer['pretension_x']:.6g} N per cable")
+    rows.add_row("pretension_y", f"{answer['pretension_y']:.6g} N per cable")
+    rows.add_row("frequencies", ", ".join(f"{value:.4f}" for value in answer["frequencies"]) + " Hz")
+    _card(f"{case.name}, tuned", rows)
+    _list_files(answer["files"])
+
+
+def show_run(case: Path, summary: Mapping[str, Any]) -> None:
+    """Print the result card of a run and where its files are."""
+    rows = _rows()
+    rows.add_row("status", f"{summary['status']}: {summary['message']}")
+    steps = max(summary["steps"], 1)
+    cost = f"{summary['back_substitutions'] / steps:.1f} back-substitutions a step"
+    rows.add_row("steps", f"{summary['steps']} in {summary['seconds']:.1f} s, {cost}")
+    rows.add_row("factorizations", f"{summary['factorizations']}")
+    lowest = ", ".join(f"{value:.3f}" for value in summary["natural_frequencies"][:4])
+    rows.add_row("natural frequencies", f"{lowest} ... Hz")
+    for name, reading in summary["probes"].items():
+        rows.add_row(f"probe {name}", _reading(reading))
+    _card(f"{case.name}: {summary['maneuver']}", rows)
+    _list_files(summary["files"])
+
+
+def _reading(reading: Mapping[str, Any]) -> str:
+    if reading["amplitude"] is None:
+        return "too few samples"
+    text = f"amplitude {reading['amplitude'] * 1e3:.4g} mm"
+    if reading["dominant_frequency"] is None:
+        return text
+    half_bin = reading["bin_width"] / 2
+    return f"{text}, dominant frequency {reading['dominant_frequency']:.4f} +- {half_bin:.4f} Hz"
+
+
+def _rows() -> Table:
+    rows = Table.grid(padding=(0, 2))
+    rows.add_column(style="dim", no_wrap=True)
+    rows.add_column(overflow="fold")
+    return rows
+
+
+def _add_prestress(rows: Table, prestress: Mapping[str, Any]) -> None:
+    rows.add_row("prestress residual", f"{prestress['residual']:.3g} N")
+    rows.add_row("least film tension", f"{prestress['min_principal_resultant']:.4g} N/m")
+
+
+def _card(title: str, rows: Table) -> None:
+    Console().print(Panel(rows, title=title, title_align="left", expand=False))
+
+
+def _list_files(files: Mapping[str, str]) -> None:
+    """Print one line per directory, its files behind it."""
+    names: dict[Path, list[str]] = {}
+    for path in map(Path, files.values()):
+        names.setdefault(path.parent, []).append(path.name)
+    for directory, found in names.items():
+        say(f"Wrote to {directory}{os.sep}: {', '.join(found)}")

@@ -1,0 +1,79 @@
+"""Parameters that several commands share, and how they write their answer."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from tautflex.errors import CaseError, InputError
+
+CaseFile = Annotated[Path, Parameter(help="Case file (TOML).")]
+Overrides = Annotated[
+    list[str] | None,
+    Parameter(name="--set", help="Change one key, section.key=value; may be repeated."),
+]
+AsJson = Annotated[bool, Parameter(name="--json", help="Print one JSON object and nothing else.")]
+Force = Annotated[bool, Parameter(name="--force", help="Overwrite an existing file.")]
+
+
+def print_json(values: Mapping[str, Any]) -> None:
+    """Write one JSON object to stdout; numbers that are not finite become null."""
+    sys.stdout.write(json.dumps(jsonable(values), allow_nan=False) + "\n")
+    sys.stdout.flush()
+
+
+def jsonable(value: Any) -> Any:
+    """Copy nested mappings and sequences with numpy scalars as numbers and NaN or infinity as None."""
+    if isinstance(value, Mapping):
+        return {str(key): jsonable(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [jsonable(item) for item in value]
+    if hasattr(value, "tolist"):
+        return jsonable(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+@contextmanager
+def about(case: Path) -> Iterator[None]:
+    """Put the name of the case in front of what the numerics, which know no files, say about it."""
+    try:
+        yield
+    except InputError as error:
+        raise type(error)(f"{case}: {error}") from None
+
+
+def require_new_file(path: Path, *, force: bool) -> None:
+    """Raise CaseError unless a file can be written at ``path``; nothing is created."""
+    if path.is_dir():
+        raise CaseError(f"{path}: expected a file to write, got a directory; name a file in it")
+    if path.exists() and not force:
+        raise CaseError(
+            f"{path}: expected a new file, got one that exists; choose another name or add --force"
+        )
+    if not path.parent.is_dir():
+        raise CaseError(f"{path}: expected an existing directory, got {path.parent}; create it first")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise CaseError(f"{path}: cannot write there (permission denied); choose another place")
+
+
+def require_output_directory(path: Path) -> None:
+    """Raise CaseError unless results can be written into ``path``; nothing is created."""
+    nearest = path
+    while not nearest.exists() and nearest != nearest.parent:
+        nearest = nearest.parent
+    if not nearest.is_dir():
+        raise CaseError(
+            f"{path}: expected an output directory, got the file {nearest}; choose another with -o"
+        )
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise CaseError(f"{path}: cannot write there (permission denied); choose another directory with -o")

@@ -1,0 +1,27 @@
+"""Case files: TOML to and from frozen, validated models; the only place that knows units as text.
+
+``load_case`` reads a file, ``Case`` is the same thing built in code, and ``M2_TEMPLATE`` is the commented
+case that ``tautflex init`` writes.
+"""
+
+from tautflex.config.case import Case
+from tautflex.config.dynamic import Coupling, Damping, Maneuver, Output, Solver
+from tautflex.config.reading import M2_TEMPLATE, load_case, parse_case
+from tautflex.config.structural import Cables, Frame, Membrane, Mesh, Prestress
+
+__all__ = [
+    "M2_TEMPLATE",
+    "Cables",
+    "Case",
+    "Coupling",
+    "Damping",
+    "Frame",
+    "Maneuver",
+    "Membrane",
+    "Mesh",
+    "Output",
+    "Prestress",
+    "Solver",
+    "load_case",
+    "parse_case",
+]

@@ -1,0 +1,128 @@
+"""One line per problem: the key, what was expected, what came, and what to try."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, ValidationError
+
+from tautflex.errors import CaseError
+
+if TYPE_CHECKING:
+    from pydantic.fields import FieldInfo
+    from pydantic_core import ErrorDetails
+
+_LONGEST_VALUE = 60
+
+_KINDS = {
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "int_type": "an integer",
+    "int_from_float": "an integer",
+    "bool_type": "true or false",
+    "string_type": "a text in quotes",
+    "finite_number": "a finite number",
+    "tuple_type": "a list",
+    "dict_type": "a table of names and values",
+    "model_type": "a table of keys and values",
+    "model_attributes_type": "a table of keys and values",
+}
+
+_COMPARISONS = {
+    "greater_than": (">", "gt"),
+    "greater_than_equal": (">=", "ge"),
+    "less_than": ("<", "lt"),
+    "less_than_equal": ("<=", "le"),
+}
+
+
+def problem(expected: str, got: object, remedy: str) -> ValueError:
+    """Make the error a validator raises: ``expected ..., got ...; remedy``."""
+    return ValueError(f"expected {expected}, got {show(got)}; {remedy}")
+
+
+def show(value: object) -> str:
+    """Write a value the way a case file would, on one line and not too long."""
+    if isinstance(value, bool):
+        text = str(value).lower()
+    elif isinstance(value, tuple):
+        text = repr(list(value))
+    elif isinstance(value, BaseModel):
+        text = f"a {type(value).__name__}"
+    else:
+        try:
+            text = repr(value)
+        except ValueError:  # integers beyond Python's limit of digits
+            text = "an integer of thousands of digits"
+    text = one_line(text)
+    return text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + "..."
+
+
+def one_line(text: str) -> str:
+    """Escape whatever would break a message into lines or garble a terminal."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape", "replace").decode() for c in text)
+
+
+def case_error(error: ValidationError, model: type[BaseModel]) -> CaseError:
+    """Turn the first problem pydantic found in ``model`` into one line.
+
+    A section reports relative to itself; the case that holds it puts the section's name in front.
+    """
+    # A misspelt key explains the missing one; of several readings of a value the furthest one counts.
+    details = error.errors(include_url=False)
+    first = min(details, key=lambda item: (item["type"] != "extra_forbidden", -len(item["loc"])))
+    # pydantic also lists which branch of "A or B" it tried, as "literal['none']" or "tuple[...]"
+    key = ".".join(str(part) for part in first["loc"] if "[" not in str(part))
+    inner = first.get("ctx", {}).get("error")
+    if isinstance(inner, CaseError):
+        return CaseError(f"{key}.{inner}")
+    text = str(inner) if inner is not None else _sentence(first, model)
+    return CaseError(one_line(f"{key}: {text}") if key else text)
+
+
+def unknown_key(name: str, value: object, known: Mapping[str, Any]) -> str:
+    """Sentence for a key that does not exist, with the nearest one that does."""
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    remedy = f"did you mean {near[0]!r}?" if near else "remove it"
+    return f"unknown key with value {show(value)}, expected one of {', '.join(known)}; {remedy}"
+
+
+def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
+    kind, context, value = detail["type"], detail.get("ctx", {}), detail["input"]
+    name = str(detail["loc"][0]) if detail["loc"] else ""
+    field = _fields(model).get(name)
+    if kind == "extra_forbidden":
+        return unknown_key(name, value, _fields(model))
+    if kind == "missing" and len(detail["loc"]) == 1:
+        return f"missing, expected the {_meaning(name, field)}; add it"
+    if kind in _COMPARISONS:
+        sign, limit = _COMPARISONS[kind]
+        expected = f"a number {sign} {context[limit]:g}"
+    elif kind == "literal_error":
+        return f"expected one of {context['expected']}, got {show(value)}; choose one of them"
+    elif kind in ("too_long", "too_short", "missing"):
+        expected = "a list of the right length"
+    else:
+        expected = _KINDS.get(kind, detail["msg"].removeprefix("Input should be "))
+    return f"expected {expected}, got {show(value)}; write the {_meaning(name, field)}"
+
+
+def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    return {field.alias or name: field for name, field in model.model_fields.items()}
+
+
+def _meaning(name: str, field: FieldInfo | None) -> str:
+    """Describe a field with an example, as the remedy of every message about it."""
+    if field is None or field.description is None:
+        return "value the documentation of case files states"
+    if not field.examples:
+        return field.description
+    return f"{field.description}, for example {name} = {_toml(field.examples[0])}"
+
+
+def _toml(example: object) -> str:
+    if isinstance(example, dict):
+        return "{ " + ", ".join(f"{key} = {show(value)}" for key, value in example.items()) + " }"
+    return show(example)

@@ -1,0 +1,52 @@
+"""Exception tree of tautflex; the library raises nothing else on bad input and never asserts on it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class TautflexError(Exception):
+    """Base class of every error that tautflex raises on purpose."""
+
+
+class InputError(TautflexError, ValueError):
+    """An argument, a case file or a mesh is unusable; the message says what was expected and what to try."""
+
+
+class CaseError(InputError):
+    """A case file or one of its keys is wrong."""
+
+
+class MeshError(InputError):
+    """A mesh is degenerate, disconnected or points at nodes that do not exist."""
+
+
+class PrestressError(InputError):
+    """A prestressed state is singular, compressed, slack or unstable."""
+
+
+class UnsupportedError(InputError):
+    """A structure can move as a rigid body where the question asked needs it to be held."""
+
+
+class MissingExtraError(TautflexError, ImportError):
+    """An optional dependency is not installed; the message names the extra that brings it."""
+
+
+class NotConvergedError(TautflexError, RuntimeError):
+    """An iteration failed for good.
+
+    Parameters
+    ----------
+    message
+        What failed, where, and what to try.
+    result
+        The readable partial result reached before the failure, or None.
+    history
+        Residual norms [N] of the failed iteration, newest last.
+    """
+
+    def __init__(self, message: str, result: Any = None, history: tuple[float, ...] = ()) -> None:
+        super().__init__(message)
+        self.result = result
+        self.history = history

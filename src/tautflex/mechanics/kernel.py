@@ -1,0 +1,206 @@
+"""Compiled energy, force and tangent of any element block [theory.md 2].
+
+Elements are worked off in packs: every short list of terms (gradient, strain, elasticity) is an outer loop, the
+elements of a pack the inner one, which the compiler turns into vector instructions. Extended vectors and matrices end
+with one slot that collects whatever belongs to supported unknowns.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.elements.block import ElementBlock
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+PACK = 64
+
+# Re-association lets reductions vectorise; NaN and infinity keep their meaning.
+_jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, error_model="numpy")
+
+
+class KernelData(NamedTuple):
+    """One block as the kernel reads it: lists of non-zero terms; the element is always the last axis."""
+
+    dofs: Indices
+    gradient_row: Indices
+    gradient_column: Indices
+    gradient_value: Array
+    linear_strain: Indices
+    linear_gradient: Indices
+    linear_value: Array
+    quadratic_strain: Indices
+    quadratic_first: Indices
+    quadratic_second: Indices
+    quadratic_value: Array
+    elastic_row: Indices
+    elastic_column: Indices
+    elastic_value: Array
+    initial_stress: Array
+    measure: Array
+    gradients: int
+
+
+def kernel_data(block: ElementBlock, dofs: Indices, initial_stress: Array) -> KernelData:
+    """Compress a block for the kernel.
+
+    Parameters
+    ----------
+    block
+        Element block.
+    dofs
+        Slot of every unknown in the extended vector, shape (element, dof).
+    initial_stress
+        Stress at zero unknowns, shape (element, strain), units of the block.
+
+    Returns
+    -------
+    KernelData
+    """
+    gradient = np.nonzero(np.any(block.gradient != 0.0, axis=0))
+    linear = np.nonzero(block.linear)
+    quadratic = np.nonzero(block.quadratic)
+    elastic = np.nonzero(np.any(block.elasticity != 0.0, axis=0))
+    return KernelData(
+        np.ascontiguousarray(dofs.T),
+        *gradient,
+        np.ascontiguousarray(block.gradient[:, *gradient].T),
+        *linear,
+        block.linear[linear],
+        *quadratic,
+        block.quadratic[quadratic],
+        *elastic,
+        np.ascontiguousarray(block.elasticity[:, *elastic].T),
+        np.ascontiguousarray(initial_stress.T),
+        block.measure,
+        block.gradient.shape[1],
+    )
+
+
+@_jit
+def _strain(data: Any, first: int, width: int, q: Array, local: Array, g: Array, strain: Array) -> None:
+    """Gradients and strains of the pack of ``width`` elements that starts at ``first``."""
+    for k in range(data.dofs.shape[0]):
+        for e in range(width):
+            local[k, e] = q[data.dofs[k, first + e]]
+    g[:] = 0.0
+    strain[:] = 0.0
+    for t in range(data.gradient_row.size):
+        row, column = data.gradient_row[t], data.gradient_column[t]
+        for e in range(width):
+            g[row, e] += data.gradient_value[t, first + e] * local[column, e]
+    for t in range(data.linear_value.size):
+        s, i, value = data.linear_strain[t], data.linear_gradient[t], data.linear_value[t]
+        for e in range(width):
+            strain[s, e] += value * g[i, e]
+    for t in range(data.quadratic_value.size):
+        s, i, j = data.quadratic_strain[t], data.quadratic_first[t], data.quadratic_second[t]
+        value = 0.5 * data.quadratic_value[t]
+        for e in range(width):
+            strain[s, e] += value * g[i, e] * g[j, e]
+
+
+@_jit
+def _stress(data: Any, first: int, width: int, strain: Array, stress: Array) -> None:
+    """Stresses of a pack."""
+    for s in range(strain.shape[0]):
+        for e in range(width):
+            stress[s, e] = data.initial_stress[s, first + e]
+    for t in range(data.elastic_row.size):
+        row, column = data.elastic_row[t], data.elastic_column[t]
+        for e in range(width):
+            stress[row, e] += data.elastic_value[t, first + e] * strain[column, e]
+
+
+@_jit
+def add_force(data: Any, q: Array, force: Array, all_stress: Array) -> float:
+    """Add internal forces ``G' V B' sigma`` to ``force``, fill ``all_stress`` (strain, element), return the energy."""
+    strains, count = data.initial_stress.shape
+    local, strain = np.empty((data.dofs.shape[0], PACK)), np.empty((strains, PACK))
+    stress = np.empty((strains, PACK))
+    g, conjugate = np.empty((data.gradients, PACK)), np.empty((data.gradients, PACK))
+    energy = 0.0
+    for first in range(0, count, PACK):
+        width = min(PACK, count - first)
+        _strain(data, first, width, q, local, g, strain)
+        _stress(data, first, width, strain, stress)
+        conjugate[:] = 0.0
+        for s in range(strains):
+            for e in range(width):
+                all_stress[s, first + e] = stress[s, e]
+                middle = 0.5 * (data.initial_stress[s, first + e] + stress[s, e])
+                energy += data.measure[first + e] * strain[s, e] * middle
+        for t in range(data.linear_value.size):
+            s, i, value = data.linear_strain[t], data.linear_gradient[t], data.linear_value[t]
+            for e in range(width):
+                conjugate[i, e] += value * stress[s, e]
+        for t in range(data.quadratic_value.size):
+            s, i, j = data.quadratic_strain[t], data.quadratic_first[t], data.quadratic_second[t]
+            value = data.quadratic_value[t]
+            for e in range(width):
+                conjugate[i, e] += value * g[j, e] * stress[s, e]
+        local[:] = 0.0
+        for t in range(data.gradient_row.size):
+            row, column = data.gradient_row[t], data.gradient_column[t]
+            for e in range(width):
+                local[column, e] += data.gradient_value[t, first + e] * conjugate[row, e]
+        for k in range(data.dofs.shape[0]):
+            for e in range(width):
+                force[data.dofs[k, first + e]] += data.measure[first + e] * local[k, e]
+    return energy
+
+
+@_jit
+def add_tangent(data: Any, q: Array, slots: Indices, values: Array) -> None:
+    """Add tangents ``G' V (B' D B + sigma.Q) G`` to the sparse ``values``; slots has shape (dof, dof, element)."""
+    strains, count = data.initial_stress.shape
+    gradients, unknowns = data.gradients, data.dofs.shape[0]
+    local, strain, stress = np.empty((unknowns, PACK)), np.empty((strains, PACK)), np.empty((strains, PACK))
+    g, b, db = np.empty((gradients, PACK)), np.empty((strains, gradients, PACK)), np.empty((strains, gradients, PACK))
+    core, half = np.empty((gradients, gradients, PACK)), np.empty((gradients, unknowns, PACK))
+    element = np.empty((unknowns, unknowns, PACK))
+    for first in range(0, count, PACK):
+        width = min(PACK, count - first)
+        _strain(data, first, width, q, local, g, strain)
+        _stress(data, first, width, strain, stress)
+        b[:] = 0.0
+        db[:] = 0.0
+        core[:] = 0.0
+        half[:] = 0.0
+        element[:] = 0.0
+        for t in range(data.linear_value.size):
+            b[data.linear_strain[t], data.linear_gradient[t]] += data.linear_value[t]
+        for t in range(data.quadratic_value.size):
+            s, i, j = data.quadratic_strain[t], data.quadratic_first[t], data.quadratic_second[t]
+            for e in range(width):
+                b[s, i, e] += data.quadratic_value[t] * g[j, e]
+                core[i, j, e] += data.quadratic_value[t] * stress[s, e]
+        for t in range(data.elastic_row.size):
+            row, column = data.elastic_row[t], data.elastic_column[t]
+            for i in range(gradients):
+                for e in range(width):
+                    db[row, i, e] += data.elastic_value[t, first + e] * b[column, i, e]
+        for s in range(strains):
+            for i in range(gradients):
+                for j in range(gradients):
+                    for e in range(width):
+                        core[i, j, e] += b[s, i, e] * db[s, j, e]
+        for t in range(data.gradient_row.size):
+            row, column = data.gradient_row[t], data.gradient_column[t]
+            for i in range(gradients):
+                for e in range(width):
+                    half[i, column, e] += core[i, row, e] * data.gradient_value[t, first + e]
+        for t in range(data.gradient_row.size):
+            row, column = data.gradient_row[t], data.gradient_column[t]
+            for k in range(unknowns):
+                for e in range(width):
+                    element[column, k, e] += data.gradient_value[t, first + e] * half[row, k, e]
+        for m in range(unknowns):
+            for k in range(unknowns):
+                for e in range(width):
+                    values[slots[m, k, first + e]] += data.measure[first + e] * element[m, k, e]

@@ -1,0 +1,159 @@
+"""A structure compiled for computation: free unknowns, one kernel call per block, one sparsity pattern."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
+
+from tautflex.elements import ElementBlock, element_blocks
+from tautflex.mechanics.inertia import InertiaOperator
+from tautflex.mechanics.kernel import KernelData, add_force, add_tangent, kernel_data
+from tautflex.mechanics.pattern import SparsityPattern
+from tautflex.structure.model import Model
+
+Array = NDArray[np.float64]
+
+
+class StructuralSystem:
+    """Elastic forces, tangents and inertia of a model on its free unknowns.
+
+    Parameters
+    ----------
+    model
+        The structure.
+    initial_stress
+        Stress of each block at zero unknowns; by default the prestress given with the model.
+
+    Notes
+    -----
+    Vectors of free unknowns have shape (size,) in the order of ``model.free_dofs``.
+    """
+
+    def __init__(self, model: Model, initial_stress: list[Array] | None = None) -> None:
+        self.model = model
+        self.blocks: tuple[ElementBlock, ...] = element_blocks(model)
+        self.size = len(model.free_dofs)
+        place = np.full(model.dof_count, self.size, dtype=np.int64)
+        place[model.free_dofs] = np.arange(self.size)
+        self.place = place
+        self._dofs = [place[block.dofs] for block in self.blocks]
+        self.pattern = SparsityPattern.from_elements(self.size, self._dofs)
+        self._slots = [self.pattern.slots(dofs.T[:, None], dofs.T[None, :]) for dofs in self._dofs]
+        self._set_stress(initial_stress or [block.initial_stress for block in self.blocks])
+
+    def _set_stress(self, initial_stress: list[Array]) -> None:
+        self.initial_stress = initial_stress
+        self._data: list[KernelData] = [
+            kernel_data(block, dofs, stress)
+            for block, dofs, stress in zip(self.blocks, self._dofs, initial_stress, strict=True)
+        ]
+        self._stress = [data.initial_stress.copy() for data in self._data]
+        self._extended = np.zeros(self.size + 1)
+
+    def with_initial_stress(
+        self, initial_stress: list[Array], blocks: tuple[ElementBlock, ...] | None = None
+    ) -> StructuralSystem:
+        """Same structure with other initial stresses (and, if given, blocks of the same shape); the rest is shared."""
+        twin = object.__new__(StructuralSystem)
+        twin.__dict__.update(self.__dict__)
+        twin.blocks = blocks or self.blocks
+        twin._set_stress(initial_stress)
+        return twin
+
+    def linear_strain(self, q: Array) -> list[Array]:
+        """Linear part of the strains of each block at free unknowns ``q``, shapes (element, strain)."""
+        extended = self.extended(q)
+        return [
+            np.einsum("nij,nj->ni", block.gradient, extended[dofs]) @ block.linear.T
+            for block, dofs in zip(self.blocks, self._dofs, strict=True)
+        ]
+
+    @property
+    def stress(self) -> list[Array]:
+        """Stress of each block at the last `force` call, shapes (element, strain)."""
+        return [stress.T for stress in self._stress]
+
+    @cached_property
+    def inertia(self) -> InertiaOperator:
+        """Inertia operator on the free unknowns."""
+        return InertiaOperator.from_blocks(self.blocks, self._dofs, self.pattern)
+
+    def extended(self, q: Array) -> Array:
+        """Free unknowns with the zero of all supported ones behind them (a reused buffer)."""
+        self._extended[:-1] = q
+        return self._extended
+
+    def force(self, q: Array) -> tuple[Array, float]:
+        """Internal force and strain energy; the stresses of all elements are then in ``stress``.
+
+        Parameters
+        ----------
+        q
+            Free unknowns [m, rad], shape (size,).
+
+        Returns
+        -------
+        force
+            Internal force [N, N m], shape (size,).
+        energy
+            Work of the stresses from zero unknowns [J].
+        """
+        extended, force, energy = self.extended(q), np.zeros(self.size + 1), 0.0
+        for data, stress in zip(self._data, self._stress, strict=True):
+            energy += add_force(data, extended, force, stress)
+        return force[:-1], energy
+
+    def tangent(self, q: Array) -> Array:
+        """Values of the tangent stiffness [N/m ...] at free unknowns ``q`` in the pattern, shape (entries,)."""
+        extended, values = self.extended(q), np.zeros(self.pattern.entries + 1)
+        for data, slots in zip(self._data, self._slots, strict=True):
+            add_tangent(data, extended, slots, values)
+        return values[:-1]
+
+    def matrix(self, values: Array) -> csc_array:
+        """Sparse matrix of values in the pattern."""
+        return self.pattern.matrix(values)
+
+    def full(self, q: Array) -> Array:
+        """All unknowns of the model from the free ones, shape (..., dof)."""
+        result = np.zeros((*q.shape[:-1], self.model.dof_count))
+        result[..., self.model.free_dofs] = q
+        return result
+
+    def translations(self, q: Array) -> Array:
+        """Nodal displacements [m] from free unknowns, shape (..., node, 3)."""
+        return self.full(q)[..., self.model.translation_dofs]
+
+    def block_index(self, kind: str) -> list[int]:
+        """Positions of the blocks of one kind."""
+        return [index for index, block in enumerate(self.blocks) if block.kind == kind]
+
+    def stress_of(self, kind: str, stress: list[Array] | None = None) -> Array:
+        """Stresses of all elements of a kind at the last `force` call, shape (element, strain)."""
+        source = self.stress if stress is None else stress
+        found = [source[index] for index in self.block_index(kind)]
+        return np.concatenate(found) if found else np.zeros((0, 1))
+
+    def smallest_principal_resultant(self) -> float:
+        """Smallest principal film resultant [N/m] at the last `force` call; NaN without a film."""
+        values = self.principal_resultants()
+        return float(values[:, 0].min()) if len(values) else float("nan")
+
+    def principal_resultants(self, stress: list[Array] | None = None) -> Array:
+        """Smaller and larger principal membrane resultant [N/m] of each film element, shape (element, 2)."""
+        source = self.stress if stress is None else stress
+        found = []
+        for group, block, values in zip(self.model.groups, self.blocks, source, strict=True):
+            if block.kind == "membrane":
+                found.append(principal_values(values) * group.section.thickness)  # type: ignore[union-attr]
+        return np.concatenate(found) if found else np.zeros((0, 2))
+
+
+def principal_values(stress: Array) -> Array:
+    """Smaller and larger principal value of plane stresses (sx, sy, txy), shape (element, 3) -> (element, 2)."""
+    mean = 0.5 * (stress[:, 0] + stress[:, 1])
+    radius = np.hypot(0.5 * (stress[:, 0] - stress[:, 1]), stress[:, 2])
+    return np.stack([mean - radius, mean + radius], axis=1)

@@ -1,0 +1,1 @@
+"""Prescribed rigid motion of the floating frame."""

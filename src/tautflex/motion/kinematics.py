@@ -1,0 +1,101 @@
+"""Rigid motion of the floating frame as a sequence of smooth segments [theory.md 1, 4]."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.mechanics.inertia import cross_matrix
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RigidMotion:
+    """Motion of the floating frame at one instant, components in its own axes.
+
+    Parameters
+    ----------
+    angular_velocity
+        [rad/s], shape (3,).
+    angular_acceleration
+        [rad/s^2], shape (3,).
+    origin_acceleration
+        Acceleration of the frame's origin [m/s^2], shape (3,).
+    """
+
+    angular_velocity: Array
+    angular_acceleration: Array
+    origin_acceleration: Array
+
+    @property
+    def euler(self) -> Array:
+        """Matrix S(dw) of the Euler acceleration, shape (3, 3)."""
+        return cross_matrix(self.angular_acceleration)
+
+    @property
+    def centrifugal(self) -> Array:
+        """Matrix S(w)^2 of the centrifugal acceleration, shape (3, 3)."""
+        spin = cross_matrix(self.angular_velocity)
+        return spin @ spin
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Smooth stretch of a maneuver.
+
+    Parameters
+    ----------
+    start, end
+        Limits [s]; the last segment of a maneuver ends at infinity.
+    motion
+        Smooth function of time. Integrators may evaluate it slightly beyond ``end`` (Wilson-theta looks ahead), so
+        it must continue analytically.
+    """
+
+    start: float
+    end: float
+    motion: Callable[[float], RigidMotion]
+
+
+class Maneuver(Protocol):
+    """Anything with a steady start and segments that cover [0, infinity)."""
+
+    def start(self) -> RigidMotion:
+        """Steady motion before t = 0, where the run's equilibrium is computed."""
+        ...
+
+    def segments(self) -> tuple[Segment, ...]:
+        """Segments in order; neighbours share their limits, where the motion may jump."""
+        ...
+
+
+def fixed_axis_motion(rate: float, acceleration: float, axis: Array, origin: Array) -> RigidMotion:
+    """Rotation about a fixed line with given rate [rad/s] and acceleration [rad/s^2].
+
+    Parameters
+    ----------
+    rate, acceleration
+        Angular rate and acceleration about ``axis``.
+    axis
+        Unit vector, shape (3,).
+    origin
+        A point of the line in the floating frame [m], shape (3,).
+
+    Returns
+    -------
+    RigidMotion
+        The frame's origin is at ``-origin`` from the line, so a0 = -(S(dw) + S(w)^2) origin.
+    """
+    motion = RigidMotion(rate * axis, acceleration * axis, np.zeros(3))
+    if not origin.any():
+        return motion
+    return RigidMotion(
+        motion.angular_velocity,
+        motion.angular_acceleration,
+        -(motion.euler + motion.centrifugal) @ origin,
+    )

@@ -1,0 +1,139 @@
+"""Figure of the displacement of probes over time, as in the paper's Figures 5 and 8 to 11."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tautflex.checks import one_of
+from tautflex.errors import InputError
+from tautflex.plot.style import DOUBLE_COLUMN, GREY, LINES, length_unit, new_figure, save_figure, styled
+
+
+@styled
+def plot_time_history(
+    runs: xr.Dataset | Mapping[str, xr.Dataset],
+    probes: Sequence[str] | None = None,
+    component: str = "w",
+    span: tuple[float, float] | None = None,
+) -> Figure:
+    """Draw the displacement of probes over time and mark the end of the maneuver.
+
+    Parameters
+    ----------
+    runs
+        Dataset of a run, or a mapping from a legend entry to a run to compare several.
+    probes
+        Names of the probes; all by default.
+    component
+        ``"u"``, ``"v"`` or ``"w"``.
+    span
+        First and last time drawn [s]; the whole record by default.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One line per run and probe; the maneuver is shaded where all runs share it.
+
+    Raises
+    ------
+    InputError
+        If there is no run, probe or component of that name, or ``span`` does not increase.
+    """
+    cases = {"": runs} if isinstance(runs, xr.Dataset) else dict(runs)
+    if not cases:
+        raise InputError("runs: expected at least one run, got none")
+    records = {name: probe_records(run, probes, component) for name, run in cases.items()}
+    scale, unit = length_unit(np.concatenate([record.values.ravel() for record in records.values()]))
+    figure = new_figure(DOUBLE_COLUMN * 0.75, 2.7)
+    axes = figure.add_subplot()
+    many = sum(record.sizes["probe"] for record in records.values()) > 1
+    drawn = 0
+    for name, record in records.items():
+        for probe in record["probe"].values:
+            point = f"point {probe}" if name == "" or record.sizes["probe"] > 1 else ""
+            label = ", ".join(part for part in (name, point) if part)
+            axes.plot(
+                record["time"],
+                scale * record.sel(probe=probe),
+                LINES[drawn // 7 % 4] if len(cases) > 1 else LINES[drawn % 4],
+                label=label,
+            )
+            drawn += 1
+    ends = {maneuver_end(run) for run in cases.values()}
+    end = ends.pop() if len(ends) == 1 else None
+    first, last = _limits(records, span)
+    if end is not None and first < end < last:
+        axes.axvspan(max(first, 0.0), end, color="#eeeeee", zorder=0)
+        axes.axvline(
+            end, color=GREY, linewidth=0.8, linestyle=(0, (4, 2)), label=f"maneuver ends at {end:.4g} s"
+        )
+    axes.axhline(0.0, color=GREY, linewidth=0.5)
+    axes.set_xlim(first, last)
+    axes.set_xlabel("time $t$ [s]")
+    axes.set_ylabel(f"displacement ${component}$ [{unit}]")
+    if many or end is not None:
+        _add_headroom(axes)
+        axes.legend(loc="upper right", ncols=min(drawn + 1, 3))
+    if not many and end is None:
+        axes.set_title(f"point {next(iter(records.values()))['probe'].values[0]}")
+    return figure
+
+
+def save_time_history(
+    runs: xr.Dataset | Mapping[str, xr.Dataset],
+    stem: str | os.PathLike[str],
+    probes: Sequence[str] | None = None,
+    component: str = "w",
+    formats: Sequence[str] = ("png", "pdf"),
+) -> list[Path]:
+    """Write the figure of :func:`plot_time_history` as ``stem.png`` and ``stem.pdf``; return the files."""
+    return save_figure(plot_time_history(runs, probes, component), stem, formats)
+
+
+def probe_records(run: xr.Dataset, probes: Sequence[str] | None, component: str) -> xr.DataArray:
+    """Return one component (time, probe) at the named probes [m], or raise InputError."""
+    one_of("component", component, ("u", "v", "w"))
+    if component not in run or run.sizes.get("probe", 0) == 0:
+        raise InputError(
+            f"run: expected {component!r} (time, probe), got no such record; simulate with probes={{...}}"
+        )
+    record = run[component].transpose("time", "probe")
+    if probes is None:
+        return record
+    known = [str(name) for name in record["probe"].values]
+    for probe in [probes] if isinstance(probes, str) else probes:
+        one_of("probes", probe, known)
+    return record.sel(probe=[probes] if isinstance(probes, str) else list(probes))
+
+
+def maneuver_end(run: xr.Dataset) -> float | None:
+    """Return the time [s] from which the angular velocity stays as it is; None if it never or always does."""
+    if "angular_velocity" not in run or run.sizes["time"] < 2:
+        return None
+    rate = run["angular_velocity"].transpose("time", ...).values.reshape(run.sizes["time"], -1)
+    moving = np.abs(rate - rate[-1]).max(axis=1) > 1e-9 * np.abs(rate).max()
+    if not moving.any() or moving[-2]:
+        return None
+    return float(run["time"].values[np.flatnonzero(moving)[-1] + 1])
+
+
+def _add_headroom(axes: Axes) -> None:
+    """Keep the legend's line free of curves."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.16 * (high - low))
+
+
+def _limits(records: Mapping[str, xr.DataArray], span: tuple[float, float] | None) -> tuple[float, float]:
+    if span is None:
+        times = [record["time"].values for record in records.values()]
+        return float(min(time[0] for time in times)), float(max(time[-1] for time in times))
+    if not span[0] < span[1]:
+        raise InputError(f"span: expected two increasing times [s], got {span!r}")
+    return float(span[0]), float(span[1])

@@ -1,0 +1,109 @@
+"""Figure of a membrane's shape at several instants, as in the paper's Figure 4."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from tautflex.checks import positive
+from tautflex.errors import InputError
+from tautflex.plot.panels import PanelGrid
+from tautflex.plot.style import length_unit, save_figure, styled
+from tautflex.plot.surface import draw_surface, wireframe
+
+_MOST = 12
+
+
+@styled
+def plot_shapes(
+    run: xr.Dataset,
+    times: Sequence[float] | None = None,
+    magnification: float | None = None,
+    columns: int = 4,
+) -> Figure:
+    """Draw the deflected structure at several instants, all to one scale.
+
+    Parameters
+    ----------
+    run
+        Dataset of a run with ``displacement(field_time, node, component)`` [m] and the mesh.
+    times
+        Instants [s]; the nearest stored field is drawn. By default the stored ones, at most twelve.
+    magnification
+        Factor of the displacements. By default 1000, as in the paper, where that reads well, else a round
+        one.
+    columns
+        Drawings side by side.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Coloured by true transverse displacement; the factor stands under the drawings.
+
+    Raises
+    ------
+    InputError
+        If the run stored no fields, a time lies outside them, or ``magnification`` is not positive.
+    """
+    if "displacement" not in run or run.sizes.get("field_time", 0) == 0:
+        raise InputError(
+            "run: expected stored fields, got none; simulate with fields='all' or a list of times"
+        )
+    mesh = wireframe(run)
+    chosen = _nearest(run["field_time"].values, times)
+    fields = run["displacement"].isel(field_time=chosen).values
+    across = np.abs(fields[..., 2]).max()
+    factor = _factor(float(across), mesh.span) if magnification is None else magnification
+    factor = positive("magnification", factor, remedy="1000 is the paper's")
+    scale, unit = length_unit(fields[..., 2])
+    limit = float(across) * scale or 1.0
+    titles = [f"$t$ = {float(run['field_time'][index]):.4g} s" for index in chosen]
+    grid = PanelGrid(mesh, factor * float(across), titles, min(columns, len(chosen)), of=max(columns, 2))
+    for axes, field in zip(grid.axes, fields, strict=True):
+        draw_surface(axes, mesh, factor * field, scale * field[:, 2], limit)
+    grid.colorbar(limit, f"transverse displacement $w$ [{unit}]  (drawn $\\times$ {factor:g})")
+    return grid.figure
+
+
+def save_shapes(
+    run: xr.Dataset,
+    stem: str | os.PathLike[str],
+    times: Sequence[float] | None = None,
+    magnification: float | None = None,
+    formats: Sequence[str] = ("png", "pdf"),
+) -> list[Path]:
+    """Write the figure of :func:`plot_shapes` as ``stem.png`` and ``stem.pdf``; return the files written."""
+    return save_figure(plot_shapes(run, times, magnification), stem, formats)
+
+
+def _nearest(stored: NDArray[np.float64], times: Sequence[float] | None) -> list[int]:
+    """Positions of the stored instants to draw."""
+    if times is None:
+        return np.unique(
+            np.linspace(0, stored.size - 1, min(stored.size, _MOST)).round().astype(int)
+        ).tolist()
+    slack = 0.5 * float(np.diff(stored).max(initial=0.0)) + 1e-9
+    for time in times:
+        if not stored[0] - slack <= time <= stored[-1] + slack:
+            raise InputError(
+                f"times: expected instants in [{stored[0]:g}, {stored[-1]:g}] s, got {time!r}; "
+                "store more fields"
+            )
+    if len(times) == 0:
+        raise InputError("times: expected at least one instant, got none; None draws the stored ones")
+    return [int(np.abs(stored - time).argmin()) for time in times]
+
+
+def _factor(largest: float, span: float) -> float:
+    """Return the paper's 1000 if it draws 2 to 40 % of the length, else a round factor for 20 %."""
+    if largest == 0.0 or 0.02 <= 1000.0 * largest / span <= 0.4:
+        return 1000.0
+    wanted = 0.2 * span / largest
+    choices = np.array([1.0, 2.0, 5.0, 10.0]) * 10.0 ** np.floor(np.log10(wanted))
+    return float(choices[np.abs(np.log(choices / wanted)).argmin()])

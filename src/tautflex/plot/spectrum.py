@@ -1,0 +1,126 @@
+"""Figure of the Fourier spectrum of probes, with the dominant frequency marked."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from tautflex.analysis.spectrum import dominant_frequency, spectrum
+from tautflex.checks import float_array
+from tautflex.plot.history import probe_records
+from tautflex.plot.style import (
+    COLORS,
+    DOUBLE_COLUMN,
+    GREY,
+    LINES,
+    length_unit,
+    new_figure,
+    save_figure,
+    styled,
+)
+
+
+@styled
+def plot_spectrum(
+    run: xr.Dataset,
+    probes: Sequence[str] | None = None,
+    component: str = "w",
+    natural_frequencies: ArrayLike | None = None,
+    highest: float | None = None,
+    length: float | None = None,
+) -> Figure:
+    """Draw the amplitude spectrum of probes, zero-padded to the next power of two, and mark its peak.
+
+    Parameters
+    ----------
+    run
+        Dataset of a run.
+    probes, component
+        As for :func:`tautflex.plot.plot_time_history`.
+    natural_frequencies
+        Frequencies [Hz] (mode,) to mark, counted from 1 along the top.
+    highest
+        Largest frequency drawn [Hz]; by default about where 99.9 % of the energy is reached.
+    length
+        Duration of the padded record [s], as for :func:`tautflex.spectrum`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One line per probe; the legend gives peak and bin width.
+
+    Raises
+    ------
+    InputError
+        If there is no probe or component of that name, or the record is not uniform.
+    """
+    records = probe_records(run, probes, component)
+    lines = [spectrum(records.isel(probe=k), length=length) for k in range(records.sizes["probe"])]
+    peaks = [dominant_frequency(records.isel(probe=k), length=length) for k in range(len(lines))]
+    scale, unit = length_unit(np.concatenate([line["amplitude"].values for line in lines]))
+    figure = new_figure(DOUBLE_COLUMN * 0.75, 2.7)
+    axes = figure.add_subplot()
+    top = 0.0
+    for k, (line, peak) in enumerate(zip(lines, peaks, strict=True)):
+        height = scale * line["amplitude"].values
+        color = COLORS[k % len(COLORS)]
+        name = f"point {records['probe'].values[k]}"
+        if np.isfinite(peak.frequency):
+            name += f": peak {peak.frequency:.3f} Hz, bins of {peak.bin_width:.3f} Hz"
+            at = int(np.abs(line["frequency"].values - peak.frequency).argmin())
+            axes.plot(peak.frequency, height[at], "o", color=color, markersize=4, zorder=4)
+        axes.plot(line["frequency"], height, LINES[k % 4], color=color, label=name)
+        top = max(top, float(height.max()))
+    limit = highest or _reach(lines)
+    axes.set_xlim(0.0, limit)
+    axes.set_ylim(0.0, (1.1 + 0.11 * len(lines)) * top or 1.0)
+    axes.set_xlabel("frequency $f$ [Hz]")
+    axes.set_ylabel(f"amplitude of ${component}$ [{unit}]")
+    if natural_frequencies is not None:
+        _mark(axes, float_array("natural_frequencies", natural_frequencies, (None,)), limit)
+    axes.legend(loc="upper right")
+    return figure
+
+
+def save_spectrum(
+    run: xr.Dataset,
+    stem: str | os.PathLike[str],
+    probes: Sequence[str] | None = None,
+    natural_frequencies: ArrayLike | None = None,
+    formats: Sequence[str] = ("png", "pdf"),
+) -> list[Path]:
+    """Write the figure of :func:`plot_spectrum` as ``stem.png`` and ``stem.pdf``; return the files."""
+    return save_figure(plot_spectrum(run, probes, natural_frequencies=natural_frequencies), stem, formats)
+
+
+def _reach(lines: Sequence[xr.Dataset]) -> float:
+    """Frequency [Hz] a little beyond 99.9 % of the energy of every line, at least 20 bins."""
+    reach = 0.0
+    for line in lines:
+        energy = np.cumsum(line["energy"].values)
+        reached = line["frequency"].values[np.searchsorted(energy, 0.999 * energy[-1])]
+        reach = max(reach, 1.2 * float(reached), 20 * float(line.attrs["bin_width"]))
+    return min(reach, float(lines[0]["frequency"].values[-1]))
+
+
+def _mark(axes: Axes, frequencies: NDArray[np.float64], limit: float) -> None:
+    """Draw natural frequencies as dotted lines, numbered along the top, close ones together."""
+    groups: list[list[int]] = []
+    for index in np.flatnonzero((frequencies > 0.0) & (frequencies <= limit)).tolist():
+        axes.axvline(float(frequencies[index]), color=GREY, linewidth=0.7, linestyle=":", zorder=1)
+        if groups and frequencies[index] - frequencies[groups[-1][0]] < 0.045 * limit:
+            groups[-1].append(index)
+        else:
+            groups.append([index])
+    top = axes.secondary_xaxis("top")
+    names = [str(group[0] + 1) if len(group) == 1 else f"{group[0] + 1}-{group[-1] + 1}" for group in groups]
+    top.set_xticks([float(frequencies[group].mean()) for group in groups], names)
+    top.tick_params(length=0)
+    top.set_xlabel("natural frequency of mode")

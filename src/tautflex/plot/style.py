@@ -1,0 +1,132 @@
+"""One look for every figure, and one way to write them."""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import matplotlib
+import numpy as np
+from cycler import cycler
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+
+from tautflex.errors import InputError
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+SINGLE_COLUMN = 3.5  # [inch], one column of a two-column page
+DOUBLE_COLUMN = 7.0  # [inch], the whole page
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+"""Okabe and Ito's palette, told apart by every kind of colour vision."""
+LINES = ("-", "--", "-.", ":")
+GREY = "#5a5a5a"
+DIVERGING = "RdBu_r"
+SEQUENTIAL = "viridis"
+
+_STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.labelsize": 9,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "legend.fontsize": 8,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.prop_cycle": cycler(color=COLORS),
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.5,
+    "lines.linewidth": 1.1,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "legend.frameon": True,
+    "legend.framealpha": 0.9,
+    "legend.edgecolor": "none",
+    "savefig.facecolor": "white",
+    "pdf.fonttype": 42,  # text stays text, as publishers ask
+    "svg.fonttype": "none",
+    "svg.hashsalt": "tautflex",  # equal figures give equal files
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Use the publication style inside a ``with`` block; global settings come back after it."""
+    with matplotlib.rc_context(_STYLE):
+        yield
+
+
+def styled(function: Callable[P, R]) -> Callable[P, R]:
+    """Make a plotting function draw in the publication style."""
+
+    @functools.wraps(function)
+    def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
+        with style():
+            return function(*args, **kwargs)
+
+    return wrapper
+
+
+def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
+    """Return an empty figure of the given size [inch] that no global state of pyplot knows."""
+    figure = Figure(figsize=(width, height), layout="constrained" if constrained else None)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save_figure(
+    figure: Figure, stem: str | os.PathLike[str], formats: Sequence[str] = ("png", "pdf")
+) -> list[Path]:
+    """Write a figure once per format.
+
+    Parameters
+    ----------
+    figure
+        Any matplotlib figure.
+    stem
+        Path without suffix; missing folders are made.
+    formats
+        Any of ``"png"`` (200 dpi), ``"pdf"``, ``"svg"``.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files written, in the order of ``formats``.
+
+    Raises
+    ------
+    InputError
+        If a format is unknown or a file cannot be written.
+    """
+    undated: dict[str, dict[str, Any]] = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
+    for kind in formats:
+        if kind not in undated:
+            raise InputError(f"formats: expected any of {', '.join(undated)}, got {kind!r}")
+    base = Path(stem)
+    written = [base.with_name(f"{base.name}.{kind}") for kind in formats]
+    try:
+        base.parent.mkdir(parents=True, exist_ok=True)
+        with style():
+            for path, kind in zip(written, formats, strict=True):
+                figure.savefig(path, dpi=200, metadata=undated[kind])
+    except OSError as error:
+        raise InputError(
+            f"stem: expected a path that can be written, got {str(base)!r} ({error}); choose another folder"
+        ) from error
+    return written
+
+
+def length_unit(values: ArrayLike) -> tuple[float, str]:
+    """Return factor and name of the unit (m, mm or micrometre) in which values given in metres read well."""
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    if largest >= 1.0:
+        return 1.0, "m"
+    return (1e3, "mm") if largest >= 5e-6 or largest == 0.0 else (1e6, "µm")

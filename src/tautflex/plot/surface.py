@@ -1,0 +1,121 @@
+"""Three-dimensional drawing of a deflected membrane with its cables and frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.colors import Normalize
+from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
+from mpl_toolkits.mplot3d.art3d import (  # type: ignore[import-untyped]
+    Line3DCollection,
+    Poly3DCollection,
+)
+from numpy.typing import NDArray
+
+from tautflex.errors import InputError
+from tautflex.plot.style import DIVERGING, GREY
+
+Array = NDArray[np.float64]
+VIEW = (30.0, -66.0)  # elevation and azimuth [degrees]
+_PIECES = 4000  # triangles are drawn in pieces, so that the colours run as the interpolation does
+_BEHIND, _SURFACE, _BEFORE = 1, 2, 3
+
+
+@dataclass(frozen=True)
+class Wireframe:
+    """What is drawn: ``nodes`` (node, 3) [m] and node numbers of ``triangles``, ``cables`` and ``beams``."""
+
+    nodes: Array
+    triangles: NDArray[np.int64]
+    cables: NDArray[np.int64]
+    beams: NDArray[np.int64]
+
+    @property
+    def span(self) -> float:
+        """Longest side of the bounding box [m]."""
+        return float(np.ptp(self.nodes, axis=0).max())
+
+
+def wireframe(data: xr.Dataset) -> Wireframe:
+    """Return the mesh that a Dataset of modes or of a run carries, or raise InputError."""
+    if "node_position" not in data:
+        raise InputError(
+            "data: expected a Dataset with 'node_position' (node, component), got "
+            f"{sorted(map(str, data.data_vars))}; pass modes.to_dataset() or run.data"
+        )
+
+    def numbers(name: str, columns: int) -> NDArray[np.int64]:
+        values = data[name].values if name in data else np.zeros((0, columns))
+        return np.asarray(values, dtype=np.int64).reshape(-1, columns)
+
+    nodes = np.asarray(data["node_position"].values, dtype=np.float64)
+    return Wireframe(nodes, numbers("triangle", 3), numbers("cable", 2), numbers("beam", 2))
+
+
+def draw_surface(axes: Axes3D, mesh: Wireframe, displacement: Array, color: Array, limit: float) -> None:
+    """Draw a deflected structure.
+
+    Parameters
+    ----------
+    axes
+        Axes of projection ``"3d"``.
+    mesh
+        Undeflected structure.
+    displacement
+        Displacement to draw (node, 3) [m], already magnified.
+    color
+        Value (node,) that colours the membrane.
+    limit
+        Value of the ends of the colour scale.
+    """
+    points = mesh.nodes + displacement
+    shades = Normalize(-limit, limit)
+    view = _view_direction()
+    centre = mesh.nodes.mean(axis=0)
+    if mesh.triangles.size:
+        corners, values = _refined(points[mesh.triangles], color[mesh.triangles])
+        surface = Poly3DCollection(list(corners), linewidths=0.2, zorder=_SURFACE, rasterized=True)
+        faces = colormaps[DIVERGING](shades(values))
+        surface.set_facecolor(faces)
+        surface.set_edgecolor(faces)
+        surface.set_clip_on(False)
+        axes.add_collection3d(surface)
+        edges = np.concatenate(
+            [mesh.triangles[:, [0, 1]], mesh.triangles[:, [1, 2]], mesh.triangles[:, [2, 0]]]
+        )
+        edges = np.unique(np.sort(edges, axis=1), axis=0)
+        _lines(axes, points[edges], _SURFACE + 0.5, color="black", linewidth=0.15, alpha=0.45)
+    for members, width, shade in ((mesh.cables, 0.5, GREY), (mesh.beams, 1.4, "black")):
+        if members.size:
+            near = (mesh.nodes[members].mean(axis=1) - centre) @ view > 0.0
+            _lines(axes, points[members[~near]], _BEHIND, color=shade, linewidth=width)
+            _lines(axes, points[members[near]], _BEFORE, color=shade, linewidth=width)
+
+
+def _lines(axes: Axes3D, segments: Array, order: float, **look: Any) -> None:
+    if segments.size:
+        lines = Line3DCollection(list(segments), zorder=order, capstyle="round", **look)
+        lines.set_clip_on(False)
+        axes.add_collection3d(lines)
+
+
+def _view_direction() -> Array:
+    up, around = np.radians(VIEW[0]), np.radians(VIEW[1])
+    return np.array([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)])
+
+
+def _refined(corners: Array, values: Array) -> tuple[Array, Array]:
+    """Cut every triangle into equal small ones; return their corners (s, 3, 3) and mean values (s,)."""
+    parts = int(np.clip(np.sqrt(_PIECES / len(corners)), 1, 6))
+    upright = [[(i, j), (i + 1, j), (i, j + 1)] for i in range(parts) for j in range(parts - i)]
+    turned = [
+        [(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i in range(parts - 1) for j in range(parts - 1 - i)
+    ]
+    steps = np.array(upright + turned, dtype=np.float64) / parts
+    weights = np.concatenate([1.0 - steps.sum(axis=2, keepdims=True), steps], axis=2)
+    points = np.einsum("sck,tkd->tscd", weights, corners).reshape(-1, 3, 3)
+    return points, np.einsum("sck,tk->ts", weights, values).reshape(-1) / 3.0

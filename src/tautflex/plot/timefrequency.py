@@ -1,0 +1,106 @@
+"""Figure of frequency against time, as in the paper's Figure 6."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import FuncFormatter, NullFormatter
+from numpy.typing import ArrayLike
+
+from tautflex.analysis.wavelet import scalogram
+from tautflex.plot.history import maneuver_end, probe_records
+from tautflex.plot.style import DOUBLE_COLUMN, SEQUENTIAL, length_unit, new_figure, save_figure, styled
+
+_FADED = 0.05  # the ridge is drawn where it is above this part of its largest value
+_COLUMNS = 1200  # a page cannot show more
+
+
+@styled
+def plot_scalogram(
+    run: xr.Dataset,
+    probe: str,
+    component: str = "w",
+    frequencies: ArrayLike | None = None,
+    bandwidth: float = 3.0,
+) -> Figure:
+    """Draw the complex-Morlet scalogram of a probe with its ridge and its cone of influence.
+
+    Parameters
+    ----------
+    run
+        Dataset of a run.
+    probe, component
+        Record to analyse.
+    frequencies, bandwidth
+        As for :func:`tautflex.scalogram`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Hatched below the cone of influence, where the ends of the record matter; the ridge is drawn where
+        it is above 5 % of its largest value.
+
+    Raises
+    ------
+    InputError
+        If there is no such probe or component, or the record is not uniform.
+    """
+    record = probe_records(run, [probe], component).isel(probe=0)
+    data = scalogram(record, frequencies, bandwidth)
+    scale, unit = length_unit(data["magnitude"].values)
+    stride = max(1, data.sizes["time"] // _COLUMNS)
+    shown = data.isel(time=slice(None, None, stride))
+    time, frequency = shown["time"].values, shown["frequency"].values
+    figure = new_figure(DOUBLE_COLUMN * 0.75, 3.0)
+    axes = figure.add_subplot()
+    axes.grid(False)
+    image = axes.pcolormesh(
+        time,
+        frequency,
+        scale * shown["magnitude"].values,
+        cmap=SEQUENTIAL,
+        vmin=0.0,
+        shading="gouraud",
+        rasterized=True,
+    )
+    visible = shown["ridge_magnitude"].values > _FADED * float(data["ridge_magnitude"].max())
+    free = shown["ridge"].values >= shown["cone_of_influence"].values
+    ridge = np.where(visible, shown["ridge"].values, np.nan)
+    outline = [withStroke(linewidth=2.2, foreground="black")]
+    axes.plot(time, ridge, ":", color="white", linewidth=1.2, path_effects=outline)
+    ridge[~free] = np.nan
+    axes.plot(time, ridge, color="white", linewidth=1.2, path_effects=outline, label="ridge")
+    cone = np.minimum(shown["cone_of_influence"].values, frequency[-1])
+    axes.fill_between(
+        time, frequency[0], cone, facecolor="none", edgecolor="white", linewidth=0.0, hatch="////", alpha=0.35
+    )
+    end = maneuver_end(run)
+    if end is not None:
+        axes.axvline(end, color="white", linewidth=0.8, linestyle=(0, (4, 2)), label="maneuver ends")
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    ticks = [
+        tick for tick in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100) if frequency[0] <= tick <= frequency[-1]
+    ]
+    axes.set_yticks(ticks)
+    axes.set_ylim(frequency[0], frequency[-1])
+    axes.set_xlim(time[0], time[-1])
+    axes.set_xlabel("time $t$ [s]")
+    axes.set_ylabel("frequency $f$ [Hz]")
+    figure.colorbar(image, ax=axes, pad=0.02).set_label(f"amplitude of ${component}$ at {probe} [{unit}]")
+    axes.legend(loc="upper right", facecolor="#333333", labelcolor="white", framealpha=0.7)
+    return figure
+
+
+def save_scalogram(
+    run: xr.Dataset, stem: str | os.PathLike[str], probe: str, formats: Sequence[str] = ("png", "pdf")
+) -> list[Path]:
+    """Write the figure of :func:`plot_scalogram` as ``stem.png`` and ``stem.pdf``; return the files."""
+    return save_figure(plot_scalogram(run, probe), stem, formats)

@@ -1,0 +1,1 @@
+"""Linear, static, modal and transient solvers; one file per time integrator."""

@@ -1,0 +1,157 @@
+"""Newton's method with line search and a tangent that is re-used while it serves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# A refactorization costs about as much as this many iterations with the old tangent.
+PATIENCE = 8
+SLOPE_ACCEPTED = 0.9
+
+
+class NonlinearProblem(Protocol):
+    """Residual and approximate tangent of ``residual(x) = 0``."""
+
+    def residual(self, x: Array) -> tuple[Array, float]:
+        """Residual [N] and the force scale [N] that its norm is measured against."""
+        ...
+
+    def solve(self, right: Array) -> Array:
+        """Apply the inverse of the current tangent."""
+        ...
+
+    def refresh(self, x: Array) -> None:
+        """Factorize the tangent at ``x``."""
+        ...
+
+    def ready(self) -> bool:
+        """Whether a factorized tangent, perhaps of an earlier point, is at hand."""
+        ...
+
+
+@dataclass
+class NewtonOutcome:
+    """Result of one solution.
+
+    Parameters
+    ----------
+    x
+        Last iterate.
+    converged
+        Whether the residual norm fell below tolerance times scale.
+    residual
+        Residual at ``x`` [N].
+    history
+        Residual norms divided by their scales, one per evaluation.
+    iterations
+        Number of back-substitutions that made a step.
+    """
+
+    x: Array
+    converged: bool = False
+    residual: Array = field(default_factory=lambda: np.zeros(0))
+    history: list[float] = field(default_factory=list)
+    iterations: int = 0
+
+
+def solve_newton(
+    problem: NonlinearProblem, start: Array, tolerance: float, max_iterations: int = 40
+) -> NewtonOutcome:
+    """Solve ``residual(x) = 0``.
+
+    Every step is judged by the slope of the potential along it, ``step . residual``: if that does not fall, an old
+    tangent is refreshed at once, and a fresh one is followed by a secant line search. A converging but slow old
+    tangent is refreshed when it would need more than `PATIENCE` further iterations.
+
+    Parameters
+    ----------
+    problem
+        Residual, scale and tangent.
+    start
+        First iterate.
+    tolerance
+        Allowed ratio of residual norm to force scale.
+    max_iterations
+        Allowed number of steps.
+
+    Returns
+    -------
+    NewtonOutcome
+    """
+    outcome = NewtonOutcome(start)
+    x = start
+    residual, error = _measure(problem, x, outcome)
+    fresh = False
+    while error > tolerance and outcome.iterations < max_iterations and np.isfinite(error):
+        if not problem.ready():
+            problem.refresh(x)
+            fresh = True
+        step = -problem.solve(residual)
+        outcome.iterations += 1
+        slope = float(step @ residual)
+        trial, trial_error = _measure(problem, x + step, outcome)
+        # A tiny residual may bounce at round-off level, where slopes mean nothing.
+        good = trial_error <= tolerance or abs(float(step @ trial)) <= SLOPE_ACCEPTED * abs(slope)
+        if not good and not fresh:
+            problem.refresh(x)
+            fresh = True
+            continue
+        if not good:
+            fraction, trial, trial_error = _line_search(problem, x, step, slope, trial, outcome)
+            step = fraction * step
+        x = x + step
+        slow = _iterations_left(error, trial_error, tolerance) > PATIENCE
+        residual, error = trial, trial_error
+        fresh = False
+        if slow and error > tolerance and np.isfinite(error):
+            problem.refresh(x)
+            fresh = True
+    outcome.x, outcome.residual, outcome.converged = x, residual, bool(error <= tolerance)
+    return outcome
+
+
+def _measure(problem: NonlinearProblem, x: Array, outcome: NewtonOutcome) -> tuple[Array, float]:
+    residual, scale = problem.residual(x)
+    norm = float(np.sqrt(residual @ residual))
+    error = 0.0 if norm == 0.0 else norm / scale if scale > 0.0 else np.inf
+    outcome.history.append(error)
+    return residual, error
+
+
+def _iterations_left(before: float, after: float, tolerance: float) -> float:
+    """Further iterations at the observed linear rate."""
+    if after <= tolerance:
+        return 0.0
+    if not after < before:
+        return np.inf
+    return float(np.log(after / tolerance) / np.log(before / after))
+
+
+def _line_search(
+    problem: NonlinearProblem, x: Array, step: Array, slope: float, full: Array, outcome: NewtonOutcome
+) -> tuple[float, Array, float]:
+    """Fraction of ``step`` where the potential's slope has fallen to half, by safeguarded secants."""
+    low, low_slope = 0.0, slope
+    high, high_slope = 1.0, float(step @ full)
+    fraction, residual, error = 1.0, full, outcome.history[-1]
+    for _ in range(8):
+        if np.isfinite(high_slope) and high_slope != low_slope:
+            guess = low - low_slope * (high - low) / (high_slope - low_slope)
+        else:
+            guess = low
+        fraction = min(max(guess, low + 0.1 * (high - low)), high - 0.1 * (high - low))
+        residual, error = _measure(problem, x + fraction * step, outcome)
+        here = float(step @ residual)
+        if np.isfinite(here) and abs(here) <= 0.5 * abs(slope):
+            break
+        if np.isfinite(here) and np.sign(here) == np.sign(slope):
+            low, low_slope = fraction, here
+        else:
+            high, high_slope = fraction, here
+    return fraction, residual, error

@@ -1,0 +1,114 @@
+"""What a run stores, and the Dataset it becomes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from tautflex.mechanics.system import StructuralSystem
+from tautflex.motion.kinematics import RigidMotion
+from tautflex.solvers.probes import ProbeSet
+from tautflex.structure.model import Model
+
+Array = NDArray[np.float64]
+COMPONENTS = ["x", "y", "z"]
+
+
+def mesh_variables(model: Model) -> dict[str, tuple[Any, ...]]:
+    """Mesh as Dataset variables, so that results can be drawn without the model."""
+    variables: dict[str, tuple[Any, ...]] = {
+        "node_position": (("node", "component"), model.nodes, {"long_name": "reference position", "units": "m"})
+    }
+    for name, corner, elements in (
+        ("triangle", "corner", model.triangles),
+        ("cable", "end", model.cables),
+        ("beam", "end", model.beams),
+    ):
+        about = {"long_name": f"nodes of each {name}", "units": "1"}
+        variables[name] = ((f"{name}_element", corner), elements, about)
+    return variables
+
+
+class Recorder:
+    """Collects samples of a run.
+
+    Parameters
+    ----------
+    system
+        The structure.
+    probes
+        Measuring points.
+    samples
+        Number of stored instants at most.
+    field_steps
+        Steps whose whole displacement field is stored.
+    """
+
+    def __init__(self, system: StructuralSystem, probes: ProbeSet, samples: int, field_steps: set[int]) -> None:
+        self._system, self._probes, self._field_steps = system, probes, field_steps
+        self._time = np.zeros(samples)
+        self._probe = np.zeros((samples, 2, len(probes.names), 3))
+        self._spin = np.zeros((samples, 2, 3))
+        self._scalar = np.zeros((samples, 3))
+        self._fields: list[tuple[float, Array]] = []
+        self._count = 0
+
+    def store(self, time: float, q: Array, v: Array, motion: RigidMotion, energies: tuple[float, float]) -> None:
+        """Store one sample; the system's stresses must belong to ``q``."""
+        row = self._count
+        self._time[row] = time
+        self._probe[row] = self._probes.read(q), self._probes.read(v)
+        self._spin[row] = motion.angular_velocity, motion.angular_acceleration
+        smallest = self._system.smallest_principal_resultant()
+        self._scalar[row] = *energies, smallest
+        self._count += 1
+
+    def store_field(self, step: int, time: float, q: Array) -> None:
+        """Store the whole field if this step was asked for."""
+        if step in self._field_steps:
+            self._fields.append((time, self._system.translations(q)))
+
+    def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
+        """Dataset of everything stored so far."""
+        n = self._count
+        model = self._system.model
+        data: dict[str, tuple[Any, ...]] = {}
+        for kind, (suffix, units, words) in enumerate(
+            (("", "m", "elastic displacement"), ("_velocity", "m s-1", "elastic velocity"))
+        ):
+            for axis, name in enumerate("uvw"):
+                about = {"long_name": f"{words} along {COMPONENTS[axis]}", "units": units}
+                data[name + suffix] = (("time", "probe"), self._probe[:n, kind, :, axis], about)
+        for kind, (name, units) in enumerate((("angular_velocity", "rad s-1"), ("angular_acceleration", "rad s-2"))):
+            about = {"long_name": name.replace("_", " ") + " of the floating frame", "units": units}
+            data[name] = (("time", "component"), self._spin[:n, kind], about)
+        for column, (name, units, words) in enumerate(
+            (
+                ("kinetic_energy", "J", "kinetic energy of the elastic motion"),
+                ("strain_energy", "J", "strain energy above the reference"),
+                ("min_principal_resultant", "N m-1", "smallest principal film resultant"),
+            )
+        ):
+            data[name] = ("time", self._scalar[:n, column], {"long_name": words, "units": units})
+        fields = np.array([field for _, field in self._fields]).reshape(-1, len(model.nodes), 3)
+        about = {"long_name": "elastic displacement of all nodes", "units": "m"}
+        data["displacement"] = (("field_time", "node", "component"), fields, about)
+        about = {"long_name": "reference position of the probe", "units": "m"}
+        data["probe_position"] = (("probe", "component"), self._probes.positions, about)
+        return xr.Dataset(
+            {**data, **mesh_variables(model)},
+            coords={
+                "time": ("time", self._time[:n], {"long_name": "time", "units": "s"}),
+                "probe": list(self._probes.names),
+                "component": COMPONENTS,
+                "field_time": (
+                    "field_time",
+                    np.array([time for time, _ in self._fields]),
+                    {"long_name": "time of stored fields", "units": "s"},
+                ),
+            },
+            attrs=attributes,
+        )

@@ -1,0 +1,59 @@
+"""How a run ended, and what it cost."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from enum import Enum
+
+
+class Status(Enum):
+    """End of a run; ``message`` says what it means and what to try."""
+
+    COMPLETED = "completed"
+    NOT_CONVERGED = "not-converged"
+    INTERRUPTED = "interrupted"
+
+    @property
+    def message(self) -> str:
+        """The status in words, with the remedy."""
+        return {
+            Status.COMPLETED: "The run reached its end time.",
+            Status.NOT_CONVERGED: "Newton's method failed even with the smallest step; the result is valid up to its "
+            "last instant. Try a smaller time_step, more max_halvings, or a method with damping "
+            "(generalized-alpha, rho_inf = 0.8).",
+            Status.INTERRUPTED: "The run was interrupted; the result is valid up to its last instant.",
+        }[self]
+
+
+@dataclass
+class Statistics:
+    """Work done by a run.
+
+    Parameters
+    ----------
+    steps
+        Accepted steps, parts of halved ones included.
+    iterations
+        Newton steps.
+    factorizations, back_substitutions
+        Of the effective stiffness (and once of the mass matrix).
+    force_evaluations
+        Internal-force evaluations.
+    halvings
+        Times a step was halved.
+    seconds
+        Wall-clock time of the time stepping [s].
+    """
+
+    steps: int = 0
+    iterations: int = 0
+    factorizations: int = 0
+    back_substitutions: int = 0
+    force_evaluations: int = 0
+    halvings: int = 0
+    seconds: float = 0.0
+
+    def to_json(self) -> str:
+        """All numbers as one JSON object."""
+        return json.dumps(asdict(self))

@@ -1,0 +1,1 @@
+"""Materials, sections, meshes, the antenna builder and the frozen model."""

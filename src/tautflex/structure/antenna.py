@@ -1,0 +1,205 @@
+"""Parametric builder of the paper's antenna: rectangular film, perpendicular cables, rectangular frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex import checks
+from tautflex.errors import InputError
+from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
+from tautflex.structure.mesh import graded_lines, rectangle_mesh
+from tautflex.structure.model import Model, Support
+
+FRAME_SUPPORTS = ("corners", "all", "axis", "short-side", "free")
+DISTRIBUTIONS = ("equal", "tributary")
+
+
+@dataclass(frozen=True)
+class AntennaLayout:
+    """Geometry of an antenna in the plane z = 0, centred at the origin, x along the long side.
+
+    Parameters
+    ----------
+    length, width
+        Film [m].
+    divisions
+        Cells of the film along x and y.
+    pattern
+        ``"alternating"`` or ``"regular"`` diagonals.
+    frame_length, frame_width
+        Frame centre lines [m]; both None gives a film whose four edges are fixed.
+    cables_per_long_edge, cables_per_short_edge
+        Cables on each edge, evenly spaced, the first and last at the film's corners.
+    distribution
+        ``"equal"``: every cable carries the pretension; ``"tributary"``: corner cables carry half, which puts
+        a film with a cable at every edge node in exact equilibrium.
+    support
+        Clamped frame nodes: its ``"corners"``, ``"all"``, the two points on the x ``"axis"``, both
+        ``"short-side"``s, or none (``"free"``).
+    """
+
+    length: float
+    width: float
+    divisions: tuple[int, int]
+    pattern: str = "alternating"
+    frame_length: float | None = None
+    frame_width: float | None = None
+    cables_per_long_edge: int = 2
+    cables_per_short_edge: int = 2
+    distribution: str = "equal"
+    support: str = "corners"
+
+    def __post_init__(self) -> None:
+        checks.positive("length", self.length)
+        checks.positive("width", self.width)
+        checks.one_of("support", self.support, FRAME_SUPPORTS)
+        checks.one_of("distribution", self.distribution, DISTRIBUTIONS)
+        if (self.frame_length is None) != (self.frame_width is None):
+            raise InputError("frame_length, frame_width: expected both or neither; give the missing one")
+        if min(self.divisions) < 1:
+            raise InputError(f"divisions: expected two integers >= 1, got {self.divisions}")
+
+
+def build_fixed_film(
+    layout: AntennaLayout, membrane: MembraneSection, stress: tuple[float, float, float]
+) -> Model:
+    """Rectangular film with all four edges fixed under a given uniform stress (sx, sy, txy) [Pa]."""
+    ends_x = np.array([-0.5, 0.5]) * layout.length
+    ends_y = np.array([-0.5, 0.5]) * layout.width
+    lines_x = graded_lines(layout.length, layout.divisions[0], ends_x)
+    lines_y = graded_lines(layout.width, layout.divisions[1], ends_y)
+    nodes, triangles = rectangle_mesh(lines_x, lines_y, layout.pattern)
+    edge = (np.abs(nodes[:, 0]) > 0.5 * layout.length * (1 - 1e-12)) | (
+        np.abs(nodes[:, 1]) > 0.5 * layout.width * (1 - 1e-12)
+    )
+    return Model.from_mesh(
+        nodes,
+        triangles=triangles,
+        membrane=membrane,
+        membrane_stress=stress,
+        supports=(Support.pinned(np.flatnonzero(edge)),),
+    )
+
+
+def build_antenna(
+    layout: AntennaLayout,
+    membrane: MembraneSection,
+    cable: CableSection,
+    frame: BeamSection,
+    *,
+    pretension_x: float,
+    pretension_y: float,
+    membrane_stress: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    prestress_mode: str = "equilibrium",
+) -> Model:
+    """Film, cables and frame of the paper's Fig. 1b.
+
+    Parameters
+    ----------
+    layout
+        Geometry.
+    membrane, cable, frame
+        Sections; frame ``inertia_z`` acts in the antenna's plane, ``inertia_y`` out of it.
+    pretension_x, pretension_y
+        Tension per cable on the short edges (pulling along x) and on the long edges (along y) [N].
+    membrane_stress
+        Given film stress [Pa], used by ``prestress_mode="uniform"``.
+    prestress_mode
+        See `Model.from_mesh`.
+
+    Returns
+    -------
+    Model
+
+    Raises
+    ------
+    InputError
+        If the layout has no frame around the film, or fewer divisions than cable intervals.
+    """
+    if layout.frame_length is None or layout.frame_width is None:
+        raise InputError("layout: expected frame_length and frame_width, got None; use build_fixed_film instead")
+    if layout.frame_length <= layout.length or layout.frame_width <= layout.width:
+        raise InputError("layout: expected a frame larger than the film on both sides; enlarge the frame")
+    stations_x = np.linspace(-0.5, 0.5, layout.cables_per_long_edge) * layout.length
+    stations_y = np.linspace(-0.5, 0.5, layout.cables_per_short_edge) * layout.width
+    lines_x = graded_lines(layout.length, layout.divisions[0], stations_x)
+    lines_y = graded_lines(layout.width, layout.divisions[1], stations_y)
+    film_nodes, triangles = rectangle_mesh(lines_x, lines_y, layout.pattern)
+    ring = _frame_points(layout, stations_x, stations_y)
+    first = len(film_nodes)
+    ring_index = {_key(point): first + k for k, point in enumerate(ring)}
+    cables, tension = [], []
+    for stations, axis, pull in ((stations_x, 1, pretension_y), (stations_y, 0, pretension_x)):
+        film_half = 0.5 * (layout.width if axis == 1 else layout.length)
+        frame_half = 0.5 * (layout.frame_width if axis == 1 else layout.frame_length)
+        for station in stations:
+            half = layout.distribution == "tributary" and abs(abs(station) - abs(stations[0])) < 1e-12
+            for side in (-1.0, 1.0):
+                inner = (station, side * film_half) if axis == 1 else (side * film_half, station)
+                outer = (station, side * frame_half) if axis == 1 else (side * frame_half, station)
+                cables.append((_film_node(lines_x, lines_y, inner), ring_index[_key(np.array(outer))]))
+                tension.append(0.5 * pull if half else pull)
+    beams = np.column_stack([np.arange(len(ring)), np.roll(np.arange(len(ring)), -1)]) + first
+    frame_nodes = np.column_stack([ring, np.zeros(len(ring))])
+    held = first + np.flatnonzero(_held_frame_points(layout, ring))
+    return Model.from_mesh(
+        np.concatenate([film_nodes, frame_nodes]),
+        triangles=triangles,
+        membrane=membrane,
+        membrane_stress=membrane_stress,
+        cables=np.array(cables),
+        cable=cable,
+        cable_tension=np.array(tension),
+        beams=beams,
+        beam=frame,
+        supports=(Support.clamped(held),) if held.size else (),
+        prestress_mode=prestress_mode,
+    )
+
+
+def _key(point: NDArray[np.float64]) -> tuple[int, int]:
+    return round(float(point[0]) * 1e9), round(float(point[1]) * 1e9)
+
+
+def _film_node(lines_x: NDArray[np.float64], lines_y: NDArray[np.float64], point: tuple[float, float]) -> int:
+    return int(np.argmin(np.abs(lines_x - point[0])) * len(lines_y) + np.argmin(np.abs(lines_y - point[1])))
+
+
+def _frame_points(
+    layout: AntennaLayout, stations_x: NDArray[np.float64], stations_y: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Frame nodes counter-clockwise from the lower left corner: corners, cable ends, points on the x axis."""
+    assert layout.frame_length is not None
+    assert layout.frame_width is not None
+    half_x, half_y = 0.5 * layout.frame_length, 0.5 * layout.frame_width
+    on_axis = [0.0] if layout.support == "axis" else []
+    side_y = np.unique(np.round(np.concatenate([[-half_y], stations_y, on_axis]), 12))
+    side_x = np.unique(np.round(np.concatenate([[-half_x], stations_x]), 12))
+    corner_y, corner_x = np.append(side_y, half_y), np.append(side_x, half_x)
+    return np.concatenate(
+        [
+            np.column_stack([corner_x[:-1], np.full(len(side_x), -half_y)]),
+            np.column_stack([np.full(len(side_y), half_x), corner_y[:-1]]),
+            np.column_stack([corner_x[:0:-1], np.full(len(side_x), half_y)]),
+            np.column_stack([np.full(len(side_y), -half_x), corner_y[:0:-1]]),
+        ]
+    )
+
+
+def _held_frame_points(layout: AntennaLayout, ring: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Mark the frame nodes that the layout's support clamps."""
+    assert layout.frame_length is not None
+    assert layout.frame_width is not None
+    at_short = np.abs(np.abs(ring[:, 0]) - 0.5 * layout.frame_length) < 1e-9
+    at_long = np.abs(np.abs(ring[:, 1]) - 0.5 * layout.frame_width) < 1e-9
+    held = {
+        "corners": at_short & at_long,
+        "all": np.ones(len(ring), dtype=bool),
+        "axis": at_short & (np.abs(ring[:, 1]) < 1e-9),
+        "short-side": at_short,
+        "free": np.zeros(len(ring), dtype=bool),
+    }
+    return held[layout.support]

@@ -1,0 +1,141 @@
+"""Isotropic materials and the cross-sections made of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from tautflex import checks
+from tautflex.errors import InputError
+
+STRAINS = ("von-karman", "green-lagrange")
+
+
+@dataclass(frozen=True)
+class Material:
+    """Isotropic linear elastic material.
+
+    Parameters
+    ----------
+    youngs_modulus
+        Young's modulus [Pa], > 0.
+    density
+        Mass density [kg/m^3], > 0.
+    poisson_ratio
+        Poisson ratio [-], inside (-1, 0.5).
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    youngs_modulus: float
+    density: float
+    poisson_ratio: float = 0.0
+
+    def __post_init__(self) -> None:
+        checks.positive("youngs_modulus", self.youngs_modulus)
+        checks.positive("density", self.density)
+        checks.poisson_ratio("poisson_ratio", self.poisson_ratio)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus E / (2 (1 + nu)) [Pa]."""
+        return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+
+@dataclass(frozen=True)
+class MembraneSection:
+    """Film of constant thickness.
+
+    Parameters
+    ----------
+    material
+        Material of the film.
+    thickness
+        Thickness [m], > 0.
+    strain
+        ``"von-karman"`` (the paper's) or ``"green-lagrange"`` (objective under any rigid motion).
+    """
+
+    material: Material
+    thickness: float
+    strain: str = "von-karman"
+    kind: ClassVar[str] = "membrane"
+    rotational: ClassVar[bool] = False
+    corners: ClassVar[int] = 3
+
+    def __post_init__(self) -> None:
+        checks.positive("thickness", self.thickness)
+        checks.one_of("strain", self.strain, STRAINS)
+
+
+@dataclass(frozen=True)
+class CableSection:
+    """Cable or string that carries axial force only.
+
+    Parameters
+    ----------
+    material
+        Material of the cable.
+    area
+        Cross-sectional area [m^2], > 0.
+    strain
+        ``"von-karman"`` or ``"green-lagrange"``.
+    """
+
+    material: Material
+    area: float
+    strain: str = "von-karman"
+    kind: ClassVar[str] = "cable"
+    rotational: ClassVar[bool] = False
+    corners: ClassVar[int] = 2
+
+    def __post_init__(self) -> None:
+        checks.positive("area", self.area)
+        checks.one_of("strain", self.strain, STRAINS)
+
+
+@dataclass(frozen=True)
+class BeamSection:
+    """Euler-Bernoulli beam with its principal axes along local y and z.
+
+    Parameters
+    ----------
+    material
+        Material of the beam.
+    area
+        Cross-sectional area [m^2], > 0.
+    inertia_y, inertia_z
+        Second moments of area about local y and z [m^4], > 0; ``inertia_z`` resists deflection along local y.
+    torsion_constant
+        Saint-Venant torsion constant [m^4], > 0.
+    strain
+        ``"von-karman"`` (the paper's) or ``"green-lagrange"`` (invariant to second order in rotations, which
+        a prestressed free-flying frame needs; see :mod:`tautflex.elements.beam`).
+    """
+
+    material: Material
+    area: float
+    inertia_y: float
+    inertia_z: float
+    torsion_constant: float
+    strain: str = "von-karman"
+    kind: ClassVar[str] = "beam"
+    rotational: ClassVar[bool] = True
+    corners: ClassVar[int] = 2
+
+    def __post_init__(self) -> None:
+        for name in ("area", "inertia_y", "inertia_z", "torsion_constant"):
+            checks.positive(name, getattr(self, name))
+        checks.one_of("strain", self.strain, STRAINS)
+
+
+Section = MembraneSection | CableSection | BeamSection
+
+
+def require_section(name: str, section: object, kind: type) -> None:
+    """Raise InputError unless ``section`` is of the wanted kind."""
+    if not isinstance(section, kind):
+        raise InputError(f"{name}: expected a {kind.__name__}, got {section!r}; elements need a section")

@@ -1,0 +1,1 @@
+"""Studies: from a case to a model, a run and its files."""

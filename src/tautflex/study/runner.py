@@ -1,0 +1,141 @@
+"""One case from prestress to files: run.nc, summary.json, figures."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from tautflex import results
+from tautflex.analysis import amplitude, dominant_frequency
+from tautflex.errors import InputError
+from tautflex.solvers.dynamics import simulate
+from tautflex.solvers.modal import solve_modes
+from tautflex.solvers.prestress import solve_prestress
+from tautflex.study.build import build_coupling, build_damping, build_maneuver, build_method, build_model
+
+if TYPE_CHECKING:
+    from tautflex.config import Case
+
+Progress = Callable[[float, str], None]
+Figures = Callable[[xr.Dataset, xr.Dataset, Path], list[Path]]
+
+MODE_COUNT = 10
+
+
+def run_case(
+    case: Case,
+    directory: Path,
+    progress: Progress | None = None,
+    *,
+    figures: Figures | None = None,
+    title: str = "tautflex run",
+) -> dict[str, Any]:
+    """Simulate a case and write its results.
+
+    Nothing is written before the simulation has ended: bad input leaves no trace. A run that did not
+    converge or was interrupted is written as far as it got, with its status in the file and in the summary.
+
+    Parameters
+    ----------
+    case
+        Validated case.
+    directory
+        Where ``run.nc``, ``summary.json`` and figures go; created if missing, an earlier run replaced.
+    progress
+        Called with the fraction done (0 to 1) and a short message.
+    figures
+        Function (run dataset, modes dataset, directory) that writes figures and returns their paths.
+    title
+        Stored in ``run.nc``.
+
+    Returns
+    -------
+    dict
+        ``status``, ``message``, ``maneuver``, ``probes`` (amplitude [m], dominant_frequency [Hz],
+        bin_width [Hz]),
+        ``natural_frequencies`` [Hz], ``steps``, ``seconds`` [s], ``back_substitutions``, ``factorizations``,
+        ``files``; the content of ``summary.json``.
+
+    Raises
+    ------
+    InputError
+        If the case cannot be built, prestressed or simulated.
+    OSError
+        If the directory cannot be written.
+    """
+    tell = progress or _silent
+    tell(0.0, "prestress")
+    state = solve_prestress(build_model(case))
+    tell(0.0, "modes")
+    free = len(state.model.free_dofs)
+    modes = solve_modes(state, n=min(MODE_COUNT, free - 1))
+    run = simulate(
+        state,
+        build_maneuver(case),
+        method=build_method(case),
+        time_step=case.solver.time_step,
+        end_time=case.solver.end_time,
+        damping=build_damping(case),
+        coupling=build_coupling(case),
+        probes=case.output.probes,
+        probe_reading=case.output.probe_reading,
+        every=case.output.every,
+        fields=None if case.output.fields == "none" else case.output.fields,
+        progress=progress,
+        throw=False,
+    )
+    data = run.data.assign_attrs(title=title, case=case.to_toml(), versions=json.dumps(results.versions()))
+    directory.mkdir(parents=True, exist_ok=True)
+    tell(1.0, "writing")
+    files = {"run": directory / "run.nc", "summary": directory / "summary.json"}
+    results.save(data, files["run"])
+    if figures is not None:
+        files |= _named(figures(data, modes.to_dataset(), directory))
+    summary = {
+        "status": run.status.value,
+        "message": run.status.message,
+        "maneuver": _describe(case),
+        "probes": {str(name): read_probe(data["w"].sel(probe=name)) for name in data["probe"].values},
+        "natural_frequencies": [float(value) for value in modes.frequencies],
+        "steps": int(run.stats.steps),
+        "seconds": float(run.stats.seconds),
+        "back_substitutions": int(run.stats.back_substitutions),
+        "factorizations": int(run.stats.factorizations),
+        "files": {name: str(path) for name, path in files.items()},
+    }
+    files["summary"].write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    return summary
+
+
+def read_probe(record: xr.DataArray) -> dict[str, float | None]:
+    """Measure amplitude [m], dominant frequency [Hz] and bin width [Hz]; None where a record is too short."""
+    answer: dict[str, float | None] = {"amplitude": None, "dominant_frequency": None, "bin_width": None}
+    try:
+        answer["amplitude"] = float(amplitude(record))
+        peak = dominant_frequency(record)
+    except InputError:  # a run cut short after a few steps, or one that never moved
+        return answer
+    return answer | {"dominant_frequency": float(peak.frequency), "bin_width": float(peak.bin_width)}
+
+
+def _named(paths: list[Path]) -> dict[str, Path]:
+    """Key files by stem; a second format of the same figure is keyed by its full name."""
+    named: dict[str, Path] = {}
+    for path in paths:
+        named[path.name if path.stem in named else path.stem] = path
+    return named
+
+
+def _describe(case: Case) -> str:
+    maneuver = case.maneuver
+    if maneuver.kind == "stop":
+        return f"stop from {maneuver.rate:.4g} rad/s in {maneuver.duration:g} s"
+    return "no maneuver"
+
+
+def _silent(fraction: float, message: str) -> None:
+    """Report nothing."""

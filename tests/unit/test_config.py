@@ -1,0 +1,225 @@
+"""Case files: the template, round trips, defaults, overrides, and garbage."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from pydantic import TypeAdapter
+
+from tautflex.config import (
+    M2_TEMPLATE,
+    Cables,
+    Case,
+    Coupling,
+    Damping,
+    Frame,
+    Maneuver,
+    Membrane,
+    Mesh,
+    Output,
+    Prestress,
+    Solver,
+    load_case,
+    parse_case,
+)
+from tautflex.config.messages import show
+from tautflex.errors import CaseError
+
+FILM = {
+    "length": 2.0,
+    "width": 1.0,
+    "thickness": 1e-4,
+    "youngs_modulus": 3.5e9,
+    "poisson_ratio": 0.34,
+    "density": 1530.0,
+}
+FIXED = {**FILM, "edges": "fixed", "stress_x": 4000.0, "stress_y": 5000.0}
+
+
+def test_template_states_the_numbers_of_the_paper():
+    case = parse_case(M2_TEMPLATE)
+    # Tables 1 and 4 of the paper
+    assert (case.membrane.length, case.membrane.width, case.membrane.thickness) == (2.0, 1.0, 1e-4)
+    assert (case.membrane.youngs_modulus, case.membrane.poisson_ratio, case.membrane.density) == (
+        3.5e9,
+        0.34,
+        1530.0,
+    )
+    assert case.cables is not None
+    assert (case.cables.youngs_modulus, case.cables.area, case.cables.density) == (133e9, 3.14e-6, 1440.0)
+    assert (case.cables.pretension_x, case.cables.pretension_y) == (0.59, 1.0)
+    assert case.frame is not None
+    assert (case.frame.length, case.frame.width, case.frame.area) == (2.5, 1.5, 5.24e-4)
+    assert (case.frame.inertia_y, case.frame.inertia_z) == (4.81e-7, 2.69e-7)
+    assert case.frame.torsion_constant == pytest.approx(case.frame.inertia_y + case.frame.inertia_z)
+    assert case.maneuver.rate == pytest.approx(math.pi / 5, rel=1e-15)
+    assert case.solver.options == {"theta": 1.4}
+    assert case.output.probes == {"A": (0.7036, 0.4267)}
+
+
+def test_template_survives_a_round_trip():
+    case = parse_case(M2_TEMPLATE)
+    assert parse_case(case.to_toml()) == case
+
+
+def test_case_built_in_code_equals_the_same_file(tmp_path):
+    case = Case(schema=1, membrane=FIXED, mesh={"divisions": (4, 2)})
+    path = tmp_path / "film.toml"
+    path.write_text(case.to_toml(), encoding="utf-8")
+    assert load_case(path) == case
+
+
+def test_default_prestress_mode_follows_the_edges():
+    assert Case(membrane=FIXED).prestress.mode == "uniform"
+    template = tomllib.loads(M2_TEMPLATE)
+    del template["prestress"]
+    assert Case(**template).prestress.mode == "equilibrium"
+
+
+def test_case_is_frozen():
+    case = Case(membrane=FIXED)
+    with pytest.raises(ValueError, match="frozen"):
+        case.membrane.thickness = 2e-4  # type: ignore[misc]
+
+
+def test_integers_are_numbers_but_truth_values_are_not():
+    assert Case(membrane={**FIXED, "length": 2}).membrane.length == 2.0
+    with pytest.raises(CaseError, match=r"membrane\.length: expected a number, got true"):
+        Case(membrane={**FIXED, "length": True})
+
+
+@pytest.mark.parametrize(
+    ("override", "read"),
+    [
+        ("membrane.thickness=2e-4", lambda case: case.membrane.thickness == 2e-4),
+        ("frame.support=short-side", lambda case: case.frame.support == "short-side"),
+        ('frame.support="all"', lambda case: case.frame.support == "all"),
+        ("mesh.divisions=[20, 10]", lambda case: case.mesh.divisions == (20, 10)),
+        ("output.probes.B=[0, 0]", lambda case: set(case.output.probes) == {"A", "B"}),
+        ("coupling.euler=false", lambda case: case.coupling.euler is False),
+        ("output.fields=all", lambda case: case.output.fields == "all"),
+    ],
+)
+def test_override_changes_one_key(override, read):
+    assert read(parse_case(M2_TEMPLATE, [override]))
+
+
+def test_later_override_wins():
+    case = parse_case(M2_TEMPLATE, ["damping.alpha=1", "damping.alpha=2"])
+    assert case.damping.alpha == 2.0
+
+
+def test_replaced_validates_again():
+    case = parse_case(M2_TEMPLATE)
+    tuned = case.replaced(cables={"pretension_x": 1.5})
+    assert tuned.cables is not None
+    assert tuned.cables.pretension_x == 1.5
+    assert tuned.cables.pretension_y == 1.0
+    with pytest.raises(CaseError, match=r"cables\.pretension_x"):
+        case.replaced(cables={"pretension_x": -1.0})
+
+
+def test_file_with_byte_order_mark_is_read(tmp_path):
+    path = tmp_path / "bom.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + M2_TEMPLATE.encode())
+    assert load_case(path) == parse_case(M2_TEMPLATE)
+
+
+def test_misspelt_required_key_is_named_before_the_missing_one():
+    film = {**FIXED, "thicknes": 1e-4}
+    del film["thickness"]
+    with pytest.raises(CaseError, match=r"membrane\.thicknes: unknown key .* did you mean 'thickness'"):
+        Case(membrane=film)
+
+
+def test_memory_guard_counts_the_history_too(monkeypatch):
+    monkeypatch.setattr("tautflex.config.memory.available_bytes", lambda: 10_000_000)
+    small = Case(membrane=FIXED, mesh={"divisions": (4, 2)}, output={"probes": {"A": (0, 0)}})
+    # 10 000 stored steps of 16 numbers of 8 bytes fit into 10 MB, a hundred times as many do not.
+    assert small.output.every == 1
+    with pytest.raises(CaseError, match=r"output\.every: expected a history that fits"):
+        small.replaced(solver={"time_step": 1e-5})
+    assert small.replaced(solver={"time_step": 1e-5}, output={"every": 100}).output.every == 100
+
+
+def test_every_key_offers_an_example_that_validates():
+    """The messages offer these examples as remedies, so they must work."""
+    for section in (Membrane, Cables, Frame, Mesh, Prestress, Maneuver, Damping, Coupling, Solver, Output):
+        for name, field in section.model_fields.items():
+            assert field.description, name
+            assert field.examples, name
+            TypeAdapter(field.rebuild_annotation()).validate_python(field.examples[0])
+
+
+def test_values_are_shown_on_one_short_line():
+    assert show("a\nb") == r"'a\nb'"
+    assert len(show(10**5000)) <= 60
+    assert len(show("x" * 1000)) <= 60
+
+
+def attempt(make):
+    """Return the case, or the message of its CaseError; any other exception fails the test."""
+    try:
+        return make(), ""
+    except CaseError as error:
+        return None, str(error)
+
+
+anything = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8) | st.dates(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=6), inner, max_size=3),
+    max_leaves=6,
+)
+keys = st.sampled_from(
+    [
+        f"{section}.{key}"
+        for section, table in tomllib.loads(M2_TEMPLATE).items()
+        if isinstance(table, dict)
+        for key in table
+    ]
+)
+
+
+@given(key=keys, value=anything)
+@settings(max_examples=300, deadline=None)
+def test_no_value_of_any_key_raises_anything_but_a_one_line_case_error(key, value):
+    values = tomllib.loads(M2_TEMPLATE)
+    section, name = key.split(".")
+    values[section][name] = value
+    case, message = attempt(lambda: Case(**values))
+    assert "\n" not in message
+    assert (section in message) == (case is None)
+    assert case is None or parse_case(case.to_toml()) == case
+
+
+@given(
+    content=st.binary(max_size=200) | st.text(max_size=200).map(lambda text: text.encode("utf-8", "replace"))
+)
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_garbage_files_raise_only_case_errors(tmp_path, content):
+    path = tmp_path / "garbage.toml"
+    path.write_bytes(content)
+    with pytest.raises(CaseError) as caught:
+        load_case(path)
+    assert "\n" not in str(caught.value)
+
+
+@given(cut=st.integers(0, len(M2_TEMPLATE)), junk=st.text(max_size=10))
+@settings(max_examples=150, deadline=None)
+def test_damaged_templates_load_or_raise_case_errors(cut, junk):
+    text = M2_TEMPLATE[:cut] + junk + M2_TEMPLATE[cut + len(junk) :]
+    case, message = attempt(lambda: parse_case(text))
+    assert "\n" not in message
+    assert case is None or parse_case(case.to_toml()) == case
+
+
+@given(override=st.text(max_size=30))
+@settings(max_examples=200, deadline=None)
+def test_garbage_overrides_load_or_raise_case_errors(override):
+    case, message = attempt(lambda: parse_case(M2_TEMPLATE, [override]))
+    assert "\n" not in message
+    assert case is None or parse_case(case.to_toml()) == case
