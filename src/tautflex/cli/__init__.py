@@ -10,7 +10,7 @@ from cyclopts import App, CycloptsError, Parameter
 from tautflex._version import __version__
 from tautflex.cli.cases import check, init
 from tautflex.cli.modal import modes, tune
-from tautflex.cli.run import run
+from tautflex.cli.simulation import run
 from tautflex.errors import InputError, MissingExtraError, NotConvergedError
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130

@@ -78,7 +78,8 @@ def _about_run(case: Case) -> list[str]:
         late = [instant for instant in case.output.fields if instant > case.solver.end_time]
         if late:
             warnings.append(
-                f"output.fields: {late} s lie after end_time = {case.solver.end_time:g} s; run longer"
+                f"output.fields: {late} s lie after end_time = {case.solver.end_time:g} s and are left out; "
+                "run longer to store them"
             )
     duration = case.maneuver.duration
     if duration is not None and case.solver.time_step > duration / 5:

@@ -84,9 +84,10 @@ def run_case(
         probes=case.output.probes,
         probe_reading=case.output.probe_reading,
         every=case.output.every,
-        fields=None if case.output.fields == "none" else case.output.fields,
+        fields=reachable_fields(case),
         progress=progress,
         throw=False,
+        **_newton_options(case),
     )
     data = run.data.assign_attrs(title=title, case=case.to_toml(), versions=json.dumps(results.versions()))
     directory.mkdir(parents=True, exist_ok=True)
@@ -109,6 +110,20 @@ def run_case(
     }
     files["summary"].write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     return summary
+
+
+def reachable_fields(case: Case) -> str | list[float]:
+    """List the instants [s] of stored fields up to the end of the run; "none" and "all" stay."""
+    fields = case.output.fields
+    if isinstance(fields, str):
+        return fields
+    return [instant for instant in fields if instant <= case.solver.end_time]
+
+
+def _newton_options(case: Case) -> dict[str, Any]:
+    """Options the case states; `simulate` knows the defaults of the others."""
+    options = {"tolerance": case.solver.tolerance, "max_halvings": case.solver.max_halvings}
+    return {name: value for name, value in options.items() if value is not None}
 
 
 def read_probe(record: xr.DataArray) -> dict[str, float | None]:

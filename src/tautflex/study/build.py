@@ -1,0 +1,117 @@
+"""From a validated case to the objects of the numerics; the only place where the two meet."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tautflex.mechanics.damping import Rayleigh
+from tautflex.motion.coupling import Coupling
+from tautflex.motion.kinematics import Maneuver
+from tautflex.motion.maneuvers import AtRest, Stop
+from tautflex.solvers.generalized_alpha import HHT, GeneralizedAlpha, Newmark
+from tautflex.solvers.integrator import ImplicitMethod
+from tautflex.solvers.wilson import WilsonTheta
+from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
+from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
+from tautflex.structure.model import Model
+
+if TYPE_CHECKING:
+    from tautflex.config import Case
+
+METHODS = {
+    "wilson-theta": WilsonTheta,
+    "generalized-alpha": GeneralizedAlpha,
+    "newmark": Newmark,
+    "hht": HHT,
+}
+
+
+def build_model(case: Case) -> Model:
+    """Build the structure of a case.
+
+    Parameters
+    ----------
+    case
+        Validated case.
+
+    Returns
+    -------
+    Model
+
+    Raises
+    ------
+    InputError
+        If geometry and mesh contradict each other.
+    """
+    film, mesh = case.membrane, case.mesh
+    membrane = MembraneSection(
+        Material(film.youngs_modulus, film.density, film.poisson_ratio), film.thickness, film.strain
+    )
+    if case.cables is None or case.frame is None:
+        layout = AntennaLayout(film.length, film.width, mesh.divisions, mesh.pattern)
+        return build_fixed_film(layout, membrane, membrane_stress(case))
+    cables, frame = case.cables, case.frame
+    layout = AntennaLayout(
+        film.length,
+        film.width,
+        mesh.divisions,
+        mesh.pattern,
+        frame.length,
+        frame.width,
+        cables.per_long_edge,
+        cables.per_short_edge,
+        cables.distribution,
+        frame.support,
+    )
+    return build_antenna(
+        layout,
+        membrane,
+        CableSection(Material(cables.youngs_modulus, cables.density), cables.area, film.strain),
+        BeamSection(
+            Material(frame.youngs_modulus, frame.density, frame.poisson_ratio),
+            frame.area,
+            frame.inertia_y,
+            frame.inertia_z,
+            frame.torsion_constant,
+            film.strain,
+        ),
+        pretension_x=cables.pretension_x,
+        pretension_y=cables.pretension_y,
+        membrane_stress=membrane_stress(case),
+        prestress_mode=case.prestress.mode or "equilibrium",
+    )
+
+
+def membrane_stress(case: Case) -> tuple[float, float, float]:
+    """Return the given film stress (sx, sy, txy) [Pa]; zeros where the film responds to the cables."""
+    film, ratios = case.membrane, case.prestress.resultant_per_pretension
+    if film.stress_x is not None and film.stress_y is not None:
+        return film.stress_x, film.stress_y, 0.0
+    if case.prestress.mode == "uniform" and ratios is not None and case.cables is not None:
+        tensions = case.cables.pretension_x, case.cables.pretension_y
+        return ratios[0] * tensions[0] / film.thickness, ratios[1] * tensions[1] / film.thickness, 0.0
+    return 0.0, 0.0, 0.0
+
+
+def build_maneuver(case: Case) -> Maneuver:
+    """Build the maneuver of a case."""
+    given = case.maneuver
+    if given.kind == "stop" and given.rate is not None and given.duration is not None:
+        return Stop(given.rate, given.duration, given.axis, given.origin)
+    return AtRest()
+
+
+def build_method(case: Case) -> ImplicitMethod:
+    """Build the integrator of a case."""
+    return METHODS[case.solver.method](**case.solver.options)
+
+
+def build_damping(case: Case) -> Rayleigh:
+    """Build the damping of a case."""
+    return Rayleigh(case.damping.alpha, case.damping.beta)
+
+
+def build_coupling(case: Case) -> Coupling:
+    """Build the coupling switches of a case."""
+    given = case.coupling
+    return Coupling(given.gyroscopic, given.euler, given.centrifugal, given.inertial_load)

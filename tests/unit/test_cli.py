@@ -1,0 +1,185 @@
+"""Commands that succeed, or fail honestly: JSON keys, exit codes, files, interrupted and failed runs."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+
+import tautflex
+from tautflex import results
+from tautflex.cli import main
+from tautflex.cli.simulation import default_directory
+from tautflex.config import load_case
+
+# A square film under equal stress: f11 = sqrt(2)/(2 a) sqrt(stress/density).
+FILM = """
+schema = 1
+[membrane]
+length = 1.0
+width = 1.0
+thickness = 1e-4
+youngs_modulus = 3.5e9
+poisson_ratio = 0.34
+density = 1500.0
+edges = "fixed"
+stress_x = 15000.0
+stress_y = 15000.0
+[mesh]
+divisions = [8, 8]
+[maneuver]
+kind = "stop"
+rate = 0.01
+duration = 0.1
+[solver]
+time_step = 0.01
+end_time = 2.0
+[output]
+probes = { A = [0.0, 0.25] }
+fields = [0.0, 0.1]
+"""
+F11 = math.sqrt(2.0) / 2.0 * math.sqrt(15000.0 / 1500.0)
+
+
+@pytest.fixture
+def film(tmp_path, monkeypatch):
+    """The film's case file, in an empty working directory."""
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "film.toml"
+    path.write_text(FILM, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def answer(capsys):
+    """Return a function that runs a command with --json and returns its exit code and its one object."""
+
+    def run(*arguments):
+        capsys.readouterr()
+        code = main([*map(str, arguments), "--json"])
+        captured = capsys.readouterr()
+        assert captured.err == ""
+        return code, json.loads(captured.out)
+
+    return run
+
+
+def test_check_counts_nodes_and_weighs(film, answer):
+    code, found = answer("check", film)
+    assert code == 0
+    assert found["ok"] is True
+    assert found["nodes"] == 81
+    assert found["dofs"] == 3 * 81
+    assert found["mass"] == pytest.approx(1500.0 * 1e-4, rel=1e-12)  # density x thickness x area
+    assert found["warnings"] == []
+
+
+def test_modes_of_the_square_film(film, answer):
+    code, found = answer("modes", film, "-n", "3", "-o", "figures")
+    assert code == 0
+    assert found["frequencies"][0] == pytest.approx(F11, rel=0.03)  # coarse mesh
+    assert found["labels"][0] == [1, 1]
+    assert len(found["frequencies"]) == len(found["labels"]) == 3
+    assert found["prestress"]["min_principal_resultant"] == pytest.approx(15000.0 * 1e-4, rel=1e-12)
+    for path in found["files"].values():
+        assert (film.parent / path).stat().st_size > 1000
+
+
+def test_run_writes_what_it_says(film, answer):
+    code, found = answer("run", film, "-o", "out", "--set", "damping.alpha=0.1")
+    assert code == 0
+    assert found["status"] == "completed"
+    assert found["steps"] >= 200
+    assert found["back_substitutions"] >= found["steps"]
+    assert found["factorizations"] >= 1
+    assert set(found["probes"]["A"]) == {"amplitude", "dominant_frequency", "bin_width"}
+    assert found["probes"]["A"]["amplitude"] > 0.0
+    assert found["probes"]["A"]["bin_width"] == pytest.approx(1 / 2.56)  # 201 samples padded to 256 of 0.01 s
+    assert json.loads((film.parent / "out" / "summary.json").read_text(encoding="utf-8")) == found
+    assert {"run", "summary"} < set(found["files"])
+    for path in found["files"].values():
+        assert (film.parent / path).is_file()
+    data = results.load(film.parent / "out" / "run.nc")
+    assert data.sizes["time"] == 201
+    assert data.attrs["status"] == "completed"
+    stored = film.parent / "stored.toml"
+    stored.write_text(data.attrs["case"], encoding="utf-8")
+    assert load_case(stored) == load_case(film, ["damping.alpha=0.1"])
+
+
+def test_interrupted_run_is_kept_and_labelled(film, answer, monkeypatch):
+    @contextmanager
+    def impatient():
+        def progress(fraction, message):
+            if 0.3 < fraction < 1.0:
+                raise KeyboardInterrupt
+
+        yield progress
+
+    monkeypatch.setattr("tautflex.cli.simulation.progress_bar", impatient)
+    code, found = answer("run", film, "-o", "out")
+    assert code == 1
+    assert found["status"] == "interrupted"
+    data = results.load(film.parent / "out" / "run.nc")
+    assert data.attrs["status"] == "interrupted"
+    assert 0.5 < float(data.time[-1]) < 2.0
+
+
+def test_run_that_does_not_converge_is_kept_and_exits_with_1(film, answer):
+    impossible = ["solver.tolerance=1e-300", "solver.max_halvings=0"]
+    code, found = answer("run", film, "-o", "out", *(part for key in impossible for part in ("--set", key)))
+    assert code == 1
+    assert found["status"] == "not-converged"
+    assert results.load(film.parent / "out" / "run.nc").attrs["status"] == "not-converged"
+
+
+def test_tune_hits_the_frequency_and_writes_the_case(film, answer):
+    assert main(["init", "m2.toml"]) == 0
+    code, found = answer("tune", "m2.toml", "--frequency", "2.0", "-o", "tuned.toml")
+    assert code == 0
+    assert found["frequencies"][0] == pytest.approx(2.0, abs=1e-4)
+    assert found["pretension_x"] / found["pretension_y"] == pytest.approx(0.59, rel=1e-9)
+    code, again = answer("modes", "tuned.toml")
+    assert code == 0
+    assert again["frequencies"] == pytest.approx(found["frequencies"], rel=1e-6)
+
+
+def test_init_run_line_works_as_printed(film, capsys):
+    assert main(["init", "m2.toml"]) == 0
+    assert "tautflex run m2.toml" in capsys.readouterr().out
+
+
+def test_cards_name_the_results(film, capsys):
+    assert main(["run", "film.toml"]) == 0
+    card = capsys.readouterr().out
+    for words in ("completed", "probe A", "natural frequencies", "run.nc"):
+        assert words in card
+    assert main(["modes", "film.toml", "-n", "2"]) == 0
+    assert "(1,1)" in capsys.readouterr().out
+    assert main(["check", "film.toml", "--set", "output.probe_reading=nearest-node"]) == 0
+    assert "is valid" in capsys.readouterr().out
+
+
+def test_default_directory_is_beside_the_case(tmp_path):
+    assert default_directory(tmp_path / "m2.toml") == tmp_path / "m2"
+    assert default_directory(tmp_path / "m2") == tmp_path / "m2-run"
+
+
+def test_help_does_not_load_the_numerics():
+    """Start-up stays fast because none of the heavy libraries are imported for `--help`."""
+    code = "import sys; from tautflex.cli import main; main(['--help']); print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split("\n")[-2].split())
+    assert "tautflex.cli.simulation" in loaded
+    assert loaded.isdisjoint({"numba", "numpy", "scipy", "matplotlib", "xarray", "pydantic"})
+
+
+def test_every_public_name_exists():
+    for name in tautflex.__all__:
+        assert getattr(tautflex, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        _ = tautflex.nonsense

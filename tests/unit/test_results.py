@@ -1,0 +1,116 @@
+import numpy as np
+import pytest
+import xarray as xr
+
+from tautflex import results
+from tautflex.errors import InputError
+
+
+def dataset():
+    attributes = {
+        "title": "M2 ω₀ = π/5",
+        "case": "schema = 1\n[membrane]\nlength = 2.0\n",
+        "empty": "",
+        "tricky": "json:true",
+        "converged": True,
+        "limit": None,
+        "steps": 10001,
+        "time_step": 1e-3,
+        "single": [1.0],
+        "names": ["A", "B"],
+        "nested": {"theta": 1.4, "axis": [1, 0, 0]},
+    }
+    return xr.Dataset(
+        {
+            "w": (
+                ("time", "probe"),
+                np.array([[1e-3, np.nan], [np.pi, -np.inf], [0.1, 5e-324]]),
+                {"units": "m", "long_name": "transverse displacement", "nodal": False, "source": None},
+            ),
+            "duration": ("probe", [1.0, 2.0], {"units": "seconds"}),  # must not become a time difference
+            "triangle": (("triangle", "corner"), np.arange(6).reshape(2, 3), {"units": "1"}),
+            "cable": (("cable", "end"), np.zeros((0, 2), dtype=np.int64), {"units": "1"}),
+            "symmetry": ("mode", np.array(["SA", "--"])),
+            "slack": ("mode", np.array([True, False])),
+            "single": ("mode", np.array([1, 2], dtype=np.float32)),
+            "total": ((), 3.5, {"units": "kg"}),
+        },
+        {
+            "time": ("time", [0.0, 1e-3, 2e-3], {"units": "s", "long_name": "time"}),
+            "probe": ("probe", ["A", "point B"], {"long_name": "probe"}),
+        },
+        attributes,
+    )
+
+
+def test_round_trip_is_exact(tmp_path):
+    before = dataset()
+    back = results.load(results.save(before, tmp_path / "deep" / "run.nc"))
+    xr.testing.assert_identical(back, before)
+    for name in before.variables:
+        assert back[name].dtype == before[name].dtype, name
+    assert back.attrs["converged"] is True
+    assert back.attrs["limit"] is None
+    assert type(back.attrs["steps"]) is int
+
+
+def test_saving_leaves_the_dataset_alone_and_can_replace(tmp_path):
+    before = dataset()
+    path = results.save(before, tmp_path / "run.nc")
+    xr.testing.assert_identical(before, dataset())
+    results.save(before.assign_attrs(title="again"), path)
+    assert results.load(path).attrs["title"] == "again"
+    assert [item.name for item in tmp_path.iterdir()] == ["run.nc"]
+
+
+def test_failed_write_keeps_the_old_file(tmp_path, monkeypatch):
+    path = results.save(dataset(), tmp_path / "run.nc")
+
+    def broken(self, target, **kwargs):
+        target.write_bytes(b"half a file")
+        raise OSError("No space left on device")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", broken)
+    with pytest.raises(InputError, match="No space left"):
+        results.save(dataset(), path)
+    assert [item.name for item in tmp_path.iterdir()] == ["run.nc"]
+    monkeypatch.undo()
+    xr.testing.assert_identical(results.load(path), dataset())
+
+
+def test_unreadable_files_are_named(tmp_path):
+    with pytest.raises(InputError, match="does not exist"):
+        results.load(tmp_path / "none.nc")
+    text = tmp_path / "text.nc"
+    text.write_text("schema = 1\n")
+    with pytest.raises(InputError, match=r"text\.nc"):
+        results.load(text)
+    whole = results.save(dataset(), tmp_path / "run.nc").read_bytes()
+    (tmp_path / "cut.nc").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(InputError, match=r"cut\.nc"):
+        results.load(tmp_path / "cut.nc")
+    xr.Dataset({"a": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    with pytest.raises(InputError, match="tautflex"):
+        results.load(tmp_path / "other.nc")
+
+
+def test_newer_schema_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(results, "_SCHEMA", 2)
+    path = results.save(dataset(), tmp_path / "run.nc")
+    monkeypatch.undo()
+    with pytest.raises(InputError, match="upgrade"):
+        results.load(path)
+
+
+def test_what_cannot_be_stored_is_named(tmp_path):
+    with pytest.raises(InputError, match="'odd' of w"):
+        results.save(xr.Dataset({"w": ((), 1.0, {"odd": object()})}), tmp_path / "a.nc")
+    with pytest.raises(InputError, match="Dataset"):
+        results.save({"w": 1.0}, tmp_path / "a.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_versions_name_what_the_numbers_depend_on():
+    found = results.versions()
+    assert found["numpy"] == np.__version__
+    assert {"python", "tautflex", "scipy", "numba"} <= set(found)
