@@ -16,7 +16,8 @@ from tautflex.cli import main
 from tautflex.cli.simulation import default_directory
 from tautflex.config import load_case
 
-# A square film under equal stress: f11 = sqrt(2)/(2 a) sqrt(stress/density).
+# A square film under equal stress: f_mn = sqrt(m^2 + n^2)/(2 a) sqrt(stress/density). Rotation about x excites
+# shapes that are antisymmetric in y, first of all (1,2).
 FILM = """
 schema = 1
 [membrane]
@@ -42,7 +43,7 @@ end_time = 2.0
 probes = { A = [0.0, 0.25] }
 fields = [0.0, 0.1]
 """
-F11 = math.sqrt(2.0) / 2.0 * math.sqrt(15000.0 / 1500.0)
+F11, F12 = (math.sqrt(waves) / 2.0 * math.sqrt(15000.0 / 1500.0) for waves in (2.0, 5.0))
 
 
 @pytest.fixture
@@ -96,7 +97,8 @@ def test_run_writes_what_it_says(film, answer):
     assert found["steps"] >= 200
     assert found["back_substitutions"] >= found["steps"]
     assert found["factorizations"] >= 1
-    assert set(found["probes"]["A"]) == {"amplitude", "dominant_frequency", "bin_width"}
+    assert set(found["probes"]["A"]) >= {"amplitude", "dominant_frequency", "bin_width"}
+    assert found["probes"]["A"]["vibration_frequency"] == pytest.approx(F12, abs=0.2)  # half a bin
     assert found["probes"]["A"]["amplitude"] > 0.0
     assert found["probes"]["A"]["bin_width"] == pytest.approx(1 / 2.56)  # 201 samples padded to 256 of 0.01 s
     assert json.loads((film.parent / "out" / "summary.json").read_text(encoding="utf-8")) == found
@@ -135,6 +137,14 @@ def test_run_that_does_not_converge_is_kept_and_exits_with_1(film, answer):
     assert code == 1
     assert found["status"] == "not-converged"
     assert results.load(film.parent / "out" / "run.nc").attrs["status"] == "not-converged"
+
+
+def test_run_without_motion_has_no_frequency(film, answer):
+    still = ["--set", 'maneuver={kind="none"}', "--set", "solver.end_time=0.2"]
+    code, found = answer("run", film, "-o", "out", *still)
+    assert code == 0
+    assert found["probes"]["A"]["amplitude"] == 0.0
+    assert found["probes"]["A"]["dominant_frequency"] is None
 
 
 def test_tune_hits_the_frequency_and_writes_the_case(film, answer):

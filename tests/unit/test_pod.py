@@ -19,7 +19,7 @@ def known_field(weight=None, seed=0):
         factor = np.linalg.cholesky(weight)  # W = L L^T; the columns of L^-T Q are orthonormal in W
         shapes = np.linalg.solve(factor.T, np.linalg.qr(rng.standard_normal((DOFS, 3)))[0]).T
     phase = 2 * np.pi * np.arange(SNAPSHOTS) / SNAPSHOTS
-    histories = np.sqrt(2) * np.array([np.cos(phase), np.cos(2 * phase), np.sin(3 * phase)])
+    histories = np.sqrt(2) * np.array([np.cos(phase), np.cos(2 * phase + 0.4), np.sin(3 * phase + 0.2)])
     return shapes, (HEIGHTS[:, None] * histories).T @ shapes
 
 

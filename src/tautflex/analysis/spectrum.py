@@ -197,9 +197,11 @@ def _to_dataset(
 
 
 def _vertex(height: NDArray[np.float64], peak: int) -> float:
-    """Offset, in bins, of the vertex of the parabola through a peak and its neighbours (0 at an end)."""
+    """Offset, in bins, of the vertex of the parabola through a peak and its neighbours; 0 if it is none."""
     if peak + 1 >= height.size:
         return 0.0
     left, top, right = height[peak - 1 : peak + 2]
     curvature = left - 2 * top + right
-    return float(0.5 * (left - right) / curvature) if curvature < 0.0 else 0.0
+    if max(left, right) > top or curvature == 0.0:
+        return 0.0
+    return float(0.5 * (left - right) / curvature)

@@ -41,9 +41,9 @@ def scalogram(
     -------
     xarray.Dataset
         ``magnitude(frequency, time)`` and ``ridge_magnitude(time)`` in the record's unit; ``ridge(time)``
-        [Hz], where the magnitude is largest at each time (interpolated by a parabola in the logarithm of
-        frequency); ``cone_of_influence(time)`` [Hz]: below it the ends of the record matter (e-folding of
-        the wavelet's energy, infinite at the ends).
+        [Hz], the largest peak over frequency at each time, NaN where there is none above the cone of
+        influence (near the ends: above half the main frequency); ``cone_of_influence(time)`` [Hz]: below it
+        the ends of the record matter (e-folding of the wavelet's energy, infinite at the ends).
 
     Raises
     ------
@@ -58,7 +58,7 @@ def scalogram(
     edge = np.minimum(data.time - data.time[0], data.time[-1] - data.time)
     with np.errstate(divide="ignore"):
         cone = center * np.sqrt(bandwidth) / edge
-    ridge, height = _ridge(grid, _above(grid, magnitude, cone))
+    ridge, height = _ridge(grid, magnitude, cone)
     units = data.units or "1"
     return xr.Dataset(
         {
@@ -123,33 +123,26 @@ def _magnitude(
     return np.asarray(2.0 * np.abs(coefficients) / np.sqrt(scales)[:, None], dtype=np.float64)
 
 
-def _above(
-    grid: NDArray[np.float64], magnitude: NDArray[np.float64], cone: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Blank what lies below the cone, but near the ends no more than what is below half the main frequency.
-
-    A drift slower than the record can show would otherwise hide the vibration.
-    """
-    free = grid[:, None] >= cone
-    energy = np.sum(np.where(free, magnitude, 0.0) ** 2, axis=1)
-    main = float(grid[energy.argmax()])
-    return np.where(grid[:, None] >= np.minimum(cone, 0.5 * main), magnitude, 0.0)
-
-
 def _ridge(
-    grid: NDArray[np.float64], magnitude: NDArray[np.float64]
+    grid: NDArray[np.float64], magnitude: NDArray[np.float64], cone: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Frequency and height of the largest magnitude at each time; a parabola refines it inside the grid."""
+    """Frequency and height of the largest peak over frequency at each time, refined by a parabola.
+
+    Peaks below the cone do not count, but near the ends, where the cone is high, those above half the main
+    frequency do: a drift slower than the record can show would otherwise hide the vibration.
+    """
+    main = grid[np.sum(np.where(grid[:, None] >= cone, magnitude, 0.0) ** 2, axis=1).argmax()]
+    inside = magnitude[1:-1]
+    peaks = (inside > magnitude[:-2]) & (inside >= magnitude[2:])
+    peaks &= grid[1:-1, None] >= np.minimum(cone, 0.5 * main)
+    top = np.where(peaks, inside, 0.0).argmax(axis=0) + 1
     columns = np.arange(magnitude.shape[1])
-    top = magnitude.argmax(axis=0)
-    inner = np.clip(top, 1, grid.size - 2)
     x = np.log(grid)
-    left, right = x[inner - 1] - x[inner], x[inner + 1] - x[inner]
-    middle = magnitude[inner, columns]
-    down, up = magnitude[inner - 1, columns] - middle, magnitude[inner + 1, columns] - middle
+    left, right = x[top - 1] - x[top], x[top + 1] - x[top]
+    height = magnitude[top, columns]
+    down, up = magnitude[top - 1, columns] - height, magnitude[top + 1, columns] - height
     curvature = (up / right - down / left) / (right - left)
     slope = down / left - curvature * left
-    with np.errstate(divide="ignore", invalid="ignore"):
-        shift = np.where((curvature < 0.0) & (inner == top), -0.5 * slope / curvature, 0.0)
-    shift = np.clip(shift, left, right)
-    return np.where(inner == top, np.exp(x[inner] + shift), grid[top]), magnitude[top, columns]
+    found = peaks.any(axis=0)
+    shift = -0.5 * slope / np.where(found, curvature, np.nan)  # the curvature of a peak is negative
+    return np.exp(x[top] + shift), np.where(found, height, np.nan)

@@ -77,10 +77,9 @@ def _reading(reading: Mapping[str, Any]) -> str:
     if reading["amplitude"] is None:
         return "too few samples"
     text = f"amplitude {reading['amplitude'] * 1e3:.4g} mm"
-    if reading["dominant_frequency"] is None:
+    if reading["vibration_frequency"] is None:
         return text
-    half_bin = reading["bin_width"] / 2
-    return f"{text}, dominant frequency {reading['dominant_frequency']:.4f} +- {half_bin:.4f} Hz"
+    return f"{text}, vibrates at {reading['vibration_frequency']:.3f} +- {reading['bin_width'] / 2:.3f} Hz"
 
 
 def _rows() -> Table:

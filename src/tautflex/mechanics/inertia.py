@@ -12,9 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, csr_array
 
 from tautflex.elements.block import ElementBlock
 from tautflex.mechanics.pattern import SparsityPattern
@@ -28,6 +29,12 @@ def cross_matrix(vector: ArrayLike) -> Array:
     """Matrix S(v) with S(v) a = v x a, shape (3, 3)."""
     x, y, z = np.asarray(vector, dtype=float)
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+@numba.njit(cache=True)
+def _add_product(factor: float, rows: Array, columns: Array, values: Array, vector: Array, result: Array) -> None:
+    for k in range(values.size):
+        result[rows[k]] += factor * values[k] * vector[columns[k]]
 
 
 @dataclass(frozen=True)
@@ -131,14 +138,29 @@ class InertiaOperator:
         return self.pattern.matrix(self.entries(weight))
 
     @cached_property
+    def _rows_and_columns(self) -> tuple[tuple[tuple[NDArray[np.int32], NDArray[np.int32]], ...], ...]:
+        rows, columns = self.pattern.rows, self.pattern.columns
+        return tuple(tuple((rows[slot], columns[slot]) for slot in line) for line in self.slots)
+
+    def apply(self, weight: ArrayLike, vector: Array) -> Array:
+        """``M(Z) vector`` without forming the matrix, shape (size,); Z is mostly zeros for a fixed axis."""
+        result = np.zeros(self.pattern.size)
+        z = np.asarray(weight, dtype=float)
+        for a in range(3):
+            for b in range(3):
+                if z[a, b] != 0.0:
+                    _add_product(z[a, b], *self._rows_and_columns[a][b], self.values[a][b], vector, result)
+        return result
+
+    @cached_property
     def mass_entries(self) -> Array:
         """Values of the mass matrix M(1) in the pattern."""
         return self.entries(np.eye(3))
 
     @cached_property
-    def mass_matrix(self) -> csc_array:
+    def mass_matrix(self) -> csr_array:
         """Mass matrix M(1) [kg, kg m, kg m^2] without stored zeros, shape (size, size)."""
-        result = self.pattern.matrix(self.mass_entries).copy()
+        result = self.pattern.symmetric_matrix(self.mass_entries).copy()
         result.eliminate_zeros()
         return result
 

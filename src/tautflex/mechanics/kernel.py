@@ -204,3 +204,14 @@ def add_tangent(data: Any, q: Array, slots: Indices, values: Array) -> None:
             for k in range(unknowns):
                 for e in range(width):
                     values[slots[m, k, first + e]] += data.measure[first + e] * element[m, k, e]
+
+
+@_jit
+def smallest_principal_value(stress: Array) -> float:
+    """Smallest principal value of plane stresses (sx, sy, txy), shape (3, element)."""
+    smallest = np.inf
+    for e in range(stress.shape[1]):
+        half = 0.5 * (stress[0, e] - stress[1, e])
+        radius = np.sqrt(half * half + stress[2, e] * stress[2, e])
+        smallest = min(smallest, 0.5 * (stress[0, e] + stress[1, e]) - radius)
+    return smallest

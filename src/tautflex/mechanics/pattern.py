@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, csr_array
 
 Array = NDArray[np.float64]
 
@@ -66,6 +66,13 @@ class SparsityPattern:
     def matrix(self, values: Array) -> csc_array:
         """Sparse matrix (entries,) -> (size, size) that shares this pattern's index arrays."""
         result = csc_array((values, self.rows, self.column_start), shape=(self.size, self.size), copy=False)
+        result.has_sorted_indices = True
+        result.has_canonical_format = True
+        return result
+
+    def symmetric_matrix(self, values: Array) -> csr_array:
+        """Symmetric matrix in compressed rows, whose product with a vector is faster; index arrays are shared."""
+        result = csr_array((values, self.rows, self.column_start), shape=(self.size, self.size), copy=False)
         result.has_sorted_indices = True
         result.has_canonical_format = True
         return result

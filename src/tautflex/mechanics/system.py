@@ -10,7 +10,7 @@ from scipy.sparse import csc_array
 
 from tautflex.elements import ElementBlock, element_blocks
 from tautflex.mechanics.inertia import InertiaOperator
-from tautflex.mechanics.kernel import KernelData, add_force, add_tangent, kernel_data
+from tautflex.mechanics.kernel import KernelData, add_force, add_tangent, kernel_data, smallest_principal_value
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.structure.model import Model
 
@@ -139,8 +139,12 @@ class StructuralSystem:
 
     def smallest_principal_resultant(self) -> float:
         """Smallest principal film resultant [N/m] at the last `force` call; NaN without a film."""
-        values = self.principal_resultants()
-        return float(values[:, 0].min()) if len(values) else float("nan")
+        smallest = [
+            smallest_principal_value(stress) * group.section.thickness  # type: ignore[union-attr]
+            for group, stress in zip(self.model.groups, self._stress, strict=True)
+            if group.section.kind == "membrane"
+        ]
+        return min(smallest, default=float("nan"))
 
     def principal_resultants(self, stress: list[Array] | None = None) -> Array:
         """Smaller and larger principal membrane resultant [N/m] of each film element, shape (element, 2)."""

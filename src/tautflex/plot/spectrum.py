@@ -115,7 +115,7 @@ def _mark(axes: Axes, frequencies: NDArray[np.float64], limit: float) -> None:
     groups: list[list[int]] = []
     for index in np.flatnonzero((frequencies > 0.0) & (frequencies <= limit)).tolist():
         axes.axvline(float(frequencies[index]), color=GREY, linewidth=0.7, linestyle=":", zorder=1)
-        if groups and frequencies[index] - frequencies[groups[-1][0]] < 0.045 * limit:
+        if groups and frequencies[index] - frequencies[groups[-1][0]] < 0.06 * limit:
             groups[-1].append(index)
         else:
             groups.append([index])

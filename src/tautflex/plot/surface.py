@@ -73,27 +73,34 @@ def draw_surface(axes: Axes3D, mesh: Wireframe, displacement: Array, color: Arra
         Value of the ends of the colour scale.
     """
     points = mesh.nodes + displacement
-    shades = Normalize(-limit, limit)
     view = _view_direction()
     centre = mesh.nodes.mean(axis=0)
     if mesh.triangles.size:
-        corners, values = _refined(points[mesh.triangles], color[mesh.triangles])
-        surface = Poly3DCollection(list(corners), linewidths=0.2, zorder=_SURFACE, rasterized=True)
-        faces = colormaps[DIVERGING](shades(values))
-        surface.set_facecolor(faces)
-        surface.set_edgecolor(faces)
-        surface.set_clip_on(False)
-        axes.add_collection3d(surface)
-        edges = np.concatenate(
-            [mesh.triangles[:, [0, 1]], mesh.triangles[:, [1, 2]], mesh.triangles[:, [2, 0]]]
-        )
-        edges = np.unique(np.sort(edges, axis=1), axis=0)
-        _lines(axes, points[edges], _SURFACE + 0.5, color="black", linewidth=0.15, alpha=0.45)
+        _draw_film(axes, mesh, points, color, Normalize(-limit, limit))
     for members, width, shade in ((mesh.cables, 0.5, GREY), (mesh.beams, 1.4, "black")):
         if members.size:
             near = (mesh.nodes[members].mean(axis=1) - centre) @ view > 0.0
             _lines(axes, points[members[~near]], _BEHIND, color=shade, linewidth=width)
             _lines(axes, points[members[near]], _BEFORE, color=shade, linewidth=width)
+
+
+def _draw_film(axes: Axes3D, mesh: Wireframe, points: Array, color: Array, shades: Normalize) -> None:
+    """Draw the membrane and its mesh as one collection, so that nearer parts hide farther ones."""
+    parts = int(np.clip(np.sqrt(_PIECES / len(mesh.triangles)), 1, 6))
+    corners, values = _refined(points[mesh.triangles], color[mesh.triangles], parts)
+    faces = colormaps[DIVERGING](shades(values))
+    edges = np.concatenate([mesh.triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
+    edges = np.unique(np.sort(edges, axis=1), axis=0)
+    steps = np.linspace(0.0, 1.0, parts + 1)[:, None]
+    along = points[edges[:, :1]] * (1.0 - steps) + points[edges[:, 1:]] * steps
+    along += 0.004 * mesh.span * _view_direction()  # in front of the faces it borders
+    lines = np.stack([along[:, :-1], along[:, 1:], along[:, 1:]], axis=2).reshape(-1, 3, 3)
+    ink = np.tile([0.0, 0.0, 0.0, 0.35], (len(lines), 1))
+    film = Poly3DCollection(list(np.concatenate([corners, lines])), linewidths=0.25, zorder=_SURFACE)
+    film.set(rasterized=True, clip_on=False)
+    film.set_facecolor(np.concatenate([faces, 0.0 * ink]))
+    film.set_edgecolor(np.concatenate([faces, ink]))
+    axes.add_collection3d(film)
 
 
 def _lines(axes: Axes3D, segments: Array, order: float, **look: Any) -> None:
@@ -108,9 +115,8 @@ def _view_direction() -> Array:
     return np.array([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)])
 
 
-def _refined(corners: Array, values: Array) -> tuple[Array, Array]:
+def _refined(corners: Array, values: Array, parts: int) -> tuple[Array, Array]:
     """Cut every triangle into equal small ones; return their corners (s, 3, 3) and mean values (s,)."""
-    parts = int(np.clip(np.sqrt(_PIECES / len(corners)), 1, 6))
     upright = [[(i, j), (i + 1, j), (i, j + 1)] for i in range(parts) for j in range(parts - i)]
     turned = [
         [(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i in range(parts - 1) for j in range(parts - 1 - i)

@@ -8,6 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.solvers.secant import SecantMemory
+
 Array = NDArray[np.float64]
 
 # A refactorization costs about as much as this many iterations with the old tangent.
@@ -61,7 +63,11 @@ class NewtonOutcome:
 
 
 def solve_newton(
-    problem: NonlinearProblem, start: Array, tolerance: float, max_iterations: int = 40
+    problem: NonlinearProblem,
+    start: Array,
+    tolerance: float,
+    max_iterations: int = 40,
+    memory: SecantMemory | None = None,
 ) -> NewtonOutcome:
     """Solve ``residual(x) = 0``.
 
@@ -79,39 +85,50 @@ def solve_newton(
         Allowed ratio of residual norm to force scale.
     max_iterations
         Allowed number of steps.
+    memory
+        Secant pairs of the current factorization, used and extended; None for plain steps.
 
     Returns
     -------
     NewtonOutcome
     """
+    memory = memory if memory is not None else SecantMemory(0)
     outcome = NewtonOutcome(start)
     x = start
     residual, error = _measure(problem, x, outcome)
     fresh = False
+    last: tuple[Array, Array, Array] | None = None
+
+    def refresh() -> None:
+        nonlocal fresh, last
+        problem.refresh(x)
+        memory.clear()
+        fresh, last = True, None
+
     while error > tolerance and outcome.iterations < max_iterations and np.isfinite(error):
         if not problem.ready():
-            problem.refresh(x)
-            fresh = True
-        step = -problem.solve(residual)
+            refresh()
+        plain = -problem.solve(residual)
         outcome.iterations += 1
+        if last is not None:
+            memory.learn(last[0], residual - last[1], last[2] - plain)
+        step = memory.correct(plain)
         slope = float(step @ residual)
         trial, trial_error = _measure(problem, x + step, outcome)
         # A tiny residual may bounce at round-off level, where slopes mean nothing.
         good = trial_error <= tolerance or abs(float(step @ trial)) <= SLOPE_ACCEPTED * abs(slope)
         if not good and not fresh:
-            problem.refresh(x)
-            fresh = True
+            refresh()
             continue
         if not good:
             fraction, trial, trial_error = _line_search(problem, x, step, slope, trial, outcome)
             step = fraction * step
-        x = x + step
         slow = _iterations_left(error, trial_error, tolerance) > PATIENCE
+        x, last = x + step, (step, residual, plain)
         residual, error = trial, trial_error
         fresh = False
         if slow and error > tolerance and np.isfinite(error):
-            problem.refresh(x)
-            fresh = True
+            refresh()
     outcome.x, outcome.residual, outcome.converged = x, residual, bool(error <= tolerance)
     return outcome
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array
+from scipy.sparse import csr_array
 
 from tautflex.mechanics.damping import Rayleigh
 from tautflex.motion.coupling import Coupling
@@ -15,6 +15,7 @@ from tautflex.solvers.integrator import Combination, ImplicitMethod, StepScheme
 from tautflex.solvers.linear import SymmetricFactorization
 from tautflex.solvers.newton import NewtonOutcome, solve_newton
 from tautflex.solvers.prestress import PrestressedState
+from tautflex.solvers.secant import SecantMemory
 from tautflex.solvers.status import Statistics
 
 Array = NDArray[np.float64]
@@ -22,6 +23,8 @@ Array = NDArray[np.float64]
 # The force scale of a step never falls below this part of the largest one met so far: after the motion has died
 # away there is nothing to resolve at full relative accuracy.
 _SCALE_FLOOR = 1e-3
+# Iterations lost to an old factorization, summed over steps, that pay for a new one (measured: 40x20 antenna).
+_REFRESH_COST = 16
 
 
 @dataclass
@@ -43,16 +46,16 @@ class MotionState:
     v: Array
     a: Array
     forces: Array | None = None
+    jerk: Array | None = None
 
 
-@dataclass
+@dataclass(frozen=True)
 class _MotionTerms:
-    """Rotating-frame terms at one instant."""
+    """Rotating-frame terms at one instant: G = M(velocity), K_T = M(displacement), Q_T = load."""
 
     key: tuple[float, ...]
-    entries: tuple[Array, Array] | None
-    gyroscopic: csc_array | None
-    stiffness: csc_array | None
+    velocity: Array
+    displacement: Array
     load: Array
 
 
@@ -89,14 +92,15 @@ class Stepper:
         self._system, self._pattern, self._inertia = system, system.pattern, system.inertia
         self._damping_entries = self.damping.entries(self._inertia.mass_entries, self.state.tangent_entries)
         damped = bool(self._damping_entries.any())
-        self._damping_matrix = self._pattern.matrix(self._damping_entries) if damped else None
+        self._damping_matrix = self._pattern.symmetric_matrix(self._damping_entries) if damped else None
         self._factor = SymmetricFactorization(self._pattern)
+        self._factor_size = 0.0
+        self._fewest_iterations, self._lost_iterations, self._judged = 0, 0, 0
+        self._memory = SecantMemory()
         self._mass_factor = SymmetricFactorization(self._pattern)
         self._terms: _MotionTerms | None = None
-        self._linear_key: tuple[object, ...] | None = None
-        self._factor_key: tuple[float, ...] | None = None
+        self._linear: tuple[float, csr_array] | None = None
         self._largest_scale = 0.0
-        self._system_force = np.zeros(system.size)
 
     # -- forces ---------------------------------------------------------------------------------------------------
 
@@ -105,15 +109,12 @@ class Stepper:
         key = (*motion.angular_velocity, *motion.angular_acceleration, *motion.origin_acceleration)
         if self._terms is not None and self._terms.key == key:
             return self._terms
-        velocity_weight = self.coupling.velocity_weight(motion)
-        displacement_weight = self.coupling.displacement_weight(motion)
-        load = self.coupling.load(motion, self._inertia)
-        if velocity_weight.any() or displacement_weight.any():
-            entries = self._inertia.entries(velocity_weight), self._inertia.entries(displacement_weight)
-            matrices = self._pattern.matrix(entries[0]), self._pattern.matrix(entries[1])
-            self._terms = _MotionTerms(key, entries, *matrices, load)
-        else:
-            self._terms = _MotionTerms(key, None, None, None, load)
+        self._terms = _MotionTerms(
+            key,
+            self.coupling.velocity_weight(motion),
+            self.coupling.displacement_weight(motion),
+            self.coupling.load(motion, self._inertia),
+        )
         return self._terms
 
     def _force(self, q: Array) -> Array:
@@ -128,8 +129,10 @@ class Stepper:
         total = terms.load.copy()
         if self._damping_matrix is not None:
             total += self._damping_matrix @ v
-        if terms.gyroscopic is not None:
-            total += terms.gyroscopic @ v + terms.stiffness @ q
+        if terms.velocity.any():
+            total += self._inertia.apply(terms.velocity, v)
+        if terms.displacement.any():
+            total += self._inertia.apply(terms.displacement, q)
         return total
 
     def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> MotionState:
@@ -178,8 +181,11 @@ class Stepper:
         terms = self._motion_terms(segment.motion(at.time + scheme.evaluation * size))
         problem = _StepProblem(self, scheme, terms, at, size)
         reach = scheme.evaluation * size
+        guess = reach * at.v + 0.5 * reach**2 * at.a
+        if at.jerk is not None:
+            guess += reach**3 / 6.0 * at.jerk
         outcome = solve_newton(
-            problem, reach * at.v + 0.5 * reach**2 * at.a, self.tolerance, self.max_iterations
+            problem, guess, self.tolerance, self.max_iterations, self._memory
         )
         self.statistics.iterations += outcome.iterations
         d = outcome.x
@@ -189,24 +195,34 @@ class Stepper:
             _combine(scheme.end_velocity, d, at),
             _combine(scheme.end_acceleration, d, at),
         )
+        end.jerk = (end.a - at.a) / size
         if scheme.weight < 1.0 and outcome.converged:
             inertia_force = self._inertia.mass_matrix @ _combine(scheme.inertia, d, at)
             history = (1.0 - scheme.weight) * problem.history
             end.forces = (outcome.residual - inertia_force - history) / scheme.weight
+        self._judge_factor(outcome.iterations)
         if outcome.converged:
             self._largest_scale = max(self._largest_scale, problem.scale)
         return end, outcome
 
-    def linear_matrix(self, scheme: StepScheme, terms: _MotionTerms, size: float) -> csc_array:
-        """Matrix that multiplies the increment in the residual, without the elastic part."""
-        key = (size, terms.key)
-        if self._linear_key != key:
+    def _judge_factor(self, iterations: int) -> None:
+        """Drop the factorization once the iterations that its age cost would have paid for a new one."""
+        if self._judged != self._factor.factorizations:
+            self._judged = self._factor.factorizations
+            self._fewest_iterations, self._lost_iterations = iterations, 0
+            return
+        self._fewest_iterations = min(self._fewest_iterations, iterations)
+        self._lost_iterations += iterations - self._fewest_iterations
+        if self._lost_iterations > _REFRESH_COST:
+            self._factor_size = 0.0
+
+    def linear_matrix(self, scheme: StepScheme, size: float) -> csr_array:
+        """Inertia and damping that multiply the increment in the residual; kept while the step size stays."""
+        if self._linear is None or self._linear[0] != size:
             values = scheme.inertia.d * self._inertia.mass_entries
             values = values + scheme.weight * scheme.velocity.d * self._damping_entries
-            if terms.entries is not None:
-                values += scheme.weight * (scheme.velocity.d * terms.entries[0] + terms.entries[1])
-            self._linear_key, self._linear = key, self._pattern.matrix(values)
-        return self._linear
+            self._linear = size, self._pattern.symmetric_matrix(values)
+        return self._linear[1]
 
     def refresh(self, q: Array, scheme: StepScheme, terms: _MotionTerms, size: float) -> None:
         """Factorize the symmetric part of the effective stiffness at ``q``.
@@ -214,18 +230,16 @@ class Stepper:
         The skew parts (gyroscopic, Euler) are small against the inertia of a resolved step and are left to the
         iteration.
         """
-        values = scheme.weight * self._system.tangent(q)
-        values += scheme.inertia.d * self._inertia.mass_entries
-        values += scheme.weight * scheme.velocity.d * self._damping_entries
-        if terms.entries is not None:
-            turned = terms.entries[1]
-            values += 0.5 * scheme.weight * (turned + turned[self._pattern.transpose_slots])
+        values = scheme.weight * self._system.tangent(q) + self.linear_matrix(scheme, size).data
+        symmetric = 0.5 * (terms.displacement + terms.displacement.T)
+        if symmetric.any():
+            values += scheme.weight * self._inertia.entries(symmetric)
         self._factor.factorize(values)
-        self._factor_key = (size,)
+        self._factor_size = size
 
     def usable_factor(self, size: float) -> bool:
         """Whether the last factors belong to this step size."""
-        return self._factor.ready and self._factor_key == (size,)
+        return self._factor.ready and self._factor_size == size
 
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
@@ -241,7 +255,7 @@ class _StepProblem:
         self, stepper: Stepper, scheme: StepScheme, terms: _MotionTerms, at: MotionState, size: float
     ) -> None:
         self._stepper, self._scheme, self._terms, self._at, self._size = stepper, scheme, terms, at, size
-        self._linear = stepper.linear_matrix(scheme, terms, size)
+        self._linear = stepper.linear_matrix(scheme, size)
         inertia, velocity = scheme.inertia, scheme.velocity
         known = stepper._inertia.mass_matrix @ (inertia.v * at.v + inertia.a * at.a)
         known += scheme.weight * stepper._frame_forces(at.q, velocity.v * at.v + velocity.a * at.a, terms)
@@ -252,6 +266,9 @@ class _StepProblem:
             self.history = at.forces
             known += (1.0 - scheme.weight) * at.forces
         self._known = known
+        # Gyroscopic and K_T forces are both M(Z) times something, so one product serves the increment.
+        self._turning = scheme.weight * (velocity.d * terms.velocity + terms.displacement)
+        self._turns = bool(self._turning.any())
         self._load_scale = scheme.weight * float(np.linalg.norm(terms.load))
         self.scale = 0.0
 
@@ -262,6 +279,8 @@ class _StepProblem:
         self.scale = max(norm, self._load_scale)
         force += self._known
         force += self._linear @ x
+        if self._turns:
+            force += self._stepper._inertia.apply(self._turning, x)
         return force, max(self.scale, _SCALE_FLOOR * self._stepper._largest_scale)
 
     def refresh(self, x: Array) -> None:

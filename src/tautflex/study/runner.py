@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,7 +57,7 @@ def run_case(
     -------
     dict
         ``status``, ``message``, ``maneuver``, ``probes`` (amplitude [m], dominant_frequency [Hz],
-        bin_width [Hz]),
+        bin_width [Hz], vibration_frequency [Hz]),
         ``natural_frequencies`` [Hz], ``steps``, ``seconds`` [s], ``back_substitutions``, ``factorizations``,
         ``files``; the content of ``summary.json``.
 
@@ -96,11 +97,14 @@ def run_case(
     results.save(data, files["run"])
     if figures is not None:
         files |= _named(figures(data, modes.to_dataset(), directory))
+    fundamental = float(modes.frequencies[0])
     summary = {
         "status": run.status.value,
         "message": run.status.message,
         "maneuver": _describe(case),
-        "probes": {str(name): read_probe(data["w"].sel(probe=name)) for name in data["probe"].values},
+        "probes": {
+            str(name): read_probe(data["w"].sel(probe=name), fundamental) for name in data["probe"].values
+        },
         "natural_frequencies": [float(value) for value in modes.frequencies],
         "steps": int(run.stats.steps),
         "seconds": float(run.stats.seconds),
@@ -126,15 +130,39 @@ def _newton_options(case: Case) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def read_probe(record: xr.DataArray) -> dict[str, float | None]:
-    """Measure amplitude [m], dominant frequency [Hz] and bin width [Hz]; None where a record is too short."""
-    answer: dict[str, float | None] = {"amplitude": None, "dominant_frequency": None, "bin_width": None}
+def read_probe(record: xr.DataArray, fundamental: float) -> dict[str, float | None]:
+    """Measure one probe's record; None where it is too short, or never moved.
+
+    Parameters
+    ----------
+    record
+        Displacement over time [m].
+    fundamental
+        Lowest natural frequency [Hz].
+
+    Returns
+    -------
+    dict
+        ``amplitude`` [m]; ``dominant_frequency`` [Hz], the bin of largest energy, and its ``bin_width`` [Hz];
+        ``vibration_frequency`` [Hz], the same above half the fundamental, where the slow offset that the
+        deceleration leaves in the record does not count.
+    """
+    names = ("amplitude", "dominant_frequency", "bin_width", "vibration_frequency")
+    answer: dict[str, float | None] = dict.fromkeys(names)
     try:
         answer["amplitude"] = float(amplitude(record))
         peak = dominant_frequency(record)
-    except InputError:  # a run cut short after a few steps, or one that never moved
-        return answer
-    return answer | {"dominant_frequency": float(peak.frequency), "bin_width": float(peak.bin_width)}
+        answer["bin_width"] = float(peak.bin_width)
+        answer["dominant_frequency"] = _number_or_none(peak.frequency)
+        vibration = dominant_frequency(record, lowest=0.5 * fundamental)
+        answer["vibration_frequency"] = _number_or_none(vibration.frequency)
+    except InputError:
+        pass  # a run cut short after a few steps: what is known so far stays
+    return answer
+
+
+def _number_or_none(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
 
 
 def _named(paths: list[Path]) -> dict[str, Path]:
