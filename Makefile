@@ -12,6 +12,7 @@ help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: $(VENV)/installed demo/m2.toml ## install into .venv, run the stop maneuver of the antenna M2, write figures to demo/m2
+	@$(BIN)/tautflex check demo/m2.toml
 	@$(BIN)/tautflex run demo/m2.toml -o demo/m2
 
 test: $(VENV)/tools lint ## install the test tools; check format, lint, types, import contract; run all tests

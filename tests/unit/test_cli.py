@@ -16,8 +16,8 @@ from tautflex.cli import main
 from tautflex.cli.simulation import default_directory
 from tautflex.config import load_case
 
-# A square film under equal stress: f_mn = sqrt(m^2 + n^2)/(2 a) sqrt(stress/density). Rotation about x excites
-# shapes that are antisymmetric in y, first of all (1,2).
+# A square film under equal stress has f_mn = sqrt(m^2 + n^2)/(2 a) sqrt(stress/density). Rotation about x
+# excites shapes that are antisymmetric in y, first of all (1,2).
 FILM = """
 schema = 1
 [membrane]

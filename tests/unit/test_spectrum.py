@@ -70,17 +70,16 @@ def test_any_length_is_the_fourier_sum_at_its_own_frequencies(length):
     np.testing.assert_allclose(lines["amplitude"][1:-1], expected, atol=1e-10)
 
 
-def test_larger_tone_wins_and_slow_bins_can_be_passed_over():
-    time = np.arange(8000) * 1e-3
-    values = tones(time, (0.4, 2.0), (2.5, 1.0))
-    assert dominant_frequency((values, 1e-3)).interpolated == pytest.approx(0.4, abs=0.04)
-    assert dominant_frequency((values, 1e-3), lowest=1.0).interpolated == pytest.approx(2.5, abs=0.02)
-
-
-def test_a_bin_on_a_slope_is_not_interpolated():
-    time = np.arange(8000) * 1e-3
-    peak = dominant_frequency((tones(time, (0.4, 2.0)), 1e-3), lowest=0.6)  # the tone's flank
-    assert peak.interpolated == peak.frequency
+def test_larger_tone_wins_and_the_maneuver_can_be_left_out():
+    time = np.arange(10001) * 1e-3
+    values = tones(time, (2.0, 1.0)) + 5.0 * (time < 1.0)  # a frame that decelerates for a second
+    assert dominant_frequency((values, 1e-3)).frequency < 0.3
+    after = dominant_frequency((values, 1e-3), after=1.0)
+    assert after.frequency == pytest.approx(2.0, abs=0.5 * after.bin_width)
+    # The bins stay those of the whole record: 9001 samples alone would still pad to 16384, 8001 to 8192.
+    assert dominant_frequency((values, 1e-3), after=2.0).bin_width == pytest.approx(1 / 16.384, rel=1e-12)
+    with pytest.raises(InputError, match="after"):
+        dominant_frequency((values, 1e-3), after=9.999)
 
 
 def test_constant_record_has_no_frequency():

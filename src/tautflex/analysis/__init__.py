@@ -2,7 +2,7 @@
 
 from tautflex.analysis.mac import mac, mac_table
 from tautflex.analysis.pod import dominant_shape, pod
-from tautflex.analysis.record import Record, UniformRecord, uniform_record
+from tautflex.analysis.record import Record, UniformRecord, maneuver_end, uniform_record
 from tautflex.analysis.spectrum import PeakFrequency, amplitude, dominant_frequency, spectrum
 from tautflex.analysis.wavelet import scalogram
 
@@ -15,6 +15,7 @@ __all__ = [
     "dominant_shape",
     "mac",
     "mac_table",
+    "maneuver_end",
     "pod",
     "scalogram",
     "spectrum",

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from tautflex.checks import float_array, positive
+from tautflex.checks import finite, float_array, positive
 from tautflex.errors import InputError
 
 Record: TypeAlias = xr.DataArray | tuple[ArrayLike, float]
@@ -23,6 +23,44 @@ class UniformRecord(NamedTuple):
     time_step: float
     units: str
     name: str
+
+    def starting_at(self, instant: float) -> UniformRecord:
+        """Return the samples from an instant [s] on; InputError if fewer than four are left."""
+        kept = self.time >= finite("after", instant) - 1e-6 * self.time_step
+        if np.count_nonzero(kept) < 4:
+            raise InputError(
+                f"after: expected an instant at least 4 samples before the record's end at {self.time[-1]:g} s, "
+                f"got {instant:g} s; simulate longer"
+            )
+        return self._replace(values=self.values[kept], time=self.time[kept])
+
+
+def maneuver_end(run: xr.Dataset) -> float | None:
+    """Return the time [s] from which the angular velocity stays as it is; None if it never or always does.
+
+    Parameters
+    ----------
+    run
+        Dataset of a run.
+
+    Returns
+    -------
+    float or None
+        The attribute ``maneuver_end`` if the run has it, else the first stored instant of constant rate; None if
+        fewer than four samples follow it.
+    """
+    if run.sizes["time"] < 4:
+        return None
+    if "maneuver_end" in run.attrs:
+        end = float(run.attrs["maneuver_end"])
+        return end if end <= float(run["time"].values[-4]) else None
+    if "angular_velocity" not in run:
+        return None
+    rate = run["angular_velocity"].transpose("time", ...).values.reshape(run.sizes["time"], -1)
+    moving = np.abs(rate - rate[-1]).max(axis=1) > 1e-9 * np.abs(rate).max()
+    if not moving.any() or moving[-4:].any():
+        return None
+    return float(run["time"].values[np.flatnonzero(moving)[-1] + 1])
 
 
 def uniform_record(record: Record, *, samples: int = 4) -> UniformRecord:

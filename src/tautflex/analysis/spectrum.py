@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.signal import CZT
 
 from tautflex.analysis.record import Record, UniformRecord, uniform_record
-from tautflex.checks import float_array, non_negative, one_of, positive
+from tautflex.checks import float_array, one_of, positive
 from tautflex.errors import InputError
 
 Padding = Literal["next-power-of-two", "none"]
@@ -61,6 +61,7 @@ def spectrum(
     pad: Padding = "next-power-of-two",
     *,
     length: float | None = None,
+    after: float | None = None,
     remove_mean: bool = True,
 ) -> xr.Dataset:
     """Return the one-sided Fourier spectrum of a record.
@@ -77,6 +78,10 @@ def spectrum(
         Duration of the padded record [s] instead of ``pad``; bins are ``1/length`` apart. With 10.48576 s
         (2**20 samples of 10 microseconds) a record of 10 s has the bins 0.0953674 Hz of the paper's Tables
         6, 8, 9.
+    after
+        Use only the samples from this time on [s], padded as the whole record would be, so that bins stay where they
+        are. The offset that a decelerating frame gives the antenna outweighs its vibration: response frequencies are
+        those of the motion after the maneuver, see :func:`maneuver_end`.
     remove_mean
         Subtract the mean before padding.
 
@@ -104,6 +109,8 @@ def spectrum(
                 f"length: expected at least the record's {count * data.time_step:g} s, got {length:g} s; "
                 "cut the record or pad to a longer duration"
             )
+    if after is not None:
+        data = data.starting_at(after)
     values = data.values - data.values.mean() if remove_mean else data.values
     transform = _transform(values, padded)
     frequency = np.arange(transform.size) / (padded * data.time_step)
@@ -115,17 +122,14 @@ def dominant_frequency(
     pad: Padding = "next-power-of-two",
     *,
     length: float | None = None,
-    lowest: float = 0.0,
+    after: float | None = None,
 ) -> PeakFrequency:
     """Return the frequency of largest energy of a record, mean removed, zero-padded [theory, section 7].
 
     Parameters
     ----------
-    record, pad, length
+    record, pad, length, after
         As for :func:`spectrum`.
-    lowest
-        Frequency [Hz] below which bins are passed over, e.g. the offset that a maneuver leaves in a record
-        whose vibration dies quickly. By default only the mean is.
 
     Returns
     -------
@@ -135,16 +139,13 @@ def dominant_frequency(
     Raises
     ------
     InputError
-        As for :func:`spectrum`, or if no bin lies above ``lowest``.
+        As for :func:`spectrum`.
     """
-    lines = spectrum(record, pad, length=length)
+    lines = spectrum(record, pad, length=length, after=after)
     frequency = lines["frequency"].values
     width = float(lines.attrs["bin_width"])
     height = lines["amplitude"].values
-    first = max(1, int(np.searchsorted(frequency, non_negative("lowest", lowest))))
-    if first >= frequency.size:
-        raise InputError(f"lowest: expected at most {frequency[-1]:g} Hz, got {lowest:g} Hz; sample faster")
-    peak = int(lines["energy"].values[first:].argmax()) + first
+    peak = int(lines["energy"].values[1:].argmax()) + 1
     scale = amplitude(uniform_record(record).values)
     if height[peak] <= 8 * np.finfo(float).eps * scale:
         return PeakFrequency(float("nan"), width, float("nan"))

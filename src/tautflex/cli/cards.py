@@ -79,7 +79,8 @@ def _reading(reading: Mapping[str, Any]) -> str:
     text = f"amplitude {reading['amplitude'] * 1e3:.4g} mm"
     if reading["vibration_frequency"] is None:
         return text
-    return f"{text}, vibrates at {reading['vibration_frequency']:.3f} +- {reading['bin_width'] / 2:.3f} Hz"
+    half_bin = reading["vibration_bin_width"] / 2
+    return f"{text}, then vibrates at {reading['vibration_frequency']:.3f} +- {half_bin:.3f} Hz"
 
 
 def _rows() -> Table:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import xarray as xr
 
+# Screens want PNG; writing PDF as well would cost another 50 MB of memory. `tautflex.plot` writes both.
+FORMATS = ("png",)
+
 
 def mode_figures(modes: xr.Dataset, directory: Path) -> list[Path]:
     """Write the mode shapes into an existing directory; return the files."""
     from tautflex import plot
 
-    return list(plot.save_modes(modes, directory / "modes"))
+    return list(plot.save_modes(modes, directory / "modes", formats=FORMATS))
 
 
 def run_figures(run: xr.Dataset, modes: xr.Dataset, directory: Path) -> list[Path]:
@@ -24,11 +28,14 @@ def run_figures(run: xr.Dataset, modes: xr.Dataset, directory: Path) -> list[Pat
     from tautflex import plot
 
     written = mode_figures(modes, directory)
+    gc.collect()  # figures hold cycles and tens of megabytes of pixels
     if run.sizes.get("field_time", 0) > 0:
-        written += plot.save_shapes(run, directory / "shapes")
+        written += plot.save_shapes(run, directory / "shapes", formats=FORMATS)
+        gc.collect()
     if run.sizes.get("probe", 0) > 0 and run.sizes["time"] >= 8:
-        written += plot.save_time_history(run, directory / "time_history")
+        natural = modes["frequency"].values
+        written += plot.save_time_history(run, directory / "time_history", formats=FORMATS)
         written += plot.save_spectrum(
-            run, directory / "spectrum", natural_frequencies=modes["frequency"].values
+            run, directory / "spectrum", natural_frequencies=natural, formats=FORMATS
         )
     return written

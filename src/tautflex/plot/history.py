@@ -11,6 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tautflex.analysis import maneuver_end
 from tautflex.checks import one_of
 from tautflex.errors import InputError
 from tautflex.plot.style import DOUBLE_COLUMN, GREY, LINES, length_unit, new_figure, save_figure, styled
@@ -111,17 +112,6 @@ def probe_records(run: xr.Dataset, probes: Sequence[str] | None, component: str)
     for probe in [probes] if isinstance(probes, str) else probes:
         one_of("probes", probe, known)
     return record.sel(probe=[probes] if isinstance(probes, str) else list(probes))
-
-
-def maneuver_end(run: xr.Dataset) -> float | None:
-    """Return the time [s] from which the angular velocity stays as it is; None if it never or always does."""
-    if "angular_velocity" not in run or run.sizes["time"] < 2:
-        return None
-    rate = run["angular_velocity"].transpose("time", ...).values.reshape(run.sizes["time"], -1)
-    moving = np.abs(rate - rate[-1]).max(axis=1) > 1e-9 * np.abs(rate).max()
-    if not moving.any() or moving[-2]:
-        return None
-    return float(run["time"].values[np.flatnonzero(moving)[-1] + 1])
 
 
 def _add_headroom(axes: Axes) -> None:

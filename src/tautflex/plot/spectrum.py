@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from tautflex.analysis.spectrum import dominant_frequency, spectrum
+from tautflex.analysis import dominant_frequency, maneuver_end, spectrum
 from tautflex.checks import float_array
 from tautflex.plot.history import probe_records
 from tautflex.plot.style import (
@@ -36,7 +36,7 @@ def plot_spectrum(
     highest: float | None = None,
     length: float | None = None,
 ) -> Figure:
-    """Draw the amplitude spectrum of probes, zero-padded to the next power of two, and mark its peak.
+    """Draw the amplitude spectrum of probes after the maneuver, zero-padded to a power of two, and mark its peak.
 
     Parameters
     ----------
@@ -62,8 +62,10 @@ def plot_spectrum(
         If there is no probe or component of that name, or the record is not uniform.
     """
     records = probe_records(run, probes, component)
-    lines = [spectrum(records.isel(probe=k), length=length) for k in range(records.sizes["probe"])]
-    peaks = [dominant_frequency(records.isel(probe=k), length=length) for k in range(len(lines))]
+    after = maneuver_end(run)
+    each = [records.isel(probe=k) for k in range(records.sizes["probe"])]
+    lines = [spectrum(record, length=length, after=after) for record in each]
+    peaks = [dominant_frequency(record, length=length, after=after) for record in each]
     scale, unit = length_unit(np.concatenate([line["amplitude"].values for line in lines]))
     figure = new_figure(DOUBLE_COLUMN * 0.75, 2.7)
     axes = figure.add_subplot()
@@ -85,7 +87,7 @@ def plot_spectrum(
     axes.set_ylabel(f"amplitude of ${component}$ [{unit}]")
     if natural_frequencies is not None:
         _mark(axes, float_array("natural_frequencies", natural_frequencies, (None,)), limit)
-    axes.legend(loc="upper right")
+    axes.legend(loc="upper right", title=None if after is None else f"motion after t = {after:g} s")
     return figure
 
 

@@ -13,8 +13,8 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import ArrayLike
 
-from tautflex.analysis.wavelet import scalogram
-from tautflex.plot.history import maneuver_end, probe_records
+from tautflex.analysis import maneuver_end, scalogram
+from tautflex.plot.history import probe_records
 from tautflex.plot.style import DOUBLE_COLUMN, SEQUENTIAL, length_unit, new_figure, save_figure, styled
 
 _FADED = 0.05  # the ridge is drawn where it is above this part of its largest value

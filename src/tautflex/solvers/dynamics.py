@@ -266,7 +266,10 @@ def _field_steps(fields: str | Sequence[float] | None, step: float, count: int, 
 def _attributes(
     method: ImplicitMethod, maneuver: Maneuver, stepper: Stepper, status: Status, step: float
 ) -> dict[str, Any]:
+    last = maneuver.segments()[-1].start
+    ended = {"maneuver_end": last} if last > 0.0 else {}
     return {
+        **ended,
         "title": "rigid-flexible response of a tensioned membrane structure",
         "method": method.name,
         "maneuver": repr(maneuver),

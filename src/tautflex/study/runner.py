@@ -57,7 +57,7 @@ def run_case(
     -------
     dict
         ``status``, ``message``, ``maneuver``, ``probes`` (amplitude [m], dominant_frequency [Hz],
-        bin_width [Hz], vibration_frequency [Hz]),
+        bin_width [Hz], and more, see `read_probe`),
         ``natural_frequencies`` [Hz], ``steps``, ``seconds`` [s], ``back_substitutions``, ``factorizations``,
         ``files``; the content of ``summary.json``.
 
@@ -97,13 +97,13 @@ def run_case(
     results.save(data, files["run"])
     if figures is not None:
         files |= _named(figures(data, modes.to_dataset(), directory))
-    fundamental = float(modes.frequencies[0])
+    maneuver_end = case.maneuver.duration or 0.0
     summary = {
         "status": run.status.value,
         "message": run.status.message,
         "maneuver": _describe(case),
         "probes": {
-            str(name): read_probe(data["w"].sel(probe=name), fundamental) for name in data["probe"].values
+            str(name): read_probe(data["w"].sel(probe=name), maneuver_end) for name in data["probe"].values
         },
         "natural_frequencies": [float(value) for value in modes.frequencies],
         "steps": int(run.stats.steps),
@@ -130,31 +130,32 @@ def _newton_options(case: Case) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def read_probe(record: xr.DataArray, fundamental: float) -> dict[str, float | None]:
+def read_probe(record: xr.DataArray, maneuver_end: float) -> dict[str, float | None]:
     """Measure one probe's record; None where it is too short, or never moved.
 
     Parameters
     ----------
     record
         Displacement over time [m].
-    fundamental
-        Lowest natural frequency [Hz].
+    maneuver_end
+        When the rigid motion ends [s].
 
     Returns
     -------
     dict
-        ``amplitude`` [m]; ``dominant_frequency`` [Hz], the bin of largest energy, and its ``bin_width`` [Hz];
-        ``vibration_frequency`` [Hz], the same above half the fundamental, where the slow offset that the
-        deceleration leaves in the record does not count.
+        ``amplitude`` [m]; ``dominant_frequency`` [Hz], the bin of largest energy of the whole record, and its
+        ``bin_width`` [Hz]; ``vibration_frequency`` and ``vibration_bin_width`` [Hz], the same after the
+        maneuver, whose inertial load holds the film off its plane.
     """
-    names = ("amplitude", "dominant_frequency", "bin_width", "vibration_frequency")
+    names = ("amplitude", "dominant_frequency", "bin_width", "vibration_frequency", "vibration_bin_width")
     answer: dict[str, float | None] = dict.fromkeys(names)
     try:
         answer["amplitude"] = float(amplitude(record))
         peak = dominant_frequency(record)
         answer["bin_width"] = float(peak.bin_width)
         answer["dominant_frequency"] = _number_or_none(peak.frequency)
-        vibration = dominant_frequency(record, lowest=0.5 * fundamental)
+        vibration = dominant_frequency(record, after=maneuver_end)
+        answer["vibration_bin_width"] = float(vibration.bin_width)
         answer["vibration_frequency"] = _number_or_none(vibration.frequency)
     except InputError:
         pass  # a run cut short after a few steps: what is known so far stays
