@@ -33,7 +33,16 @@ def antenna(name: str, divisions: tuple[int, int]) -> tf.Model:
     """Paper's antenna with a cable at every edge node and the same tension per metre of edge on every mesh."""
     tension_x, tension_y = PRETENSION[name]
     layout = AntennaLayout(
-        2.0, 1.0, divisions, "alternating", 2.5, 1.5, divisions[0] + 1, divisions[1] + 1, "tributary", "corners"
+        2.0,
+        1.0,
+        divisions,
+        "alternating",
+        2.5,
+        1.5,
+        divisions[0] + 1,
+        divisions[1] + 1,
+        "tributary",
+        "corners",
     )
     return build_antenna(
         layout,

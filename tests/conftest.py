@@ -1,4 +1,4 @@
-"""The verification table: tests record rows, ``pytest --verification-table docs/verification.md`` writes them."""
+"""The verification table: tests record rows, ``pytest --verification-table FILE`` writes them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 HEADER = """# Verification
 
-Every row is recorded by a passing test; `pytest --verification-table docs/verification.md` rewrites this file.
+Passing tests record these rows; `pytest --verification-table docs/verification.md` rewrites this file.
 The error is relative where the expected value is a number other than zero, absolute (abs) where it is zero.
 
 | case | expected | source | got | error | test |
@@ -54,12 +54,10 @@ def pytest_configure(config: pytest.Config) -> None:
 def verification_row(request: pytest.FixtureRequest) -> Callable[..., None]:
     """Record ``verification_row(case, expected, got, source)``; error is derived unless given as text.
 
-    ``expected`` and ``got`` are numbers or short texts; with a text the error column must be given or stays empty.
+    ``expected`` and ``got`` are numbers or short texts; a text leaves the error empty unless it is given.
     """
 
-    def record(
-        case: str, expected: float | str, got: float | str, source: str, error: str | None = None
-    ) -> None:
+    def record(case: str, expected: float | str, got: float | str, source: str, error: str | None = None) -> None:
         if error is None:
             error = _error(expected, got)
         if expected == 0 and not isinstance(got, str):

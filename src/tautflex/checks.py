@@ -103,8 +103,7 @@ def index_array(
         return np.zeros((0, columns), dtype=np.int64)
     if array.ndim != 2 or array.shape[1] != columns or not np.issubdtype(array.dtype, np.integer):
         raise error(
-            f"{name}: expected an integer array of shape (any, {columns}), "
-            f"got shape {array.shape} of {array.dtype}"
+            f"{name}: expected an integer array of shape (any, {columns}), got shape {array.shape} of {array.dtype}"
         )
     bad = np.argwhere((array < 0) | (array >= limit))
     if bad.size:

@@ -82,9 +82,7 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     source = Path(path)
     if not source.is_file():
-        raise InputError(
-            f"path: expected a result file, got {str(source)!r}, which does not exist; check the name"
-        )
+        raise InputError(f"path: expected a result file, got {str(source)!r}, which does not exist; check the name")
     wrong = f"path: expected a NetCDF-4 result of tautflex, got {str(source)!r}"
     try:
         raw = xr.load_dataset(

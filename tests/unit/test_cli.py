@@ -98,7 +98,7 @@ def test_run_writes_what_it_says(film, answer):
     assert found["back_substitutions"] >= found["steps"]
     assert found["factorizations"] >= 1
     assert set(found["probes"]["A"]) >= {"amplitude", "dominant_frequency", "bin_width"}
-    assert found["probes"]["A"]["vibration_frequency"] == pytest.approx(F12, abs=0.2)  # half a bin
+    assert found["probes"]["A"]["dominant_frequency"] == pytest.approx(F12, abs=0.2)  # half a bin
     assert found["probes"]["A"]["amplitude"] > 0.0
     assert found["probes"]["A"]["bin_width"] == pytest.approx(1 / 2.56)  # 201 samples padded to 256 of 0.01 s
     assert json.loads((film.parent / "out" / "summary.json").read_text(encoding="utf-8")) == found

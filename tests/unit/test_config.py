@@ -196,9 +196,7 @@ def test_no_value_of_any_key_raises_anything_but_a_one_line_case_error(key, valu
     assert case is None or parse_case(case.to_toml()) == case
 
 
-@given(
-    content=st.binary(max_size=200) | st.text(max_size=200).map(lambda text: text.encode("utf-8", "replace"))
-)
+@given(content=st.binary(max_size=200) | st.text(max_size=200).map(lambda text: text.encode("utf-8", "replace")))
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_garbage_files_raise_only_case_errors(tmp_path, content):
     path = tmp_path / "garbage.toml"

@@ -92,9 +92,7 @@ def test_symmetry_tolerates_a_little_and_not_much():
     assert symmetry_class(nodes, mixed) == "SA"
     assert symmetry_class(nodes, mixed, tolerance=0.99) == "--"
     assert symmetry_class(nodes, sines(nodes, 1, 2) + sines(nodes, 4, 1)) == "--"
-    assert (
-        symmetry_class(nodes + np.array([3.0, -1.0]), sines(nodes, 2, 1)) == "AS"
-    )  # about the nodes' own middle
+    assert symmetry_class(nodes + np.array([3.0, -1.0]), sines(nodes, 2, 1)) == "AS"  # about the nodes' own middle
     assert symmetry_class(nodes, np.zeros(len(nodes))) == "--"
 
 

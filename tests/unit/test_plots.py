@@ -50,9 +50,7 @@ def test_modes_without_label_symmetry_cables_or_frame(antenna_modes):
 
 
 def test_cables_alone_are_drawn(antenna_modes):
-    assert "mode 1   1.00 Hz   (1,1) SS" in drawn(
-        plot.plot_modes(antenna_modes.drop_vars("triangle"), count=1)
-    )
+    assert "mode 1   1.00 Hz   (1,1) SS" in drawn(plot.plot_modes(antenna_modes.drop_vars("triangle"), count=1))
 
 
 def test_shapes_share_one_scale(antenna_run):
@@ -110,9 +108,7 @@ def test_scalogram(antenna_run):
 
 
 def test_files_are_written_and_equal_figures_give_equal_files(antenna_run, tmp_path):
-    first = plot.save_time_history(
-        antenna_run, tmp_path / "one" / "history.v1", formats=("png", "pdf", "svg")
-    )
+    first = plot.save_time_history(antenna_run, tmp_path / "one" / "history.v1", formats=("png", "pdf", "svg"))
     assert [path.name for path in first] == ["history.v1.png", "history.v1.pdf", "history.v1.svg"]
     assert first[0].read_bytes().startswith(b"\x89PNG")
     assert first[1].read_bytes().startswith(b"%PDF")

@@ -76,11 +76,9 @@ def antenna(
     cable_density: float = CABLE.density,
     distribution: str = "tributary",
 ) -> Model:
-    """The paper's film, cables and frame; by default a cable at every edge node, tension = resultant x spacing."""
+    """The paper's film, cables and frame; cables at every edge node, tension = resultant x spacing."""
     count_x, count_y = cables or (divisions[0] + 1, divisions[1] + 1)
-    layout = AntennaLayout(
-        2.0, 1.0, divisions, "alternating", 2.5, 1.5, count_x, count_y, distribution, support
-    )
+    layout = AntennaLayout(2.0, 1.0, divisions, "alternating", 2.5, 1.5, count_x, count_y, distribution, support)
     return build_antenna(
         layout,
         MembraneSection(FILM, THICKNESS, strain),

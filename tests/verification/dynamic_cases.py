@@ -29,7 +29,7 @@ def string(
     free_end: bool = False,
     strain: str = "von-karman",
 ) -> PrestressedState:
-    """Taut string along x from the origin, pinned at both ends unless ``free_end``; rho A = 1 kg/m by default."""
+    """Taut string along x from the origin, pinned at both ends unless ``free_end``; rho A = 1 kg/m."""
     nodes = np.zeros((elements + 1, 3))
     nodes[:, 0] = np.linspace(0.0, length, elements + 1)
     ends = [0] if free_end else [0, elements]
@@ -94,7 +94,7 @@ def _own_direction(kind: str, orientation: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Release:
-    """A frame that spins until t = 0 and is at rest from then on: initial displacement, no initial velocity."""
+    """A frame that moves steadily until t = 0 and then rests: initial displacement, no initial velocity."""
 
     spin: RigidMotion
 

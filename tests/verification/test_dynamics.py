@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.linalg import eigvals
-from verification.builders import observed_order, rotation
-from verification.dynamic_cases import (
-    TINY_VELOCITY,
-    SuddenSpin,
-    moved,
-    small_antenna,
-    soft_film,
-    string,
-    two_term_root,
-)
 
 from tautflex.mechanics.damping import Rayleigh
 from tautflex.mechanics.inertia import cross_matrix
@@ -30,6 +22,16 @@ from tautflex.solvers.stepper import Stepper
 from tautflex.solvers.wilson import WilsonTheta
 from tautflex.structure.materials import BeamSection, CableSection, Material
 from tautflex.structure.model import Model, Support
+from verification.builders import observed_order, rotation
+from verification.dynamic_cases import (
+    TINY_VELOCITY,
+    SuddenSpin,
+    moved,
+    small_antenna,
+    soft_film,
+    string,
+    two_term_root,
+)
 
 NO_MOTION = RigidMotion(np.zeros(3), np.zeros(3), np.zeros(3))
 Z_AXIS = np.array([0.0, 0.0, 1.0])
@@ -126,12 +128,12 @@ def test_bar_rotating_about_its_end_stretches_by_the_closed_form(bar, verificati
     wave = np.sqrt(1.2 * rate**2 / 2.8e7)
     exact = np.tan(wave * length) / wave - length
     assert exact == pytest.approx(5.143e-4, rel=1e-4)
-    assert tips[-1] == pytest.approx(exact, rel=3e-6)
+    assert tips[-1] == pytest.approx(exact, rel=1e-6)
     assert tips[-1] == pytest.approx(rate**2 * 1.2 * length**3 / (3.0 * 2.8e7), rel=1e-4)
     name = "beam" if bar is beam_bar else "cable"
     verification_row(f"rotating bar of {name} elements, tip extension [m]", exact, tips[-1], "tan(kL)/k - L")
     if bar is cable_bar:
-        # Without K_T the load stays at the reference position and the answer is w^2 rho A L^3/(3 EA) at the nodes.
+        # Without K_T the load stays at the reference position: w^2 rho A L^3/(3 EA), exact at the nodes.
         plain = spinning_equilibrium(state, motion, Coupling(centrifugal=False))
         assert state.system.translations(plain)[-1, 0] == pytest.approx(
             rate**2 * 1.2 * length**3 / (3.0 * 2.8e7), rel=1e-9
@@ -139,7 +141,7 @@ def test_bar_rotating_about_its_end_stretches_by_the_closed_form(bar, verificati
 
 
 def rotating_string_roots(elements: int) -> tuple[np.ndarray, np.ndarray]:
-    """Squared frequencies over rate of a string spinning about z, clamped at the axis: out of plane, in plane."""
+    """(w/W)^2 of a string spinning about z, held at the axis: out of plane, in plane."""
     rate = 2.0
     state = string(elements, tension=1e-7, modulus=1e8, free_end=True)
     system = state.system
@@ -166,7 +168,7 @@ def rotating_string_roots(elements: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_rotating_string_has_the_heliogyro_frequencies(verification_row):
-    """(w/W)^2 = n(2n-1) out of plane and n(2n-1) - 1 in plane: odd Legendre polynomials, tension W^2 (L^2 - x^2)/2."""
+    """(w/W)^2 = n(2n-1) out of plane, one less in plane: odd Legendre polynomials, tension W^2 (L^2 - x^2)/2."""
     number = np.arange(1, 4)
     exact = number * (2 * number - 1)
     found = {elements: rotating_string_roots(elements) for elements in (20, 40)}
@@ -182,7 +184,9 @@ def test_rotating_string_has_the_heliogyro_frequencies(verification_row):
     np.testing.assert_allclose(extrapolated[1], exact - 1, rtol=2e-4, atol=1e-4)
     for n in (2, 3):
         out, within = np.sqrt(exact[n - 1]), np.sqrt(exact[n - 1] - 1)
-        verification_row(f"rotating string, out of plane, n = {n}: w/W", out, np.sqrt(found[40][0][n - 1]), "sqrt(n(2n-1))")
+        verification_row(
+            f"rotating string, out of plane, n = {n}: w/W", out, np.sqrt(found[40][0][n - 1]), "sqrt(n(2n-1))"
+        )
         got = np.sqrt(np.sort(found[40][1])[n - 1])
         verification_row(f"rotating string, in plane, n = {n}: w/W", within, got, "sqrt(n(2n-1)-1)")
 
@@ -201,7 +205,7 @@ def loose_particle() -> PrestressedState:
 
 
 def test_all_frame_terms_together_are_inertial_motion(verification_row):
-    """A force-free node seen from a braking frame with a tilted, shifted axis moves on a straight line in space."""
+    """A force-free node, seen from a braking frame with a tilted, shifted axis, moves straight in space."""
     state = loose_particle()
     inertia = state.system.inertia
     mass = float(inertia.mass_matrix[0, 0])
@@ -231,9 +235,12 @@ def test_all_frame_terms_together_are_inertial_motion(verification_row):
         expected = back @ (start + (velocity + rate * np.cross(axis, start)) * end) - start
         errors.append(np.linalg.norm(run.data.displacement.values[0, 0] - expected) / np.linalg.norm(expected))
     assert observed_order(errors)[-1] == pytest.approx(2.0, abs=0.05)
-    assert errors[-1] < 1e-4
+    assert errors[-1] < 2e-5
     verification_row(
-        "free particle in a braking frame, error of the position after 1 s (dt = 5 ms)", 0.0, errors[-1], "straight line"
+        "free particle in a braking frame, error of the position after 1 s (dt = 5 ms)",
+        0.0,
+        errors[-1],
+        "straight line",
     )
 
 
@@ -341,7 +348,7 @@ def test_a_stop_between_two_grid_steps_keeps_second_order(method, verification_r
         assert run.stats.steps == round(0.2 / step) + 1
         np.testing.assert_allclose(run.data.time.values, 0.004 * np.arange(51), atol=1e-14)
         records.append(run.data.w.values[:, 0])
-    differences = [np.sqrt(np.mean((a - b) ** 2)) for a, b in zip(records[:-1], records[1:], strict=True)]
+    differences = [np.sqrt(np.mean((a - b) ** 2)) for a, b in itertools.pairwise(records)]
     order = np.log2(differences[-2] / differences[-1])
     assert order == pytest.approx(2.0, abs=0.1)
     verification_row(f"{method.name}, stop inside a step: observed order", 2.0, float(order), "second order")

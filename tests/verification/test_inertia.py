@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from verification.builders import antenna, beam_line, rotation
 
 from tautflex.mechanics.inertia import InertiaOperator, cross_matrix
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.model import Model
+from verification.builders import antenna, beam_line, rotation
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ def test_triangle_has_its_consistent_mass_matrix(verification_row):
         "triangle, M(Z), largest error / largest entry",
         0.0,
         np.abs(got - np.kron(scalar, z)).max() / np.abs(got).max(),
-        "ρhA/12 (1+δ) ⊗ Z",
+        "rho hA/12 (1+δ) ⊗ Z",
     )
 
 
@@ -83,7 +83,7 @@ def test_cable_has_its_consistent_mass_matrix(verification_row):
         "cable, M(Z), largest error / largest entry",
         0.0,
         np.abs(got - np.kron(scalar, z)).max() / np.abs(got).max(),
-        "ρAl/6 (1+δ) ⊗ Z",
+        "rho Al/6 (1+δ) ⊗ Z",
     )
 
 
@@ -120,7 +120,7 @@ def test_beam_has_its_hermite_mass_matrix(seed, verification_row):
         f"beam, mass matrix, largest error / largest entry ({'along x' if seed is None else 'turned'})",
         0.0,
         np.abs(got - expected).max() / np.abs(expected).max(),
-        "ρAl/420 (156, 22l, 54, …), ρ(Iy+Iz)l/6",
+        "rho Al/420 (156, 22l, 54, …), rho(Iy+Iz)l/6",
     )
 
 
@@ -144,7 +144,7 @@ def test_gyroscopic_matrix_is_skew_and_centrifugal_matrix_symmetric():
 
 
 def closed_form_moments(model: Model) -> tuple[float, Array, Array]:
-    """Mass, first moment and inertia tensor about the origin from exact integrals over flat and straight pieces."""
+    """Mass, first moment and inertia tensor about the origin from exact integrals, element by element."""
     mass, moment, second = 0.0, np.zeros(3), np.zeros((3, 3))
     polar = np.zeros((3, 3))
     for group in model.groups:
@@ -198,7 +198,7 @@ def test_antenna_mass_and_inertia_by_hand(verification_row):
     mass = film + 16 * per_cable + 8.0 * per_metre
     assert operator(model).mass_matrix.shape == (model.dof_count, model.dof_count)
     assert operator(model).mass == pytest.approx(mass, rel=1e-12)
-    # About x: film w^2/12; cables along y (5 stations, 2 sides) and along x (3 stations, 2 sides); frame; polar.
+    # About x: film w^2/12, 10 cables along y, 6 along x (of which 4 off the axis), frame, polar.
     cables = 10 * per_cable * (0.625**2 + 0.25**2 / 12) + 4 * per_cable * 0.5**2
     frame = 2 * per_metre * (2.5 * 0.75**2 + 1.5**3 / 12)
     polar = 1380.0 * (4.81e-7 + 2.69e-7) * 2 * 2.5
@@ -217,7 +217,7 @@ def test_inertial_load_is_the_operator_on_positions_without_beams(verification_r
         expected = inertia.matrix(z) @ model.nodes.ravel() + inertia.mass_matrix @ shift
         close(inertia.load(z, a), expected)
         worst = max(worst, np.abs(inertia.load(z, a) - expected).max() / np.abs(expected).max())
-    verification_row("film and cable, inertial load − M(Z)X, relative", 0.0, worst, "Q_T = M(Z)X, paper (45)")
+    verification_row("film and cable, inertial load - M(Z)X, relative", 0.0, worst, "Q_T = M(Z)X, paper (45)")
 
 
 def test_inertial_load_of_a_beam(verification_row):
@@ -239,7 +239,10 @@ def test_inertial_load_of_a_beam(verification_row):
     by_hand = DENSITY * (BEAM.inertia_y + BEAM.inertia_z) * alpha[0] * LENGTH
     assert twist.sum() == pytest.approx(by_hand, rel=1e-12)
     verification_row(
-        "beam, Euler torque about its axis [N m]", by_hand, twist.sum(), "ρ(Iy+Iz)αL (Euler's equation)"
+        "beam, Euler torque about its axis [N m]",
+        by_hand,
+        twist.sum(),
+        "rho(Iy+Iz) alpha L (Euler's equation)",
     )
 
 
@@ -252,7 +255,7 @@ def test_inertial_load_does_the_work_of_euler_s_equation(verification_row):
     work = model.rigid_motions.T @ inertia.load(z, acceleration)
     mass, moment, _ = closed_form_moments(model)
     np.testing.assert_allclose(work[:3], z @ moment + mass * acceleration, rtol=1e-12)
-    # Moments of a film only: Euler-Bernoulli bending has no rotary inertia, so a beam's section enters J but in part.
+    # Moments of a film only: bending has no rotary inertia, so a beam's section enters J but in part.
     film = Model.from_mesh(model.nodes[:4], triangles=model.triangles, membrane=model.groups[0].section)
     inertia = operator(film)
     work = film.rigid_motions.T @ inertia.load(z)
@@ -264,7 +267,7 @@ def test_inertial_load_does_the_work_of_euler_s_equation(verification_row):
         "film in space, moment of the inertial load [N m]",
         float(np.linalg.norm(expected)),
         float(np.linalg.norm(work[3:])),
-        "Jα + ω×Jω",
+        "J alpha + ω x Jω",
     )
 
 

@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.optimize import brentq
+from scipy.sparse.linalg import eigsh
 from scipy.special import jn_zeros
-from verification.builders import AREAL_DENSITY, FILM, THICKNESS, antenna, disc_mesh, observed_order
 
 from tautflex.solvers.modal import Modes, solve_modes
-from tautflex.solvers.prestress import solve_prestress
+from tautflex.solvers.prestress import PrestressedState, solve_prestress
 from tautflex.structure.antenna import AntennaLayout, build_fixed_film
 from tautflex.structure.materials import MembraneSection
 from tautflex.structure.mesh import rectangle_mesh
 from tautflex.structure.model import Model, Support
+from verification.builders import AREAL_DENSITY, FILM, THICKNESS, antenna, disc_mesh, observed_order
 
 A, B = 2.0, 1.0
 RESULTANT = np.array([0.59, 1.0])
 STRESS = (RESULTANT[0] / THICKNESS, RESULTANT[1] / THICKNESS, 0.0)
 MESHES = ((12, 6), (24, 12), (48, 24))
 SECTION = MembraneSection(FILM, THICKNESS)
-CLOSED_FORM = "f_mn = sqrt((Nx m²/a² + Ny n²/b²)/(ρh))/2"
+CLOSED_FORM = "f_mn = sqrt((Nx m²/a² + Ny n²/b²)/(rho h))/2"
 
 
 def fixed_frequency(m: int, n: int) -> float:
@@ -136,10 +138,17 @@ def test_membrane_on_cable_edges(verification_row):
         assert values[-1] == pytest.approx(exact, rel=3e-3)
         extrapolated = values[2] + (values[2] - values[1]) / 3.0
         assert extrapolated == pytest.approx(exact, rel=2e-4)
-        source = "roots of k tan(ka/2) = 1/g, −k cot(ka/2) = 1/g"
+        source = "roots of k tan(ka/2) = 1/g, -k cot(ka/2) = 1/g"
         verification_row(f"membrane on cable edges, f{m}{n} [Hz], 40x20 cells", exact, values[-1], source)
         verification_row(f"membrane on cable edges, f{m}{n} [Hz] extrapolated", exact, extrapolated, source)
         verification_row(f"membrane on cable edges, observed order of f{m}{n}", 2.0, order[-1], source)
+
+
+def independent_frequencies(state: PrestressedState, count: int) -> NDArray[np.float64]:
+    """SciPy's eigensolver with its own factorization; it also spares labels, which a disc has not."""
+    stiffness = state.system.matrix(state.tangent_entries)
+    values = eigsh(stiffness, count, state.system.inertia.mass_matrix, sigma=0.0, return_eigenvectors=False)
+    return np.sqrt(np.sort(values)) / (2.0 * np.pi)
 
 
 def test_circular_membrane(verification_row):
@@ -159,7 +168,10 @@ def test_circular_membrane(verification_row):
             membrane_stress=(resultant / THICKNESS, resultant / THICKNESS, 0.0),
             supports=[Support.pinned(np.arange(len(nodes) - 6 * rings, len(nodes)))],
         )
-        found.append(solve_modes(solve_prestress(model), 6).frequencies)
+        state = solve_prestress(model)
+        found.append(independent_frequencies(state, 6))
+        if rings == 6:
+            np.testing.assert_allclose(solve_modes(state, 6).frequencies, found[0], rtol=1e-8)
     order = observed_order(np.array(found) - exact)
     assert np.all((order > 1.8) & (order < 2.2)), order
     np.testing.assert_allclose(found[-1], exact, rtol=8e-3)
@@ -167,6 +179,6 @@ def test_circular_membrane(verification_row):
     np.testing.assert_allclose(extrapolated, exact, rtol=5e-4)
     for k, name in ((0, "j01"), (1, "j11"), (3, "j21"), (5, "j02")):
         case = f"circular membrane, {name} frequency [Hz]"
-        verification_row(f"{case}, 24 rings", exact[k], found[-1][k], "f = j/(2πa) sqrt(N/ρh)")
-        verification_row(f"{case} extrapolated", exact[k], extrapolated[k], "f = j/(2πa) sqrt(N/ρh)")
-    verification_row("circular membrane, observed order of f01", 2.0, order[-1, 0], "f = j/(2πa) sqrt(N/ρh)")
+        verification_row(f"{case}, 24 rings", exact[k], found[-1][k], "f = j/(2πa) sqrt(N/(rho h))")
+        verification_row(f"{case} extrapolated", exact[k], extrapolated[k], "f = j/(2πa) sqrt(N/(rho h))")
+    verification_row("circular membrane, observed order of f01", 2.0, order[-1, 0], "f = j/(2πa) sqrt(N/(rho h))")

@@ -6,6 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
+
+from tautflex.errors import PrestressError
+from tautflex.solvers.modal import solve_modes
+from tautflex.solvers.prestress import solve_prestress
+from tautflex.solvers.static import solve_static
+from tautflex.structure.materials import BeamSection, CableSection, Material
+from tautflex.structure.model import Model, Support
 from verification.builders import (
     beam_line,
     line_elements,
@@ -14,13 +21,6 @@ from verification.builders import (
     rotation,
     unstressed,
 )
-
-from tautflex.errors import PrestressError
-from tautflex.solvers.modal import solve_modes
-from tautflex.solvers.prestress import solve_prestress
-from tautflex.solvers.static import solve_static
-from tautflex.structure.materials import BeamSection, CableSection, Material
-from tautflex.structure.model import Model, Support
 
 LENGTH = 1.7
 STEEL = Material(2.1e11, 7800.0, 0.3)
@@ -75,10 +75,8 @@ def test_taut_string(verification_row):
     assert np.all((order > 1.9) & (order < 2.1)), order
     np.testing.assert_allclose(found[2] + (found[2] - found[1]) / 3.0, exact, rtol=2e-5)
     for k in range(4):
-        verification_row(
-            f"taut string, f{k + 1} [Hz], 64 elements", exact[k], found[2][k], "n/(2L) sqrt(T/ρA)"
-        )
-    verification_row("taut string, observed order of f1", 2.0, order[-1, 0], "n/(2L) sqrt(T/ρA)")
+        verification_row(f"taut string, f{k + 1} [Hz], 64 elements", exact[k], found[2][k], "n/(2L) sqrt(T/(rho A))")
+    verification_row("taut string, observed order of f1", 2.0, order[-1, 0], "n/(2L) sqrt(T/(rho A))")
 
 
 @pytest.mark.parametrize(
@@ -121,8 +119,8 @@ def test_axial_and_torsional_modes_of_a_clamped_bar(verification_row):
         for kind in "ut":
             errors[kind].append(found[kind][:2] / exact[kind] - 1.0)
     for kind, name, source in (
-        ("u", "clamped bar, axial", "(2n−1)/(4L) sqrt(E/ρ)"),
-        ("t", "clamped bar, torsion", "(2n−1)/(4L) sqrt(GJ/(ρ(Iy+Iz)))"),
+        ("u", "clamped bar, axial", "(2n-1)/(4L) sqrt(E/rho)"),
+        ("t", "clamped bar, torsion", "(2n-1)/(4L) sqrt(GJ/(rho(Iy+Iz)))"),
     ):
         order = observed_order(np.array(errors[kind]))
         assert np.all((order > 1.9) & (order < 2.1)), (kind, order)
@@ -181,7 +179,7 @@ def test_pinned_beam_with_axial_force(verification_row):
             f"pinned beam, f1 [Hz] under N = {ratio:g} of the buckling load",
             exact,
             found,
-            "π/(2L²) sqrt(EI/ρA) sqrt(1 + NL²/π²EI)",
+            "π/(2L²) sqrt(EI/(rho A)) sqrt(1 + NL²/π²EI)",
         )
 
 
@@ -206,7 +204,7 @@ def sine_load(model: Model, elements: int, peak: float) -> NDArray[np.float64]:
 
 
 def test_large_deflection_of_a_pinned_beam(verification_row):
-    # EI (pi/L)^4 A + EA pi^4/(4 L^4) A^3 = p; amplitude ten radii of gyration, 96 % of the load by stretching.
+    # EI (pi/L)^4 A + EA pi^4/(4 L^4) A^3 = p; ten radii of gyration: 96 % of p by stretching.
     linear = EI_Z * (np.pi / LENGTH) ** 4
     cubic = STEEL.youngs_modulus * SECTION.area * np.pi**4 / (4.0 * LENGTH**4)
     amplitude = 10.0 * np.sqrt(SECTION.inertia_z / SECTION.area)

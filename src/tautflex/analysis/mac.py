@@ -73,9 +73,7 @@ def mac_table(shape: xr.DataArray | ArrayLike, modes: xr.Dataset, count: int = 5
     if count < 1:
         raise InputError(f"count: expected a whole number of at least 1, got {count!r}")
     shapes = modes["shape"].transpose("mode", ...)
-    values = mac(
-        np.asarray(shape, dtype=np.float64).reshape(1, -1), shapes.values.reshape(shapes.shape[0], -1)
-    )[0]
+    values = mac(np.asarray(shape, dtype=np.float64).reshape(1, -1), shapes.values.reshape(shapes.shape[0], -1))[0]
     order = np.argsort(-values, kind="stable")[:count]
     numbers = modes["mode"].values if "mode" in modes.coords else np.arange(1, values.size + 1)
     table = xr.Dataset(
@@ -100,9 +98,7 @@ def _rows(name: str, shapes: xr.DataArray | ArrayLike, nodal: bool) -> NDArray[n
     """Shapes as rows of unit length."""
     if isinstance(shapes, xr.DataArray):
         single = "mode" not in shapes.dims
-        array = np.asarray(
-            shapes.values if single else shapes.transpose("mode", ...).values, dtype=np.float64
-        )
+        array = np.asarray(shapes.values if single else shapes.transpose("mode", ...).values, dtype=np.float64)
     else:
         array = np.asarray(shapes, dtype=np.float64)
         single = array.ndim == 1 or (array.ndim == 2 and nodal and array.shape[1] == 3)
@@ -112,7 +108,5 @@ def _rows(name: str, shapes: xr.DataArray | ArrayLike, nodal: bool) -> NDArray[n
     length = np.linalg.norm(rows, axis=1)
     if not np.all(np.isfinite(length)) or np.any(length == 0.0):
         bad = int(np.flatnonzero(~(np.isfinite(length) & (length > 0.0)))[0])
-        raise InputError(
-            f"{name}: expected finite shapes that are not zero, got length {length[bad]} for shape {bad}"
-        )
+        raise InputError(f"{name}: expected finite shapes that are not zero, got length {length[bad]} for shape {bad}")
     return np.asarray(rows / length[:, None], dtype=np.float64)

@@ -60,9 +60,7 @@ def pod(
     field, extra = _field(data)
     snapshots = float_array(str(field.name or "data"), field.values.reshape(field.shape[0], -1), (None, None))
     if snapshots.size == 0 or not np.any(snapshots):
-        raise InputError(
-            "data: expected a response that is not zero, got only zeros; store fields during the motion"
-        )
+        raise InputError("data: expected a response that is not zero, got only zeros; store fields during the motion")
     between("energy", energy, 0.0, 1.0, remedy="0.99 keeps 99 % of the energy")
     weighted = snapshots if mass is None else _weighted(snapshots, mass)
     left, singular, right = linalg.svd(weighted, full_matrices=False)
@@ -153,9 +151,7 @@ def _field(data: xr.Dataset | xr.DataArray | ArrayLike) -> tuple[xr.DataArray, d
         array = np.asarray(data, dtype=np.float64)
         dims = {2: ("snapshot", "dof"), 3: ("snapshot", "node", "component")}.get(array.ndim)
         if dims is None:
-            raise InputError(
-                f"data: expected shape (snapshot, dof) or (snapshot, node, 3), got {array.shape}"
-            )
+            raise InputError(f"data: expected shape (snapshot, dof) or (snapshot, node, 3), got {array.shape}")
         field = xr.DataArray(array, dims=dims)
     if field.ndim < 2:
         raise InputError(f"data: expected a time dimension and at least one more, got {field.dims}")
@@ -191,9 +187,7 @@ def _mode_count(modes: int | None, energy: float, cumulative: NDArray[np.float64
     if modes is None:
         return min(int(np.searchsorted(cumulative, energy - 1e-12)) + 1, rank)
     if isinstance(modes, bool) or not isinstance(modes, int | np.integer) or modes < 1:
-        raise InputError(
-            f"modes: expected a whole number of at least 1, got {modes!r}; None keeps what energy needs"
-        )
+        raise InputError(f"modes: expected a whole number of at least 1, got {modes!r}; None keeps what energy needs")
     return min(int(modes), rank)
 
 
@@ -208,9 +202,7 @@ def _to_dataset(
 ) -> xr.Dataset:
     time, *rest = field.dims
     count = values.size
-    coords: dict[Any, Any] = {
-        "mode": ("mode", np.arange(1, count + 1), {"long_name": "proper orthogonal mode"})
-    }
+    coords: dict[Any, Any] = {"mode": ("mode", np.arange(1, count + 1), {"long_name": "proper orthogonal mode"})}
     coords |= {name: field.coords[name] for name in field.dims if name in field.coords}
     return xr.Dataset(
         {

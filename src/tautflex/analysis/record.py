@@ -111,9 +111,7 @@ def _from_data_array(record: xr.DataArray) -> UniformRecord:
             "select one probe or component first, e.g. record.sel(probe='A')"
         )
     if "time" not in record.coords:
-        raise InputError(
-            f"{name}: expected a 'time' coordinate [s], got none; pass (values, time_step) instead"
-        )
+        raise InputError(f"{name}: expected a 'time' coordinate [s], got none; pass (values, time_step) instead")
     values = float_array(name, record.values, (None,))
     time = float_array("time", record["time"].values, (None,))
     if time.size < 2:

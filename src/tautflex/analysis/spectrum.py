@@ -8,7 +8,6 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import CZT
 
 from tautflex.analysis.record import Record, UniformRecord, uniform_record
 from tautflex.checks import float_array, one_of, positive
@@ -149,9 +148,7 @@ def dominant_frequency(
     scale = amplitude(uniform_record(record).values)
     if height[peak] <= 8 * np.finfo(float).eps * scale:
         return PeakFrequency(float("nan"), width, float("nan"))
-    return PeakFrequency(
-        float(frequency[peak]), width, float(frequency[peak]) + width * _vertex(height, peak)
-    )
+    return PeakFrequency(float(frequency[peak]), width, float(frequency[peak]) + width * _vertex(height, peak))
 
 
 def _transform(values: NDArray[np.float64], padded: float) -> NDArray[np.complex128]:
@@ -162,6 +159,8 @@ def _transform(values: NDArray[np.float64], padded: float) -> NDArray[np.complex
     whole = round(padded)
     if abs(padded - whole) < 1e-6:
         return np.asarray(np.fft.rfft(values, whole), dtype=complex)
+    from scipy.signal import CZT  # loads half of scipy: only when asked for
+
     lines = int(np.floor(padded / 2)) + 1
     return np.asarray(CZT(values.size, lines, w=np.exp(-2j * np.pi / padded))(values), dtype=complex)
 

@@ -110,9 +110,7 @@ def _default_frequencies(data: UniformRecord) -> NDArray[np.float64]:
     return np.geomspace(lowest, highest, 120)
 
 
-def _magnitude(
-    data: UniformRecord, grid: NDArray[np.float64], bandwidth: float, center: float
-) -> NDArray[np.float64]:
+def _magnitude(data: UniformRecord, grid: NDArray[np.float64], bandwidth: float, center: float) -> NDArray[np.float64]:
     wavelet = pywt.ContinuousWavelet(f"cmor{bandwidth:.12g}-{center:.12g}")
     # PyWavelets cuts the wavelet at |s| = 8 whatever B is; 5 sqrt(B) keeps the cut below 1e-10 of the peak.
     wavelet.upper_bound = 5.0 * np.sqrt(bandwidth)

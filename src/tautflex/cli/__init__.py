@@ -47,9 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
         reason = error.strerror or str(error)
-        return _report(
-            f"{place}cannot write or read ({reason}); choose another place or free some space", BAD_INPUT
-        )
+        return _report(f"{place}cannot write or read ({reason}); choose another place or free some space", BAD_INPUT)
     except KeyboardInterrupt:
         return _report("interrupted", INTERRUPTED)
     return outcome if isinstance(outcome, int) else DONE

@@ -77,10 +77,10 @@ def _reading(reading: Mapping[str, Any]) -> str:
     if reading["amplitude"] is None:
         return "too few samples"
     text = f"amplitude {reading['amplitude'] * 1e3:.4g} mm"
-    if reading["vibration_frequency"] is None:
+    if reading["dominant_frequency"] is None:
         return text
-    half_bin = reading["vibration_bin_width"] / 2
-    return f"{text}, then vibrates at {reading['vibration_frequency']:.3f} +- {half_bin:.3f} Hz"
+    half_bin = reading["bin_width"] / 2
+    return f"{text}, then vibrates at {reading['dominant_frequency']:.3f} +- {half_bin:.3f} Hz"
 
 
 def _rows() -> Table:

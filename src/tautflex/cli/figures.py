@@ -35,7 +35,5 @@ def run_figures(run: xr.Dataset, modes: xr.Dataset, directory: Path) -> list[Pat
     if run.sizes.get("probe", 0) > 0 and run.sizes["time"] >= 8:
         natural = modes["frequency"].values
         written += plot.save_time_history(run, directory / "time_history", formats=FORMATS)
-        written += plot.save_spectrum(
-            run, directory / "spectrum", natural_frequencies=natural, formats=FORMATS
-        )
+        written += plot.save_spectrum(run, directory / "spectrum", natural_frequencies=natural, formats=FORMATS)
     return written

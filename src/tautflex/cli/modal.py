@@ -59,9 +59,7 @@ def modes(
         files = {path.name: str(path) for path in mode_figures(found.to_dataset(), output)}
     answer: dict[str, Any] = {
         "frequencies": [float(value) for value in found.frequencies],
-        "labels": [
-            None if label is None else [int(half_waves) for half_waves in label] for label in found.labels
-        ],
+        "labels": [None if label is None else [int(half_waves) for half_waves in label] for label in found.labels],
         "symmetry": list(found.symmetry),
         "prestress": {
             "residual": state.residual,
@@ -90,9 +88,7 @@ def tune(
         list[int] | None,
         Parameter(name="--mode", help="Mode that shall have it, from 1; once per frequency."),
     ] = None,
-    output: Annotated[
-        Path | None, Parameter(name=["-o", "--output"], help="File for the tuned case.")
-    ] = None,
+    output: Annotated[Path | None, Parameter(name=["-o", "--output"], help="File for the tuned case.")] = None,
     force: Force = False,
     override: Overrides = None,
     as_json: AsJson = False,
@@ -110,9 +106,7 @@ def tune(
     loaded = load_case(case, override or ())
     if loaded.cables is None:
         text = f"{case}: membrane.edges: expected 'cables', got {loaded.membrane.edges!r}"
-        raise CaseError(
-            f"{text}; tuning scales cable tensions, for a fixed film choose membrane.stress_x and stress_y"
-        )
+        raise CaseError(f"{text}; tuning scales cable tensions, for a fixed film choose membrane.stress_x and stress_y")
     if output is not None:
         require_new_file(output, force=force)
 

@@ -57,9 +57,7 @@ def require_new_file(path: Path, *, force: bool) -> None:
     if path.is_dir():
         raise CaseError(f"{path}: expected a file to write, got a directory; name a file in it")
     if path.exists() and not force:
-        raise CaseError(
-            f"{path}: expected a new file, got one that exists; choose another name or add --force"
-        )
+        raise CaseError(f"{path}: expected a new file, got one that exists; choose another name or add --force")
     if not path.parent.is_dir():
         raise CaseError(f"{path}: expected an existing directory, got {path.parent}; create it first")
     if not os.access(path if path.exists() else path.parent, os.W_OK):
@@ -72,8 +70,6 @@ def require_output_directory(path: Path) -> None:
     while not nearest.exists() and nearest != nearest.parent:
         nearest = nearest.parent
     if not nearest.is_dir():
-        raise CaseError(
-            f"{path}: expected an output directory, got the file {nearest}; choose another with -o"
-        )
+        raise CaseError(f"{path}: expected an output directory, got the file {nearest}; choose another with -o")
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise CaseError(f"{path}: cannot write there (permission denied); choose another directory with -o")

@@ -34,9 +34,7 @@ class Case(Section):
     """
 
     # "schema" is the key in the file; BaseModel keeps that attribute name for itself.
-    schema_number: Literal[1] = Field(
-        default=1, alias="schema", description="version of the case format", examples=[1]
-    )
+    schema_number: Literal[1] = Field(default=1, alias="schema", description="version of the case format", examples=[1])
     membrane: Membrane = Field(description="[membrane] section")
     cables: Cables | None = Field(default=None, description="[cables] section")
     frame: Frame | None = Field(default=None, description="[frame] section")
@@ -79,9 +77,7 @@ class Case(Section):
             inner = getattr(self.membrane, side)
             if self.frame is not None and getattr(self.frame, side) <= inner:
                 text = f"frame.{side}: expected more than membrane.{side} = {inner:g} m"
-                raise ValueError(
-                    f"{text}, got {getattr(self.frame, side):g}; the cables span the gap, enlarge it"
-                )
+                raise ValueError(f"{text}, got {getattr(self.frame, side):g}; the cables span the gap, enlarge it")
         return self
 
     @model_validator(mode="after")
@@ -90,12 +86,8 @@ class Case(Section):
             counts = (self.cables.per_long_edge, self.cables.per_short_edge)
             for axis, count, have in zip("xy", counts, self.mesh.divisions, strict=True):
                 if have < count - 1:
-                    text = (
-                        f"mesh.divisions: expected at least {count - 1} cells along {axis} for {count} cables"
-                    )
-                    raise ValueError(
-                        f"{text}, got {_pair(self.mesh.divisions)}; refine the mesh or remove cables"
-                    )
+                    text = f"mesh.divisions: expected at least {count - 1} cells along {axis} for {count} cables"
+                    raise ValueError(f"{text}, got {_pair(self.mesh.divisions)}; refine the mesh or remove cables")
         return self
 
     @model_validator(mode="after")
@@ -114,9 +106,7 @@ class Case(Section):
             if abs(point[0]) > half[0] or abs(point[1]) > half[1]:
                 film = f"|x| <= {half[0]:g} and |y| <= {half[1]:g} m"
                 text = f"output.probes.{name}: expected a point on the film, {film}"
-                raise ValueError(
-                    f"{text}, got {list(point)}; the origin is the film's centre, move the probe"
-                )
+                raise ValueError(f"{text}, got {list(point)}; the origin is the film's centre, move the probe")
         return self
 
     @model_validator(mode="after")
@@ -166,8 +156,6 @@ def _check_prestress_sources(case: Case) -> None:
     if mode == "uniform" and stress is not None and ratios is not None:
         text = f"prestress.resultant_per_pretension: expected no value beside membrane.stress_x = {stress:g}"
         raise ValueError(f"{text}, got {list(ratios)}; keep one of the two")
-    if mode != "uniform":
-        for key, value in (("membrane.stress_x", stress), ("prestress.resultant_per_pretension", ratios)):
-            if value is not None:
-                text = f"{key}: expected no value with prestress.mode = {mode!r}, got {value}"
-                raise ValueError(f"{text}; remove it, or set prestress.mode = 'uniform'")
+    if mode != "uniform" and stress is not None:
+        text = f"membrane.stress_x: expected no value with prestress.mode = {mode!r}, got {stress:g}"
+        raise ValueError(f"{text}; remove it, or set prestress.mode = 'uniform'")

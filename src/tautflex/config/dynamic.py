@@ -25,18 +25,10 @@ class Maneuver(Section):
     """
 
     kind: Literal["stop", "none"] = Field(default="none", description="maneuver", examples=["stop"])
-    rate: Number | None = Field(
-        default=None, description="angular velocity before t = 0 [rad/s]", examples=[0.628]
-    )
-    duration: Positive | None = Field(
-        default=None, description="length of the deceleration [s]", examples=[1.0]
-    )
-    axis: Vector = Field(
-        default=(1.0, 0.0, 0.0), description="direction of the axis", examples=[(1.0, 0.0, 0.0)]
-    )
-    origin: Vector = Field(
-        default=(0.0, 0.0, 0.0), description="point on the axis [m]", examples=[(0.0, 0.0, 0.0)]
-    )
+    rate: Number | None = Field(default=None, description="angular velocity before t = 0 [rad/s]", examples=[0.628])
+    duration: Positive | None = Field(default=None, description="length of the deceleration [s]", examples=[1.0])
+    axis: Vector = Field(default=(1.0, 0.0, 0.0), description="direction of the axis", examples=[(1.0, 0.0, 0.0)])
+    origin: Vector = Field(default=(0.0, 0.0, 0.0), description="point on the axis [m]", examples=[(0.0, 0.0, 0.0)])
 
     @field_validator("axis")
     @classmethod
@@ -148,9 +140,7 @@ class Output(Section):
     probe_reading: Literal["interpolate", "nearest-node"] = Field(
         default="interpolate", description="how a probe reads the mesh", examples=["interpolate"]
     )
-    every: Count = Field(
-        default=1, description="number of steps from one stored step to the next, >= 1", examples=[1]
-    )
+    every: Count = Field(default=1, description="number of steps from one stored step to the next, >= 1", examples=[1])
     fields: Literal["none", "all"] | tuple[NonNegative, ...] = Field(
         default="none",
         description="word 'none', the word 'all', or a list of instants >= 0 [s]",

@@ -16,9 +16,7 @@ def mesh_bytes(divisions: tuple[int, int]) -> int:
     return 2 * divisions[0] * divisions[1] * BYTES_PER_TRIANGLE
 
 
-def history_bytes(
-    stored_steps: float, probe_count: int, divisions: tuple[int, int], all_fields: bool
-) -> float:
+def history_bytes(stored_steps: float, probe_count: int, divisions: tuple[int, int], all_fields: bool) -> float:
     """Bytes [B] of the stored history: six numbers a probe, ten a step, three a node if fields are kept."""
     per_step = 10 + 6 * probe_count
     if all_fields:

@@ -48,9 +48,7 @@ def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case"
     try:
         values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise CaseError(
-            f"{source}: not valid TOML: {one_line(str(error))}; correct the syntax there"
-        ) from None
+        raise CaseError(f"{source}: not valid TOML: {one_line(str(error))}; correct the syntax there") from None
     except (RecursionError, ValueError) as error:  # absurd nesting, numbers of thousands of digits
         reason = one_line(str(error))[:120]
         raise CaseError(f"{source}: not readable as TOML: {reason}; start from `tautflex init`") from None
@@ -72,9 +70,7 @@ def _read(path: Path) -> str:
         raise CaseError(f"{name}: no such file; write one with `tautflex init {name}`") from None
     except (OSError, ValueError) as error:  # ValueError: a path with a null character
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise CaseError(
-            f"{name}: cannot read the case file ({reason}); check its path and permissions"
-        ) from None
+        raise CaseError(f"{name}: cannot read the case file ({reason}); check its path and permissions") from None
     if size < 0:
         raise CaseError(f"{name}: expected a case file, got a directory; name a .toml file in it")
     if size > _LARGEST_FILE:
@@ -105,9 +101,7 @@ def _apply(values: dict[str, Any], override: str) -> None:
     for key in keys[:-1]:
         table = table.setdefault(key, {})
         if not isinstance(table, dict):
-            raise CaseError(
-                f"--set: {path.strip()}: {key!r} is a value, not a section; use section.key=value"
-            )
+            raise CaseError(f"--set: {path.strip()}: {key!r} is a value, not a section; use section.key=value")
     table[keys[-1]] = _value(text.strip())
 
 

@@ -61,12 +61,8 @@ class Membrane(Section):
 class Cables(Section):
     """Cables from the film's edges straight to the frame, evenly spaced, the outer ones at its corners."""
 
-    per_long_edge: EdgeCount = Field(
-        description="number of cables on each edge along x, at least 2", examples=[11]
-    )
-    per_short_edge: EdgeCount = Field(
-        description="number of cables on each edge along y, at least 2", examples=[6]
-    )
+    per_long_edge: EdgeCount = Field(description="number of cables on each edge along x, at least 2", examples=[11])
+    per_short_edge: EdgeCount = Field(description="number of cables on each edge along y, at least 2", examples=[6])
     youngs_modulus: Positive = Field(description="Young's modulus of the cables [Pa]", examples=[133e9])
     area: Positive = Field(description="cross-sectional area of one cable [m^2]", examples=[3.14e-6])
     density: Positive = Field(description="mass density of the cables [kg/m^3]", examples=[1440.0])
@@ -77,9 +73,7 @@ class Cables(Section):
         description="'equal' tensions, or 'tributary': corner cables carry half",
         examples=["equal"],
     )
-    slack: bool = Field(
-        default=False, strict=True, description="choice false: cables stay taut", examples=[False]
-    )
+    slack: bool = Field(default=False, strict=True, description="choice false: cables stay taut", examples=[False])
 
     @field_validator("pretension_x", "pretension_y")
     @classmethod
@@ -109,12 +103,8 @@ class Frame(Section):
     poisson_ratio: Number = Field(description="Poisson's ratio of the frame", examples=[0.38])
     density: Positive = Field(description="mass density of the frame [kg/m^3]", examples=[1380.0])
     area: Positive = Field(description="cross-sectional area [m^2]", examples=[5.24e-4])
-    inertia_y: Positive = Field(
-        description="second moment of area, bending out of plane [m^4]", examples=[4.81e-7]
-    )
-    inertia_z: Positive = Field(
-        description="second moment of area, bending in plane [m^4]", examples=[2.69e-7]
-    )
+    inertia_y: Positive = Field(description="second moment of area, bending out of plane [m^4]", examples=[4.81e-7])
+    inertia_z: Positive = Field(description="second moment of area, bending in plane [m^4]", examples=[2.69e-7])
     torsion_constant: Positive = Field(description="torsion constant [m^4]", examples=[7.5e-7])
     support: Literal["corners", "all", "axis", "short-side", "free"] = Field(
         default="corners", description="clamped part of the frame", examples=["corners"]

@@ -60,6 +60,10 @@ class ElementBlock:
         Mass points.
     axes
         Local axes as rows, shape (element, 3, 3).
+    law
+        ``"elastic"`` or a name of :mod:`tautflex.elements.laws`, which then acts on the elastic trial stress.
+    law_parameters
+        Young's modulus [Pa] and Poisson ratio that the law needs.
     """
 
     kind: str
@@ -72,6 +76,8 @@ class ElementBlock:
     measure: Array
     inertia: InertiaPoints
     axes: Array
+    law: str = "elastic"
+    law_parameters: tuple[float, float] = (0.0, 0.0)
 
 
 def symmetric_terms(strains: int, gradients: int, terms: list[tuple[int, int, int, float]]) -> Array:

@@ -78,4 +78,6 @@ def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> Eleme
             position=np.einsum("pi,nik->npk", shape, ends),
         ),
         axes=axes,
+        law="slack" if section.slack else "elastic",
+        law_parameters=(section.material.youngs_modulus, 0.0),
     )

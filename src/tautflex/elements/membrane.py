@@ -93,6 +93,8 @@ def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> Eleme
         measure=volume,
         inertia=_inertia(corners, section.material.density * volume),
         axes=axes,
+        law=section.law,
+        law_parameters=(section.material.youngs_modulus, section.material.poisson_ratio),
     )
 
 

@@ -21,6 +21,7 @@ from tautflex.elements.block import ElementBlock
 from tautflex.mechanics.pattern import SparsityPattern
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int32]
 
 _CHUNK = 4096
 
@@ -32,7 +33,7 @@ def cross_matrix(vector: ArrayLike) -> Array:
 
 
 @numba.njit(cache=True)
-def _add_product(factor: float, rows: Array, columns: Array, values: Array, vector: Array, result: Array) -> None:
+def _add_product(factor: float, rows: Indices, columns: Indices, values: Array, vector: Array, result: Array) -> None:
     for k in range(values.size):
         result[rows[k]] += factor * values[k] * vector[columns[k]]
 

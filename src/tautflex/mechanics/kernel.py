@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.elements.block import ElementBlock
+from tautflex.elements.laws import ELASTIC, LAWS, SLACK, slack_energy, slack_factor, tension_field
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -44,6 +45,9 @@ class KernelData(NamedTuple):
     initial_stress: Array
     measure: Array
     gradients: int
+    law: int
+    law_parameters: tuple[float, float]
+    initial_energy: Array
 
 
 def kernel_data(block: ElementBlock, dofs: Indices, initial_stress: Array) -> KernelData:
@@ -62,24 +66,41 @@ def kernel_data(block: ElementBlock, dofs: Indices, initial_stress: Array) -> Ke
     -------
     KernelData
     """
-    gradient = np.nonzero(np.any(block.gradient != 0.0, axis=0))
-    linear = np.nonzero(block.linear)
-    quadratic = np.nonzero(block.quadratic)
-    elastic = np.nonzero(np.any(block.elasticity != 0.0, axis=0))
-    return KernelData(
-        np.ascontiguousarray(dofs.T),
-        *gradient,
-        np.ascontiguousarray(block.gradient[:, *gradient].T),
-        *linear,
-        block.linear[linear],
-        *quadratic,
-        block.quadratic[quadratic],
-        *elastic,
-        np.ascontiguousarray(block.elasticity[:, *elastic].T),
-        np.ascontiguousarray(initial_stress.T),
-        block.measure,
-        block.gradient.shape[1],
+    gradient_row, gradient_column = _terms(np.any(block.gradient != 0.0, axis=0))
+    linear_strain, linear_gradient = _terms(block.linear)
+    quadratic_strain, quadratic_first, quadratic_second = _terms(block.quadratic)
+    elastic_row, elastic_column = _terms(np.any(block.elasticity != 0.0, axis=0))
+    data = KernelData(
+        dofs=np.ascontiguousarray(dofs.T),
+        gradient_row=gradient_row,
+        gradient_column=gradient_column,
+        gradient_value=np.ascontiguousarray(block.gradient[:, gradient_row, gradient_column].T),
+        linear_strain=linear_strain,
+        linear_gradient=linear_gradient,
+        linear_value=block.linear[linear_strain, linear_gradient],
+        quadratic_strain=quadratic_strain,
+        quadratic_first=quadratic_first,
+        quadratic_second=quadratic_second,
+        quadratic_value=block.quadratic[quadratic_strain, quadratic_first, quadratic_second],
+        elastic_row=elastic_row,
+        elastic_column=elastic_column,
+        elastic_value=np.ascontiguousarray(block.elasticity[:, elastic_row, elastic_column].T),
+        initial_stress=np.ascontiguousarray(initial_stress.T),
+        measure=np.ascontiguousarray(block.measure),
+        gradients=block.gradient.shape[1],
+        law=LAWS[block.law],
+        law_parameters=block.law_parameters,
+        initial_energy=np.zeros(len(dofs)),
     )
+    if data.law != ELASTIC:
+        # Energies count from the state at zero unknowns, as they do for the elastic law.
+        _store_initial_energy(data, data.initial_energy)
+    return data
+
+
+def _terms(table: NDArray[Any]) -> tuple[Indices, ...]:
+    """Indices of the non-zero entries, contiguous so that every block has the same compiled type."""
+    return tuple(np.ascontiguousarray(index) for index in np.nonzero(table))
 
 
 @_jit
@@ -88,8 +109,8 @@ def _strain(data: Any, first: int, width: int, q: Array, local: Array, g: Array,
     for k in range(data.dofs.shape[0]):
         for e in range(width):
             local[k, e] = q[data.dofs[k, first + e]]
-    g[:] = 0.0
-    strain[:] = 0.0
+    g.fill(0.0)
+    strain.fill(0.0)
     for t in range(data.gradient_row.size):
         row, column = data.gradient_row[t], data.gradient_column[t]
         for e in range(width):
@@ -118,23 +139,63 @@ def _stress(data: Any, first: int, width: int, strain: Array, stress: Array) -> 
 
 
 @_jit
+def _apply_law(data: Any, first: int, width: int, stress: Array, tangent: Array) -> float:
+    """Replace a pack's trial stresses by those of a nonlinear law, fill its tangents, return its energy."""
+    energy = 0.0
+    if data.law == SLACK:
+        for e in range(width):
+            trial = stress[0, e]
+            energy += data.measure[first + e] * slack_energy(trial, data.law_parameters[0])
+            stress[0, e] = slack_factor(trial) * trial
+            tangent[0, 0, e] = slack_factor(trial) * data.law_parameters[0]
+    else:
+        young, poisson = data.law_parameters
+        result, slope = np.empty(3), np.empty((3, 3))
+        for e in range(width):
+            density = tension_field(stress[0, e], stress[1, e], stress[2, e], young, poisson, result, slope)
+            energy += data.measure[first + e] * density
+            for s in range(3):
+                stress[s, e] = result[s]
+                for r in range(3):
+                    tangent[s, r, e] = slope[s, r]
+    for e in range(width):
+        energy -= data.initial_energy[first + e]
+    return energy
+
+
+@_jit
+def _store_initial_energy(data: Any, target: Array) -> None:
+    strains, count = data.initial_stress.shape
+    stress, tangent = np.empty((strains, PACK)), np.empty((strains, strains, PACK))
+    for e in range(count):
+        for s in range(strains):
+            stress[s, 0] = data.initial_stress[s, e]
+        target[e] = _apply_law(data, e, 1, stress, tangent)
+
+
+@_jit
 def add_force(data: Any, q: Array, force: Array, all_stress: Array) -> float:
     """Add internal forces ``G' V B' sigma`` to ``force``, fill ``all_stress`` (strain, element), return the energy."""
     strains, count = data.initial_stress.shape
     local, strain = np.empty((data.dofs.shape[0], PACK)), np.empty((strains, PACK))
-    stress = np.empty((strains, PACK))
+    stress, tangent = np.empty((strains, PACK)), np.empty((strains, strains, PACK))
     g, conjugate = np.empty((data.gradients, PACK)), np.empty((data.gradients, PACK))
     energy = 0.0
     for first in range(0, count, PACK):
         width = min(PACK, count - first)
         _strain(data, first, width, q, local, g, strain)
         _stress(data, first, width, strain, stress)
-        conjugate[:] = 0.0
+        conjugate.fill(0.0)
+        if data.law == ELASTIC:
+            for s in range(strains):
+                for e in range(width):
+                    middle = 0.5 * (data.initial_stress[s, first + e] + stress[s, e])
+                    energy += data.measure[first + e] * strain[s, e] * middle
+        else:
+            energy += _apply_law(data, first, width, stress, tangent)
         for s in range(strains):
             for e in range(width):
                 all_stress[s, first + e] = stress[s, e]
-                middle = 0.5 * (data.initial_stress[s, first + e] + stress[s, e])
-                energy += data.measure[first + e] * strain[s, e] * middle
         for t in range(data.linear_value.size):
             s, i, value = data.linear_strain[t], data.linear_gradient[t], data.linear_value[t]
             for e in range(width):
@@ -144,7 +205,7 @@ def add_force(data: Any, q: Array, force: Array, all_stress: Array) -> float:
             value = data.quadratic_value[t]
             for e in range(width):
                 conjugate[i, e] += value * g[j, e] * stress[s, e]
-        local[:] = 0.0
+        local.fill(0.0)
         for t in range(data.gradient_row.size):
             row, column = data.gradient_row[t], data.gradient_column[t]
             for e in range(width):
@@ -161,30 +222,44 @@ def add_tangent(data: Any, q: Array, slots: Indices, values: Array) -> None:
     strains, count = data.initial_stress.shape
     gradients, unknowns = data.gradients, data.dofs.shape[0]
     local, strain, stress = np.empty((unknowns, PACK)), np.empty((strains, PACK)), np.empty((strains, PACK))
-    g, b, db = np.empty((gradients, PACK)), np.empty((strains, gradients, PACK)), np.empty((strains, gradients, PACK))
+    g, b, db = (
+        np.empty((gradients, PACK)),
+        np.empty((strains, gradients, PACK)),
+        np.empty((strains, gradients, PACK)),
+    )
     core, half = np.empty((gradients, gradients, PACK)), np.empty((gradients, unknowns, PACK))
-    element = np.empty((unknowns, unknowns, PACK))
+    element, tangent = np.empty((unknowns, unknowns, PACK)), np.empty((strains, strains, PACK))
     for first in range(0, count, PACK):
         width = min(PACK, count - first)
         _strain(data, first, width, q, local, g, strain)
         _stress(data, first, width, strain, stress)
-        b[:] = 0.0
-        db[:] = 0.0
-        core[:] = 0.0
-        half[:] = 0.0
-        element[:] = 0.0
+        if data.law != ELASTIC:
+            _apply_law(data, first, width, stress, tangent)
+        b.fill(0.0)
+        db.fill(0.0)
+        core.fill(0.0)
+        half.fill(0.0)
+        element.fill(0.0)
         for t in range(data.linear_value.size):
-            b[data.linear_strain[t], data.linear_gradient[t]] += data.linear_value[t]
+            for e in range(width):
+                b[data.linear_strain[t], data.linear_gradient[t], e] += data.linear_value[t]
         for t in range(data.quadratic_value.size):
             s, i, j = data.quadratic_strain[t], data.quadratic_first[t], data.quadratic_second[t]
             for e in range(width):
                 b[s, i, e] += data.quadratic_value[t] * g[j, e]
                 core[i, j, e] += data.quadratic_value[t] * stress[s, e]
-        for t in range(data.elastic_row.size):
-            row, column = data.elastic_row[t], data.elastic_column[t]
-            for i in range(gradients):
-                for e in range(width):
-                    db[row, i, e] += data.elastic_value[t, first + e] * b[column, i, e]
+        if data.law == ELASTIC:
+            for t in range(data.elastic_row.size):
+                row, column = data.elastic_row[t], data.elastic_column[t]
+                for i in range(gradients):
+                    for e in range(width):
+                        db[row, i, e] += data.elastic_value[t, first + e] * b[column, i, e]
+        else:
+            for row in range(strains):
+                for column in range(strains):
+                    for i in range(gradients):
+                        for e in range(width):
+                            db[row, i, e] += tangent[row, column, e] * b[column, i, e]
         for s in range(strains):
             for i in range(gradients):
                 for j in range(gradients):

@@ -10,7 +10,13 @@ from scipy.sparse import csc_array
 
 from tautflex.elements import ElementBlock, element_blocks
 from tautflex.mechanics.inertia import InertiaOperator
-from tautflex.mechanics.kernel import KernelData, add_force, add_tangent, kernel_data, smallest_principal_value
+from tautflex.mechanics.kernel import (
+    KernelData,
+    add_force,
+    add_tangent,
+    kernel_data,
+    smallest_principal_value,
+)
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.structure.model import Model
 

@@ -72,9 +72,7 @@ def plot_time_history(
     first, last = _limits(records, span)
     if end is not None and first < end < last:
         axes.axvspan(max(first, 0.0), end, color="#eeeeee", zorder=0)
-        axes.axvline(
-            end, color=GREY, linewidth=0.8, linestyle=(0, (4, 2)), label=f"maneuver ends at {end:.4g} s"
-        )
+        axes.axvline(end, color=GREY, linewidth=0.8, linestyle=(0, (4, 2)), label=f"maneuver ends at {end:.4g} s")
     axes.axhline(0.0, color=GREY, linewidth=0.5)
     axes.set_xlim(first, last)
     axes.set_xlabel("time $t$ [s]")
@@ -102,9 +100,7 @@ def probe_records(run: xr.Dataset, probes: Sequence[str] | None, component: str)
     """Return one component (time, probe) at the named probes [m], or raise InputError."""
     one_of("component", component, ("u", "v", "w"))
     if component not in run or run.sizes.get("probe", 0) == 0:
-        raise InputError(
-            f"run: expected {component!r} (time, probe), got no such record; simulate with probes={{...}}"
-        )
+        raise InputError(f"run: expected {component!r} (time, probe), got no such record; simulate with probes={{...}}")
     record = run[component].transpose("time", "probe")
     if probes is None:
         return record

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from tautflex.plot.style import DIVERGING, DOUBLE_COLUMN, GREY, new_figure
+from tautflex.plot.style import DIVERGING, DOUBLE_COLUMN, GREY, SINGLE_COLUMN, new_figure
 from tautflex.plot.surface import VIEW, Wireframe
 
 _TITLE = 0.22  # [inch] above each drawing
@@ -31,7 +31,8 @@ class PanelGrid:
     mesh
         Structure that every cell shows.
     height
-        Largest deflection drawn, up or down [m].
+        Largest deflection drawn, up or down [m]; one for all cells, or one per cell, which makes rows of
+        flat drawings low.
     titles
         One per cell.
     columns
@@ -40,22 +41,29 @@ class PanelGrid:
         Number of cells that would fill the width of the page.
     """
 
-    def __init__(self, mesh: Wireframe, height: float, titles: Sequence[str], columns: int, of: int) -> None:
+    def __init__(
+        self, mesh: Wireframe, height: float | Sequence[float], titles: Sequence[str], columns: int, of: int
+    ) -> None:
+        heights = np.broadcast_to(np.asarray(height, dtype=np.float64), len(titles))
         low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
         room = np.maximum(0.5 * (high - low), 1e-3 * mesh.span)
-        room[2] = 0.5 * (high[2] - low[2]) + max(height, 0.02 * mesh.span)
+        room[2] = 0.5 * (high[2] - low[2]) + max(float(heights.max()), 0.02 * mesh.span)
         self._middle, self._room, self._span = 0.5 * (low + high), room, mesh.span
         cell = DOUBLE_COLUMN / of
-        zoom, shift, ratio = self._fit(mesh, height, (cell - _GAP) / cell)
-        tall = ratio * cell + _TITLE + _GAP
-        rows = -(-len(titles) // columns)
-        width, total = cell * max(columns, 2), tall * rows + _BAR
+        part = (cell - _GAP) / cell
+        rows = [
+            self._fit(mesh, float(heights[first : first + columns].max()), part)
+            for first in range(0, len(titles), columns)
+        ]
+        tall = [ratio * cell + _TITLE + _GAP for _, _, ratio in rows]
+        width, total = max(cell * columns, SINGLE_COLUMN), sum(tall) + _BAR
         self.figure = new_figure(width, total, constrained=False)
         self.axes: list[Axes3D] = []
         left = 0.5 * (width - cell * columns)
         for k, title in enumerate(titles):
             row, column = divmod(k, columns)
-            x, y = left + cell * (column + 0.5), total - tall * row  # middle and top of the cell [inch]
+            zoom, shift, ratio = rows[row]
+            x, y = left + cell * (column + 0.5), total - sum(tall[:row])  # middle and top of the cell [inch]
             self.figure.text(x / width, (y - 0.04) / total, title, ha="center", va="top")
             centre = (x - cell * shift[0], y - _TITLE - 0.5 * ratio * cell - cell * shift[1])
             corner = ((centre[0] - 0.5 * cell) / width, (centre[1] - 0.5 * cell) / total)
@@ -110,6 +118,4 @@ class PanelGrid:
             step = size * np.eye(3)[axis]
             arrow = axes.quiver(*start, *step, color=GREY, linewidth=0.8, arrow_length_ratio=0.3)
             arrow.set_clip_on(False)
-            axes.text(
-                *(start + 1.35 * step), name, size=8, style="italic", ha="center", va="center", color=GREY
-            )
+            axes.text(*(start + 1.35 * step), name, size=8, style="italic", ha="center", va="center", color=GREY)

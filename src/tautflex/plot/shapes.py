@@ -52,9 +52,7 @@ def plot_shapes(
         If the run stored no fields, a time lies outside them, or ``magnification`` is not positive.
     """
     if "displacement" not in run or run.sizes.get("field_time", 0) == 0:
-        raise InputError(
-            "run: expected stored fields, got none; simulate with fields='all' or a list of times"
-        )
+        raise InputError("run: expected stored fields, got none; simulate with fields='all' or a list of times")
     mesh = wireframe(run)
     chosen = _nearest(run["field_time"].values, times)
     fields = run["displacement"].isel(field_time=chosen).values
@@ -85,15 +83,12 @@ def save_shapes(
 def _nearest(stored: NDArray[np.float64], times: Sequence[float] | None) -> list[int]:
     """Positions of the stored instants to draw."""
     if times is None:
-        return np.unique(
-            np.linspace(0, stored.size - 1, min(stored.size, _MOST)).round().astype(int)
-        ).tolist()
+        return np.unique(np.linspace(0, stored.size - 1, min(stored.size, _MOST)).round().astype(int)).tolist()
     slack = 0.5 * float(np.diff(stored).max(initial=0.0)) + 1e-9
     for time in times:
         if not stored[0] - slack <= time <= stored[-1] + slack:
             raise InputError(
-                f"times: expected instants in [{stored[0]:g}, {stored[-1]:g}] s, got {time!r}; "
-                "store more fields"
+                f"times: expected instants in [{stored[0]:g}, {stored[-1]:g}] s, got {time!r}; store more fields"
             )
     if len(times) == 0:
         raise InputError("times: expected at least one instant, got none; None draws the stored ones")

@@ -82,9 +82,7 @@ def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
     return figure
 
 
-def save_figure(
-    figure: Figure, stem: str | os.PathLike[str], formats: Sequence[str] = ("png", "pdf")
-) -> list[Path]:
+def save_figure(figure: Figure, stem: str | os.PathLike[str], formats: Sequence[str] = ("png", "pdf")) -> list[Path]:
     """Write a figure once per format.
 
     Parameters

@@ -118,9 +118,7 @@ def _view_direction() -> Array:
 def _refined(corners: Array, values: Array, parts: int) -> tuple[Array, Array]:
     """Cut every triangle into equal small ones; return their corners (s, 3, 3) and mean values (s,)."""
     upright = [[(i, j), (i + 1, j), (i, j + 1)] for i in range(parts) for j in range(parts - i)]
-    turned = [
-        [(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i in range(parts - 1) for j in range(parts - 1 - i)
-    ]
+    turned = [[(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i in range(parts - 1) for j in range(parts - 1 - i)]
     steps = np.array(upright + turned, dtype=np.float64) / parts
     weights = np.concatenate([1.0 - steps.sum(axis=2, keepdims=True), steps], axis=2)
     points = np.einsum("sck,tkd->tscd", weights, corners).reshape(-1, 3, 3)

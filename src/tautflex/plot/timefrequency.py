@@ -11,9 +11,10 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, NullFormatter
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from tautflex.analysis import maneuver_end, scalogram
+from tautflex.errors import InputError
 from tautflex.plot.history import probe_records
 from tautflex.plot.style import DOUBLE_COLUMN, SEQUENTIAL, length_unit, new_figure, save_figure, styled
 
@@ -28,6 +29,7 @@ def plot_scalogram(
     component: str = "w",
     frequencies: ArrayLike | None = None,
     bandwidth: float = 3.0,
+    floor: float | None = None,
 ) -> Figure:
     """Draw the complex-Morlet scalogram of a probe with its ridge and its cone of influence.
 
@@ -39,21 +41,24 @@ def plot_scalogram(
         Record to analyse.
     frequencies, bandwidth
         As for :func:`tautflex.scalogram`.
+    floor
+        Colour decibels of the largest value down to this negative number instead of the value itself, so that
+        a vibration that dies away stays visible.
 
     Returns
     -------
     matplotlib.figure.Figure
         Hatched below the cone of influence, where the ends of the record matter; the ridge is drawn where
-        it is above 5 % of its largest value.
+        it is above 5 % of its largest value, or above ``floor``.
 
     Raises
     ------
     InputError
-        If there is no such probe or component, or the record is not uniform.
+        If there is no such probe or component, the record is not uniform, or ``floor`` is not negative.
     """
     record = probe_records(run, [probe], component).isel(probe=0)
     data = scalogram(record, frequencies, bandwidth)
-    scale, unit = length_unit(data["magnitude"].values)
+    image_values, limits, label = _levels(data["magnitude"], floor, f"amplitude of ${component}$ at {probe}")
     stride = max(1, data.sizes["time"] // _COLUMNS)
     shown = data.isel(time=slice(None, None, stride))
     time, frequency = shown["time"].values, shown["frequency"].values
@@ -63,13 +68,15 @@ def plot_scalogram(
     image = axes.pcolormesh(
         time,
         frequency,
-        scale * shown["magnitude"].values,
+        image_values[:, ::stride],
         cmap=SEQUENTIAL,
-        vmin=0.0,
+        vmin=limits[0],
+        vmax=limits[1],
         shading="gouraud",
         rasterized=True,
     )
-    visible = shown["ridge_magnitude"].values > _FADED * float(data["ridge_magnitude"].max())
+    faded = _FADED if floor is None else 10.0 ** (floor / 20.0)
+    visible = shown["ridge_magnitude"].values > faded * float(data["ridge_magnitude"].max())
     free = shown["ridge"].values >= shown["cone_of_influence"].values
     ridge = np.where(visible, shown["ridge"].values, np.nan)
     outline = [withStroke(linewidth=2.2, foreground="black")]
@@ -86,15 +93,13 @@ def plot_scalogram(
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.yaxis.set_minor_formatter(NullFormatter())
-    ticks = [
-        tick for tick in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100) if frequency[0] <= tick <= frequency[-1]
-    ]
+    ticks = [tick for tick in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100) if frequency[0] <= tick <= frequency[-1]]
     axes.set_yticks(ticks)
     axes.set_ylim(frequency[0], frequency[-1])
     axes.set_xlim(time[0], time[-1])
     axes.set_xlabel("time $t$ [s]")
     axes.set_ylabel("frequency $f$ [Hz]")
-    figure.colorbar(image, ax=axes, pad=0.02).set_label(f"amplitude of ${component}$ at {probe} [{unit}]")
+    figure.colorbar(image, ax=axes, pad=0.02).set_label(label)
     axes.legend(loc="upper right", facecolor="#333333", labelcolor="white", framealpha=0.7)
     return figure
 
@@ -104,3 +109,17 @@ def save_scalogram(
 ) -> list[Path]:
     """Write the figure of :func:`plot_scalogram` as ``stem.png`` and ``stem.pdf``; return the files."""
     return save_figure(plot_scalogram(run, probe), stem, formats)
+
+
+def _levels(
+    magnitude: xr.DataArray, floor: float | None, label: str
+) -> tuple[NDArray[np.float64], tuple[float, float | None], str]:
+    """Values to colour, their limits and their label, in a length or in decibels."""
+    if floor is None:
+        scale, unit = length_unit(magnitude.values)
+        return scale * magnitude.values, (0.0, None), f"{label} [{unit}]"
+    if not floor < 0.0:
+        raise InputError(f"floor: expected a negative number of decibels, got {floor!r}; -40 shows a hundredth")
+    largest = float(magnitude.max()) or 1.0
+    decibels = 20.0 * np.log10(np.maximum(magnitude.values / largest, 10.0 ** (floor / 20.0)))
+    return decibels, (floor, 0.0), f"{label} [dB of largest]"

@@ -125,20 +125,18 @@ def simulate(
     maneuver = maneuver or AtRest()
     if state.model.rigid_freedom and not isinstance(maneuver, AtRest):
         raise UnsupportedError(
-            f"supports: expected a structure held against rigid motion, {state.model.rigid_freedom} rigid motion(s) are "
-            "free; hold the frame (frame.support = 'corners') or study its modes instead"
+            f"supports: expected a structure held against rigid motion, {state.model.rigid_freedom} rigid motion(s) "
+            "are free; hold the frame (frame.support = 'corners') or study its modes instead"
         )
     method = method or WilsonTheta()
     coupling = coupling or Coupling()
     stepper = Stepper(state, method, damping or Rayleigh(), coupling, tolerance)
     count = max(1, round(end_time / time_step))
     placed = place_probes(state.system, probes or {}, probe_reading)
-    recorder = Recorder(
-        state.system, placed, count // every + 1, _field_steps(fields, time_step, count, every)
-    )
+    recorder = Recorder(state.system, placed, count // every + 1, _field_steps(fields, time_step, count, every))
     driver = _Driver(stepper, maneuver.segments(), time_step, max_halvings)
     began = clock.perf_counter()
-    status, history = Status.COMPLETED, ()
+    status, history = Status.COMPLETED, tuple[float, ...]()
     try:
         at = _start(state, maneuver, stepper, coupling, initial_velocity)
         driver.record(recorder, 0, at, True)

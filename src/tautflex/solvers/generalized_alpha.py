@@ -27,9 +27,7 @@ def alpha_scheme(step: float, alpha_m: float, alpha_f: float, beta: float, gamma
     """
     h = step
     end = Combination(1.0 / (beta * h**2), -1.0 / (beta * h), -(0.5 - beta) / beta)
-    inertia = Combination(
-        (1.0 - alpha_m) * end.d, (1.0 - alpha_m) * end.v, (1.0 - alpha_m) * end.a + alpha_m
-    )
+    inertia = Combination((1.0 - alpha_m) * end.d, (1.0 - alpha_m) * end.v, (1.0 - alpha_m) * end.a + alpha_m)
     velocity = Combination(gamma * h * end.d, 1.0 + gamma * h * end.v, h * (1.0 - gamma + gamma * end.a))
     return StepScheme(
         evaluation=1.0,
@@ -100,9 +98,7 @@ class Newmark:
         if not 0.5 <= self.gamma <= 1.0:
             raise InputError(f"gamma: expected a number in [0.5, 1], got {self.gamma!r}; 0.5 is second order")
         if not 0.0 < self.beta <= 1.0:
-            raise InputError(
-                f"beta: expected a number in (0, 1], got {self.beta!r}; beta = 0 is explicit, 0.25 is the trapezoidal rule"
-            )
+            raise InputError(f"beta: expected a number in (0, 1], got {self.beta!r}; 0.25 is the trapezoidal rule")
 
     @property
     def name(self) -> str:

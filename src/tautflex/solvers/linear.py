@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import qdldl
 from numpy.typing import NDArray
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from tautflex.mechanics.pattern import SparsityPattern
 
@@ -31,7 +31,7 @@ class SymmetricFactorization:
         self.factorizations = 0
         self.solves = 0
         self._solver: qdldl.Solver | None = None
-        self._fallback = None
+        self._fallback: SuperLU | None = None
 
     @property
     def ready(self) -> bool:

@@ -65,7 +65,11 @@ class Modes:
             "shape": (dims, self.shapes, _about("mass-normalised mode shape", "kg^-1/2")),
             "label_m": ("mode", label[:, 0], _about("half-waves along x, 0 where none", "1")),
             "label_n": ("mode", label[:, 1], _about("half-waves along y, 0 where none", "1")),
-            "symmetry": ("mode", np.array(self.symmetry, dtype=str), _about("symmetry about x = 0 and y = 0", "1")),
+            "symmetry": (
+                "mode",
+                np.array(self.symmetry, dtype=str),
+                _about("symmetry about x = 0 and y = 0", "1"),
+            ),
             "effective_mass": (
                 ("mode", "direction"),
                 self.effective_mass,

@@ -143,9 +143,7 @@ def _respond(given: StructuralSystem) -> StructuralSystem:
     displacement = _solve_singular(slack, stiffness, -load)
     stress = [
         initial + np.einsum("nst,nt->ns", block.elasticity, strain)
-        for initial, block, strain in zip(
-            given.initial_stress, blocks, slack.linear_strain(displacement), strict=True
-        )
+        for initial, block, strain in zip(given.initial_stress, blocks, slack.linear_strain(displacement), strict=True)
     ]
     system = given.with_initial_stress(stress)
     left = float(np.abs(system.force(np.zeros(given.size))[0]).max(initial=0.0))
@@ -206,8 +204,8 @@ def _slack_cables(state: PrestressedState) -> list[tuple[str, bool]]:
     place = _point(state.model.nodes[state.model.cables[worst]].mean(axis=0))
     return [
         (
-            f"cable {worst} at {place} is slack, tension {tension[worst]:.3g} N ({slack.size} of {tension.size} cables); "
-            "raise its pretension or stiffen the frame",
+            f"cable {worst} at {place} is slack, tension {tension[worst]:.3g} N ({slack.size} of {tension.size} "
+            "cables); raise its pretension or stiffen the frame",
             True,
         )
     ]

@@ -41,9 +41,7 @@ class ProbeSet:
         return np.asarray(self.map @ q).reshape(-1, 3)
 
 
-def place_probes(
-    system: StructuralSystem, probes: Mapping[str, ArrayLike], reading: str = "interpolate"
-) -> ProbeSet:
+def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], reading: str = "interpolate") -> ProbeSet:
     """Locate probes on the structure.
 
     Parameters

@@ -20,7 +20,11 @@ COMPONENTS = ["x", "y", "z"]
 def mesh_variables(model: Model) -> dict[str, tuple[Any, ...]]:
     """Mesh as Dataset variables, so that results can be drawn without the model."""
     variables: dict[str, tuple[Any, ...]] = {
-        "node_position": (("node", "component"), model.nodes, {"long_name": "reference position", "units": "m"})
+        "node_position": (
+            ("node", "component"),
+            model.nodes,
+            {"long_name": "reference position", "units": "m"},
+        )
     }
     for name, corner, elements in (
         ("triangle", "corner", model.triangles),

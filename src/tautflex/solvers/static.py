@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-class StaticProblem:
+class _StaticProblem:
     """Residual ``f_int(q) - f_ref + K_T q + load`` with K_T given by its values in the pattern."""
 
     def __init__(self, state: PrestressedState, load: Array, extra: Array | None = None) -> None:
@@ -49,9 +49,7 @@ class StaticProblem:
         return self._factor.solve(right)
 
 
-def solve_static(
-    state: PrestressedState, load: Array, extra: Array | None = None, tolerance: float = 1e-9
-) -> Array:
+def solve_static(state: PrestressedState, load: Array, extra: Array | None = None, tolerance: float = 1e-9) -> Array:
     """Nonlinear static equilibrium ``f_int(q) - f_ref + K_T q + load = 0``.
 
     Parameters
@@ -75,7 +73,7 @@ def solve_static(
     NotConvergedError
         If Newton's method fails.
     """
-    problem = StaticProblem(state, load, extra)
+    problem = _StaticProblem(state, load, extra)
     try:
         outcome = solve_newton(problem, np.zeros(state.system.size), tolerance)
     except np.linalg.LinAlgError as error:

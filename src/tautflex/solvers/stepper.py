@@ -184,9 +184,7 @@ class Stepper:
         guess = reach * at.v + 0.5 * reach**2 * at.a
         if at.jerk is not None:
             guess += reach**3 / 6.0 * at.jerk
-        outcome = solve_newton(
-            problem, guess, self.tolerance, self.max_iterations, self._memory
-        )
+        outcome = solve_newton(problem, guess, self.tolerance, self.max_iterations, self._memory)
         self.statistics.iterations += outcome.iterations
         d = outcome.x
         end = MotionState(
@@ -251,9 +249,7 @@ class Stepper:
 class _StepProblem:
     """Residual of one step as a function of the increment."""
 
-    def __init__(
-        self, stepper: Stepper, scheme: StepScheme, terms: _MotionTerms, at: MotionState, size: float
-    ) -> None:
+    def __init__(self, stepper: Stepper, scheme: StepScheme, terms: _MotionTerms, at: MotionState, size: float) -> None:
         self._stepper, self._scheme, self._terms, self._at, self._size = stepper, scheme, terms, at, size
         self._linear = stepper.linear_matrix(scheme, size)
         inertia, velocity = scheme.inertia, scheme.velocity

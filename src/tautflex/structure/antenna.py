@@ -63,9 +63,7 @@ class AntennaLayout:
             raise InputError(f"divisions: expected two integers >= 1, got {self.divisions}")
 
 
-def build_fixed_film(
-    layout: AntennaLayout, membrane: MembraneSection, stress: tuple[float, float, float]
-) -> Model:
+def build_fixed_film(layout: AntennaLayout, membrane: MembraneSection, stress: tuple[float, float, float]) -> Model:
     """Rectangular film with all four edges fixed under a given uniform stress (sx, sy, txy) [Pa]."""
     ends_x = np.array([-0.5, 0.5]) * layout.length
     ends_y = np.array([-0.5, 0.5]) * layout.width

@@ -9,6 +9,7 @@ from tautflex import checks
 from tautflex.errors import InputError
 
 STRAINS = ("von-karman", "green-lagrange")
+FILM_LAWS = ("elastic", "tension-field")
 
 
 @dataclass(frozen=True)
@@ -57,11 +58,14 @@ class MembraneSection:
         Thickness [m], > 0.
     strain
         ``"von-karman"`` (the paper's) or ``"green-lagrange"`` (objective under any rigid motion).
+    law
+        ``"elastic"``, which carries compression, or ``"tension-field"``, which wrinkles instead.
     """
 
     material: Material
     thickness: float
     strain: str = "von-karman"
+    law: str = "elastic"
     kind: ClassVar[str] = "membrane"
     rotational: ClassVar[bool] = False
     corners: ClassVar[int] = 3
@@ -69,6 +73,12 @@ class MembraneSection:
     def __post_init__(self) -> None:
         checks.positive("thickness", self.thickness)
         checks.one_of("strain", self.strain, STRAINS)
+        checks.one_of("law", self.law, FILM_LAWS)
+
+    @property
+    def mass_per_measure(self) -> float:
+        """Mass per area [kg/m^2]."""
+        return self.material.density * self.thickness
 
 
 @dataclass(frozen=True)
@@ -83,11 +93,14 @@ class CableSection:
         Cross-sectional area [m^2], > 0.
     strain
         ``"von-karman"`` or ``"green-lagrange"``.
+    slack
+        Whether the cable goes slack instead of carrying compression.
     """
 
     material: Material
     area: float
     strain: str = "von-karman"
+    slack: bool = False
     kind: ClassVar[str] = "cable"
     rotational: ClassVar[bool] = False
     corners: ClassVar[int] = 2
@@ -95,6 +108,11 @@ class CableSection:
     def __post_init__(self) -> None:
         checks.positive("area", self.area)
         checks.one_of("strain", self.strain, STRAINS)
+
+    @property
+    def mass_per_measure(self) -> float:
+        """Mass per length [kg/m]."""
+        return self.material.density * self.area
 
 
 @dataclass(frozen=True)
@@ -130,6 +148,11 @@ class BeamSection:
         for name in ("area", "inertia_y", "inertia_z", "torsion_constant"):
             checks.positive(name, getattr(self, name))
         checks.one_of("strain", self.strain, STRAINS)
+
+    @property
+    def mass_per_measure(self) -> float:
+        """Mass per length [kg/m]."""
+        return self.material.density * self.area
 
 
 Section = MembraneSection | CableSection | BeamSection

@@ -94,9 +94,7 @@ def graded_lines(length: float, divisions: int, stations: NDArray[np.float64]) -
         # Ties go to the interval nearest the middle of the edge, mirrored, so that the mesh stays symmetric.
         candidates = np.flatnonzero(widest > widest.max() * (1.0 - 1e-9))
         cells[candidates[len(candidates) // 2]] += 1
-    pieces = [
-        np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(stations[:-1], stations[1:], cells, strict=True)
-    ]
+    pieces = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(stations[:-1], stations[1:], cells, strict=True)]
     lines = np.append(np.concatenate(pieces), stations[-1])
     lines[0], lines[-1] = -0.5 * length, 0.5 * length
     return lines

@@ -200,6 +200,20 @@ class Model:
         """Number of unknowns before supports are applied."""
         return int(self.dof_offset[-1])
 
+    @property
+    def mass(self) -> float:
+        """Total mass [kg]."""
+        total = 0.0
+        for group in self.groups:
+            corners = self.nodes[group.connectivity]
+            first = corners[:, 1] - corners[:, 0]
+            if group.section.kind == "membrane":
+                measure = 0.5 * np.linalg.norm(np.cross(first, corners[:, 2] - corners[:, 0]), axis=1)
+            else:
+                measure = np.linalg.norm(first, axis=1)
+            total += group.section.mass_per_measure * float(measure.sum())
+        return total
+
     def element_dofs(self, group: ElementGroup) -> NDArray[np.int64]:
         """Unknowns of each element, shape (element, 3 or 6 per corner)."""
         count = 6 if group.section.rotational else 3

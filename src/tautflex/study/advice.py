@@ -53,9 +53,7 @@ def _about_prestress(case: Case, state: PrestressedState) -> list[str]:
 def _about_probes(case: Case, model: Model) -> list[str]:
     warnings: list[str] = []
     if not case.output.probes:
-        warnings.append(
-            "output.probes is empty: a run will keep no time history; add a point to [output.probes]"
-        )
+        warnings.append("output.probes is empty: a run will keep no time history; add a point to [output.probes]")
     if case.output.probe_reading == "nearest-node":
         film = model.nodes[np.unique(model.triangles)]
         for name, point in case.output.probes.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from tautflex.mechanics.damping import Rayleigh
@@ -18,7 +19,7 @@ from tautflex.structure.model import Model
 if TYPE_CHECKING:
     from tautflex.config import Case
 
-METHODS = {
+METHODS: dict[str, Callable[..., ImplicitMethod]] = {
     "wilson-theta": WilsonTheta,
     "generalized-alpha": GeneralizedAlpha,
     "newmark": Newmark,
@@ -45,7 +46,7 @@ def build_model(case: Case) -> Model:
     """
     film, mesh = case.membrane, case.mesh
     membrane = MembraneSection(
-        Material(film.youngs_modulus, film.density, film.poisson_ratio), film.thickness, film.strain
+        Material(film.youngs_modulus, film.density, film.poisson_ratio), film.thickness, film.strain, film.law
     )
     if case.cables is None or case.frame is None:
         layout = AntennaLayout(film.length, film.width, mesh.divisions, mesh.pattern)
@@ -66,7 +67,7 @@ def build_model(case: Case) -> Model:
     return build_antenna(
         layout,
         membrane,
-        CableSection(Material(cables.youngs_modulus, cables.density), cables.area, film.strain),
+        CableSection(Material(cables.youngs_modulus, cables.density), cables.area, film.strain, cables.slack),
         BeamSection(
             Material(frame.youngs_modulus, frame.density, frame.poisson_ratio),
             frame.area,

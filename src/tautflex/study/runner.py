@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from tautflex import results
-from tautflex.analysis import amplitude, dominant_frequency
+from tautflex.analysis import amplitude, dominant_frequency, maneuver_end
 from tautflex.errors import InputError
 from tautflex.solvers.dynamics import simulate
 from tautflex.solvers.modal import solve_modes
@@ -57,7 +57,7 @@ def run_case(
     -------
     dict
         ``status``, ``message``, ``maneuver``, ``probes`` (amplitude [m], dominant_frequency [Hz],
-        bin_width [Hz], and more, see `read_probe`),
+        bin_width [Hz], see `read_probe`),
         ``natural_frequencies`` [Hz], ``steps``, ``seconds`` [s], ``back_substitutions``, ``factorizations``,
         ``files``; the content of ``summary.json``.
 
@@ -97,14 +97,12 @@ def run_case(
     results.save(data, files["run"])
     if figures is not None:
         files |= _named(figures(data, modes.to_dataset(), directory))
-    maneuver_end = case.maneuver.duration or 0.0
+    end = maneuver_end(data)
     summary = {
         "status": run.status.value,
         "message": run.status.message,
         "maneuver": _describe(case),
-        "probes": {
-            str(name): read_probe(data["w"].sel(probe=name), maneuver_end) for name in data["probe"].values
-        },
+        "probes": {str(name): read_probe(data["w"].sel(probe=name), end) for name in data["probe"].values},
         "natural_frequencies": [float(value) for value in modes.frequencies],
         "steps": int(run.stats.steps),
         "seconds": float(run.stats.seconds),
@@ -130,7 +128,7 @@ def _newton_options(case: Case) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def read_probe(record: xr.DataArray, maneuver_end: float) -> dict[str, float | None]:
+def read_probe(record: xr.DataArray, maneuver_end: float | None) -> dict[str, float | None]:
     """Measure one probe's record; None where it is too short, or never moved.
 
     Parameters
@@ -138,25 +136,21 @@ def read_probe(record: xr.DataArray, maneuver_end: float) -> dict[str, float | N
     record
         Displacement over time [m].
     maneuver_end
-        When the rigid motion ends [s].
+        When the rigid motion ends [s]; None if it does not end within the record.
 
     Returns
     -------
     dict
-        ``amplitude`` [m]; ``dominant_frequency`` [Hz], the bin of largest energy of the whole record, and its
-        ``bin_width`` [Hz]; ``vibration_frequency`` and ``vibration_bin_width`` [Hz], the same after the
-        maneuver, whose inertial load holds the film off its plane.
+        ``amplitude`` [m] of the whole record; ``dominant_frequency`` [Hz], the bin of largest energy of the motion
+        after the maneuver (during it the inertial load holds the film off its plane, and that offset would win);
+        ``bin_width`` [Hz].
     """
-    names = ("amplitude", "dominant_frequency", "bin_width", "vibration_frequency", "vibration_bin_width")
-    answer: dict[str, float | None] = dict.fromkeys(names)
+    answer: dict[str, float | None] = dict.fromkeys(("amplitude", "dominant_frequency", "bin_width"))
     try:
         answer["amplitude"] = float(amplitude(record))
-        peak = dominant_frequency(record)
+        peak = dominant_frequency(record, after=maneuver_end)
         answer["bin_width"] = float(peak.bin_width)
         answer["dominant_frequency"] = _number_or_none(peak.frequency)
-        vibration = dominant_frequency(record, after=maneuver_end)
-        answer["vibration_bin_width"] = float(vibration.bin_width)
-        answer["vibration_frequency"] = _number_or_none(vibration.frequency)
     except InputError:
         pass  # a run cut short after a few steps: what is known so far stays
     return answer
