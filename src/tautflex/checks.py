@@ -43,6 +43,13 @@ def finite(name: str, value: Any, *, remedy: str = "", error: type[InputError] =
     return number
 
 
+def whole(name: str, value: Any, lowest: int, *, remedy: str = "") -> int:
+    """Return ``value`` as an int >= ``lowest``, or raise InputError."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < lowest:
+        raise _fail(name, f"an integer >= {lowest}", value, remedy, InputError)
+    return int(value)
+
+
 def between(name: str, value: Any, low: float, high: float, *, remedy: str = "") -> float:
     """Return ``value`` as a float in the closed interval [low, high], or raise InputError."""
     number = finite(name, value, remedy=remedy)

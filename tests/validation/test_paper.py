@@ -1,8 +1,8 @@
 """The paper's tables with the published reading, the case `tautflex init` writes (mesh 10 x 5, Wilson-theta).
 
 Time step 2.5 ms instead of 1 ms: amplitudes change by less than 0.5 % (a test shows it for one row). The largest
-displacement of every row occurs within 0.3 s of the start; records go on for 3 s after the stop, which is 3 to 12
-periods of the vibration, and for the whole 10 s where a test says so.
+displacement of every row occurs within 0.3 s of the start, so amplitudes are read from runs that end 1 s after the
+stop; frequencies are read from the paper's records of 10 s.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ from validation.published import (
 )
 
 TIME_STEP = 2.5e-3
-AFTER_STOP = 3.0
+AFTER_STOP = 1.0
+RECORD = 10.0
 
 
 def load(path, *overrides: str) -> tf.Case:
@@ -61,14 +62,14 @@ def respond(case, state):
     """Run of point A for a row of the tables; equal runs are made once."""
 
     @cache
-    def run(row: Response, after: float = AFTER_STOP, step: float = TIME_STEP, method=None):
+    def run(row: Response, end: float | None = None, step: float = TIME_STEP, method=None):
         given = case(row.model)
         return tf.simulate(
             state(row.model),
             tf.Stop(row.rate, row.duration),
             method=method or build_method(given),
             time_step=step,
-            end_time=row.duration + after,
+            end_time=end or row.duration + AFTER_STOP,
             damping=tf.Rayleigh(DAMPING, DAMPING),
             probes=given.output.probes,
             probe_reading=given.output.probe_reading,
@@ -115,21 +116,28 @@ def test_fundamental_frequencies(state, model, verification_row):
 
 @pytest.mark.parametrize("row", [row for row in RESPONSES if row.table in (6, 7) and row.model != "M1"], ids=describe)
 def test_tables_6_and_7_for_m2_and_m3(row, respond, verification_row):
-    run = respond(row)
-    found = reached(run)
+    found = reached(respond(row))
     assert found == pytest.approx(row.amplitude, rel=0.15)
-    padded = PADDED_TO_SEVEN if row.table == 7 else PADDED_TO_SIX
-    peak = tf.dominant_frequency(run.data.w.sel(probe="A"), length=padded, after=row.duration)
-    # The reading gives 3.97 Hz where the paper has 4.15 Hz, its worst row here; all others are within 4 %.
-    assert peak.frequency == pytest.approx(row.frequency, rel=0.06)
     verification_row(f"{describe(row)}: amplitude at A [m]", row.amplitude, found, f"paper, Table {row.table}")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("row", [RESPONSES[1], RESPONSES[2], RESPONSES[4]], ids=describe)
+def test_response_frequencies_for_m2_and_m3(row, respond, verification_row):
+    """Whole records, padded as the paper's were; the vibration after the stop."""
+    record = respond(row, end=RECORD).data.w.sel(probe="A")
+    padded = PADDED_TO_SEVEN if row.table == 7 else PADDED_TO_SIX
+    peak = tf.dominant_frequency(record, length=padded, after=row.duration)
+    assert peak.frequency == pytest.approx(row.frequency, rel=0.03)
+    # The whole record has no larger displacement than the short one of the amplitude test.
+    assert tf.amplitude(record) == pytest.approx(reached(respond(row)), rel=1e-6)
     verification_row(f"{describe(row)}: frequency [Hz]", row.frequency, peak.frequency, f"paper, Table {row.table}")
 
 
 def test_the_time_step_of_these_tests_is_small_enough(respond):
     row = RESPONSES[1]
     assert (row.table, row.model) == (6, "M2")
-    fine = reached(respond(row, after=0.4, step=1e-3))
+    fine = reached(respond(row, end=0.5, step=1e-3))
     assert reached(respond(row)) == pytest.approx(fine, rel=0.005)
 
 
@@ -138,7 +146,7 @@ def test_the_time_step_of_these_tests_is_small_enough(respond):
 def test_the_hardest_case_runs_to_its_end(respond, state, method, verification_row):
     """M1, pi/2, T = 0.1 s (Table 8): film forces reach hundreds of times the pretension."""
     row = next(row for row in RESPONSES if row.table == 8 and row.rate > 1.0)
-    run = respond(row, after=9.9, method=method)
+    run = respond(row, end=RECORD, method=method)
     data = run.data
     assert run.status is Status.COMPLETED
     assert data.time.values[-1] == pytest.approx(10.0)
@@ -153,7 +161,7 @@ def test_the_hardest_case_runs_to_its_end(respond, state, method, verification_r
     found = reached(run)
     assert found == pytest.approx(row.amplitude, rel=0.25)
     verification_row(f"{describe(row)}, {method.name}: amplitude at A [m]", row.amplitude, found, "paper, Table 8")
-    other = respond(row, after=9.9, method=tf.WilsonTheta())
+    other = respond(row, end=RECORD, method=tf.WilsonTheta())
     assert found == pytest.approx(reached(other), rel=0.01)
 
 
@@ -161,7 +169,7 @@ def test_amplitude_rises_with_the_rate(respond):
     """Tables 6, 8 and 9, M1, T = 0.1 s: pi/100, pi/50, pi/5."""
     rows = sorted((row for row in RESPONSES if row.model == "M1" and row.duration == 0.1), key=lambda row: row.rate)
     rows = [row for row in rows if row.rate < 1.0]
-    found = [reached(respond(row, after=AFTER_STOP if row.table == 6 else 1.5)) for row in rows]
+    found = [reached(respond(row)) for row in rows]
     assert len(found) == 3
     assert found == sorted(found)
     # The film stiffens: it rises by far less than the rate itself, as in the paper (a factor of 8.9 for 20).
@@ -178,17 +186,12 @@ def test_amplitude_falls_with_the_duration(respond):
     assert rows[1].amplitude / rows[2].amplitude == pytest.approx(found[1] / found[2], rel=0.01)
 
 
-def test_amplitude_falls_and_frequency_rises_with_the_stiffness(respond):
-    """Table 6, pi/100, T = 0.1 s: M1, M2, M3."""
+def test_amplitude_falls_with_the_stiffness(respond):
+    """Table 6, pi/100, T = 0.1 s: M1, M2, M3; the two that stay nearly linear in the paper's proportion."""
     rows = [row for row in RESPONSES if row.table == 6]
-    runs = [respond(row) for row in rows]
-    found = [reached(run) for run in runs]
+    found = [reached(respond(row)) for row in rows]
     assert found == sorted(found, reverse=True)
-    peaks = [
-        tf.dominant_frequency(run.data.w.sel(probe="A"), length=PADDED_TO_SIX, after=0.1).frequency for run in runs
-    ]
-    assert peaks == sorted(peaks)
-    assert peaks[2] > 1.5 * peaks[1] > 2.0 * peaks[0]
+    assert found[1] / found[2] == pytest.approx(rows[1].amplitude / rows[2].amplitude, rel=0.05)
 
 
 def test_dominant_shape_of_table_3(state, verification_row):

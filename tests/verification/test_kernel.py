@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from tautflex.elements import element_blocks
 from tautflex.mechanics.system import StructuralSystem
@@ -182,6 +183,32 @@ def test_order_of_beam_strains_under_rigid_rotation(strain, expected, verificati
         f"frame beams, {strain}: order of the strains in the angle of a rigid rotation",
         float(expected),
         float(np.mean(orders)),
+        "expansion of the exact rotation",
+    )
+
+
+@pytest.mark.parametrize(("strain", "expected"), [("von-karman", 2), ("green-lagrange", 3)])
+def test_order_of_the_change_of_beam_strains_when_a_strained_frame_turns(strain, expected, verification_row):
+    """Stretch, bending and twist together: what prestress and its reaction in the frame do when they turn."""
+    model = structure("beam", strain, 3, prestress=0.0)
+    block = element_blocks(model)[0]
+    rng = np.random.default_rng(8)
+    state = 0.5 * rng.standard_normal((len(model.nodes), 2, 3))
+    axis = rng.standard_normal(3)
+    changes = []
+    for size in (0.02, 0.01, 0.005):
+        start, turn = size * state, Rotation.from_rotvec(size * axis)
+        turned = np.empty_like(start)
+        turned[:, 0] = turn.apply(model.nodes + start[:, 0]) - model.nodes
+        turned[:, 1] = (turn * Rotation.from_rotvec(start[:, 1])).as_rotvec()
+        change = strains(block, turned.ravel()) - strains(block, start.ravel())
+        changes.append(np.abs(change).max(axis=0))
+    order = observed_order(np.array(changes))[-1]
+    assert expected - 0.15 < order.min() < expected + 0.15
+    verification_row(
+        f"strained frame beams, {strain}: least order of the change of strains in the angle it turns",
+        float(expected),
+        float(order.min()),
         "expansion of the exact rotation",
     )
 

@@ -109,6 +109,12 @@ def test_effective_mass_of_the_fundamental_mode(fixed_films, verification_row):
     exact = (8.0 / np.pi**2) ** 2
     assert values[-1] == pytest.approx(exact, rel=1e-6)
     verification_row("fixed membrane, effective mass of f11 / film mass", exact, values[-1], "(8/π²)²")
+    # Mode (2,1) turns about y: (int rho h phi x)^2 = 4 m a^2/pi^4.
+    inertia = fixed_films[-1].effective_mass[1, 4]
+    assert inertia == pytest.approx(4.0 * mass * A**2 / np.pi**4, rel=2e-5)
+    verification_row(
+        "fixed membrane, effective inertia of f21 [kg m²]", 4.0 * mass * A**2 / np.pi**4, inertia, "4ma²/π⁴"
+    )
     np.testing.assert_allclose(fixed_films[-1].effective_mass[1, :3] / mass, 0.0, atol=1e-12)
 
 

@@ -47,7 +47,7 @@ def plot_spectrum(
     natural_frequencies
         Frequencies [Hz] (mode,) to mark, counted from 1 along the top.
     highest
-        Largest frequency drawn [Hz]; by default about where 99.9 % of the energy is reached.
+        Largest frequency drawn [Hz]; by default what holds the peaks and 95 % of the energy.
     length
         Duration of the padded record [s], as for :func:`tautflex.spectrum`.
 
@@ -103,12 +103,16 @@ def save_spectrum(
 
 
 def _reach(lines: Sequence[xr.Dataset]) -> float:
-    """Frequency [Hz] a little beyond 99.9 % of the energy of every line, at least 20 bins."""
+    """Frequency [Hz] beyond 95 % of the energy and thrice the peak of every line, at least 20 bins.
+
+    The long tail that a record cut at the end of a maneuver has would leave the peaks no room.
+    """
     reach = 0.0
     for line in lines:
         energy = np.cumsum(line["energy"].values)
-        reached = line["frequency"].values[np.searchsorted(energy, 0.999 * energy[-1])]
-        reach = max(reach, 1.2 * float(reached), 20 * float(line.attrs["bin_width"]))
+        reached = line["frequency"].values[np.searchsorted(energy, 0.95 * energy[-1])]
+        peak = line["frequency"].values[1 + int(line["energy"].values[1:].argmax())]
+        reach = max(reach, 1.2 * float(reached), 3 * float(peak), 20 * float(line.attrs["bin_width"]))
     return min(reach, float(lines[0]["frequency"].values[-1]))
 
 

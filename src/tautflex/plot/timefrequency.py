@@ -19,7 +19,7 @@ from tautflex.plot.history import probe_records
 from tautflex.plot.style import DOUBLE_COLUMN, SEQUENTIAL, length_unit, new_figure, save_figure, styled
 
 _FADED = 0.05  # the ridge is drawn where it is above this part of its largest value
-_COLUMNS = 1200  # a page cannot show more
+_COLUMNS = 600  # a page cannot show more
 
 
 @styled
@@ -59,7 +59,7 @@ def plot_scalogram(
     record = probe_records(run, [probe], component).isel(probe=0)
     data = scalogram(record, frequencies, bandwidth)
     image_values, limits, label = _levels(data["magnitude"], floor, f"amplitude of ${component}$ at {probe}")
-    stride = max(1, data.sizes["time"] // _COLUMNS)
+    stride = -(-data.sizes["time"] // _COLUMNS)
     shown = data.isel(time=slice(None, None, stride))
     time, frequency = shown["time"].values, shown["frequency"].values
     figure = new_figure(DOUBLE_COLUMN * 0.75, 3.0)

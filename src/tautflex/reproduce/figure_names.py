@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import xarray as xr
-
 MODELS = ("M1", "M2", "M3")
 RATES = {"pi_100": math.pi / 100, "pi_50": math.pi / 50, "pi_5": math.pi / 5, "pi_2": math.pi / 2}
 """Angular velocities before the stop [rad/s], by their part of a run's name [paper, Tables 5 and 9]."""
@@ -25,10 +23,3 @@ def run_name(model: str, rate: str, duration: float, variant: str = "published",
 def maneuver_words(rate: str, duration: float) -> str:
     """Return a maneuver as mathematical text for a title or a legend."""
     return rf"$\omega_0$ = {RATE_SYMBOLS[rate]} rad/s, $T$ = {duration:g} s"
-
-
-def dominant_mode_frequency(modes: xr.Dataset) -> float:
-    """Return the natural frequency [Hz] of the mode (1,2), which the stop excites, else of the fourth."""
-    labelled = (modes["label_m"].values == 1) & (modes["label_n"].values == 2)
-    index = int(labelled.argmax()) if labelled.any() else min(3, modes.sizes["mode"] - 1)
-    return float(modes["frequency"].values[index])

@@ -44,7 +44,7 @@ class PaperFigure:
     draw: Draw
 
 
-def _listed(trend: Mapping[str, Mapping[object, str]]) -> tuple[str, ...]:
+def _listed(trend: Mapping[str, Mapping[float, str]]) -> tuple[str, ...]:
     return tuple(name for cases in trend.values() for name in cases.values())
 
 

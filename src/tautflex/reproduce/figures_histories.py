@@ -18,10 +18,10 @@ from tautflex.reproduce.figure_names import (
     MODELS,
     RATE_SYMBOLS,
     SECTION_3,
-    dominant_mode_frequency,
     maneuver_words,
     run_name,
 )
+from tautflex.reproduce.normal_modes import dominant_mode, frequency_of
 
 Runs = Mapping[str, xr.Dataset]
 Modes = Mapping[str, xr.Dataset]
@@ -74,7 +74,7 @@ def draw_6(runs: Runs, modes: Modes) -> Figure:
     figure = plot_scalogram(vibration, POINT, frequencies=_FREQUENCIES, floor=_FLOOR)
     figure.set_size_inches(SINGLE_COLUMN, 2.7)
     axes = figure.axes[0]
-    axes.axhline(dominant_mode_frequency(modes["M2"]), color="white", linewidth=0.9, linestyle=":")
+    axes.axhline(frequency_of(modes["M2"], dominant_mode(modes["M2"])), color="white", linewidth=0.9, linestyle=":")
     axes.set_yticks([1.0, 2.0, 3.0, 4.0])
     return figure
 
@@ -114,10 +114,10 @@ def draw_11(runs: Runs, modes: Modes) -> Figure:
 
 def about_equilibrium(record: xr.DataArray, end: float | None) -> xr.DataArray:
     """Return a record less its mean before and its mean after an instant [s], or less its mean."""
-    inside = record["time"] < (0.0 if end is None else end)
-    middle = record.where(~inside).mean("time")
-    if bool(inside.any()):
-        middle = xr.where(inside, record.where(inside).mean("time"), middle)
+    during = record["time"] < (0.0 if end is None else end)
+    middle = record.where(~during).mean("time")
+    if bool(during.any()):
+        middle = record.where(during).mean("time") * during + middle * ~during
     return (record - middle).transpose(*record.dims).assign_attrs(record.attrs)
 
 

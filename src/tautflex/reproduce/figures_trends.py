@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import xarray as xr
 from matplotlib.axes import Axes
@@ -20,24 +20,26 @@ from tautflex.reproduce.figure_names import (
     MODELS,
     RATE_SYMBOLS,
     RATES,
-    dominant_mode_frequency,
     run_name,
 )
+from tautflex.reproduce.normal_modes import dominant_mode, frequency_of
 
 Runs = Mapping[str, xr.Dataset]
 Modes = Mapping[str, xr.Dataset]
 
 POINT = "A"
 _SHORT = DURATIONS[0]
-RATE_TREND = {  # the paper gives pi/50 for M1 only [paper, Table 9]
-    model: {rate: run_name(model, rate, 0.1) for rate in RATES if rate != "pi_50" or model == "M1"} for model in MODELS
+RATE_TREND: dict[str, dict[float, str]] = {  # the paper has pi/50 for M1 only [paper, Table 9]
+    model: {RATES[rate]: run_name(model, rate, _SHORT) for rate in RATES if rate != "pi_50" or model == "M1"}
+    for model in MODELS
 }
 DURATION_TREND = {model: {duration: run_name(model, "pi_5", duration) for duration in DURATIONS} for model in MODELS}
 _FIXED_DURATION, _FIXED_RATE = ("duration", _SHORT), ("rate", RATES["pi_5"])
 _MARKERS = {"M1": "o", "M2": "s", "M3": "^"}
 _SIZE, _OPEN_SIZE = 4.5, 7.5  # of markers [points]: ours fit inside the paper's
 _OPEN: dict[str, Any] = {"markersize": _OPEN_SIZE, "markerfacecolor": "none", "markeredgewidth": 1.2}
-_OURS, _PAPER = ":", (0, (1, 5))  # lines of natural frequencies
+_OURS: Literal[":"] = ":"
+_PAPER = (0, (1, 5))  # lines of natural frequencies
 
 
 class Trend(NamedTuple):
@@ -158,7 +160,9 @@ def _duration_axis(axes: Axes) -> None:
 def _finished_frequency(figure: Figure, axes: Axes, modes: Modes) -> Figure:
     printed = {entry["model"]: entry["dominant_frequency"] for entry in published.table(4)}
     for k, model in enumerate(MODELS):
-        axes.axhline(dominant_mode_frequency(modes[model]), color=COLORS[k], linestyle=_OURS, linewidth=1.2)
+        axes.axhline(
+            frequency_of(modes[model], dominant_mode(modes[model])), color=COLORS[k], linestyle=_OURS, linewidth=1.2
+        )
         axes.axhline(printed[model], color=COLORS[k], linestyle=_PAPER, linewidth=0.9)
     axes.set_ylim(bottom=0.0)
     _legend(figure, natural=True)
@@ -167,6 +171,7 @@ def _finished_frequency(figure: Figure, axes: Axes, modes: Modes) -> Figure:
 
 def _finished_amplitude(figure: Figure, axes: Axes) -> Figure:
     axes.set_yscale("log")
+    axes.margins(y=0.1)
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

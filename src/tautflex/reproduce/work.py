@@ -12,6 +12,7 @@ from multiprocessing.synchronize import Event
 from pathlib import Path
 
 from tautflex import results
+from tautflex.errors import NotConvergedError
 from tautflex.reproduce.catalogue import RunSpec
 from tautflex.reproduce.store import keep
 from tautflex.solvers.dynamics import Run, simulate
@@ -52,7 +53,10 @@ def perform_one(spec: RunSpec, directory: Path, progress: Progress | None = None
     tuple of str
         Value and message of the run's status.
     """
-    run = _simulate(spec, progress)
+    try:
+        run = _simulate(spec, progress)
+    except NotConvergedError as error:  # before the first step
+        return Status.NOT_CONVERGED.value, str(error)
     if run.status is Status.COMPLETED:
         attributes = {
             "title": spec.name,

@@ -27,6 +27,8 @@ from tautflex.solvers.stepper import MotionState, Stepper
 from tautflex.solvers.wilson import WilsonTheta
 
 Array = NDArray[np.float64]
+# Beyond this the time axis alone would fill the memory.
+_MOST_STEPS = 1e9
 InitialVelocity = Callable[[Array, Array], ArrayLike] | ArrayLike | None
 
 
@@ -116,22 +118,18 @@ def simulate(
     NotConvergedError
         If a step fails and ``throw`` is set; ``.result`` holds the partial run.
     """
-    checks.positive("time_step", time_step)
+    count = _step_count(time_step, end_time, every)
     checks.positive("tolerance", tolerance)
-    if not checks.finite("end_time", end_time) >= time_step:
-        raise InputError(f"end_time: expected at least one time_step ({time_step:g} s), got {end_time!r}")
-    if every < 1:
-        raise InputError(f"every: expected an integer >= 1, got {every!r}; 1 stores every step")
+    checks.whole("max_halvings", max_halvings, 0)
     maneuver = maneuver or AtRest()
     if state.model.rigid_freedom and not isinstance(maneuver, AtRest):
         raise UnsupportedError(
             f"supports: expected a structure held against rigid motion, {state.model.rigid_freedom} rigid motion(s) "
             "are free; hold the frame (frame.support = 'corners') or study its modes instead"
         )
-    method = method or WilsonTheta()
-    coupling = coupling or Coupling()
-    stepper = Stepper(state, method, damping or Rayleigh(), coupling, tolerance)
-    count = max(1, round(end_time / time_step))
+    method, coupling, damping = method or WilsonTheta(), coupling or Coupling(), damping or Rayleigh()
+    _check_parts(maneuver, method, coupling, damping)
+    stepper = Stepper(state, method, damping, coupling, tolerance)
     placed = place_probes(state.system, probes or {}, probe_reading)
     recorder = Recorder(state.system, placed, count // every + 1, _field_steps(fields, time_step, count, every))
     driver = _Driver(stepper, maneuver.segments(), time_step, max_halvings)
@@ -219,6 +217,32 @@ class _Driver:
         recorder.store(at.time, at.q, at.v, motion, (kinetic, strain))
 
 
+def _step_count(time_step: float, end_time: float, every: int) -> int:
+    """Steps of the grid that reaches ``end_time``."""
+    step = checks.positive("time_step", time_step)
+    if not checks.finite("end_time", end_time) >= step:
+        raise InputError(f"end_time: expected at least one time_step ({step:g} s), got {end_time!r}")
+    checks.whole("every", every, 1, remedy="1 stores every step")
+    count = end_time / step
+    if count > _MOST_STEPS:
+        raise InputError(
+            f"end_time: expected at most {_MOST_STEPS:g} steps, got {count:.3g}; run shorter or enlarge time_step"
+        )
+    return max(1, int(np.ceil(count - 1e-6)))
+
+
+def _check_parts(maneuver: object, method: object, coupling: object, damping: object) -> None:
+    """Raise InputError where an argument is not what its name says."""
+    for name, value, needed, example in (
+        ("maneuver", maneuver, "segments", "Stop(rate=0.628, duration=1.0)"),
+        ("method", method, "scheme", "WilsonTheta()"),
+        ("coupling", coupling, "velocity_weight", "Coupling()"),
+        ("damping", damping, "entries", "Rayleigh(0.001, 0.001)"),
+    ):
+        if not hasattr(value, needed):
+            raise InputError(f"{name}: expected an object such as {example}, got {value!r}")
+
+
 def _start(
     state: PrestressedState,
     maneuver: Maneuver,
@@ -240,9 +264,14 @@ def _initial_velocity(state: PrestressedState, given: InitialVelocity) -> Array:
     if callable(given):
         x, y = model.nodes[:, 0], model.nodes[:, 1]
         values = np.zeros((len(model.nodes), 3))
-        values[:, 2] = np.broadcast_to(np.asarray(given(x, y), dtype=float), x.shape)
+        try:
+            values[:, 2] = np.broadcast_to(np.asarray(given(x, y), dtype=float), x.shape)
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                f"initial_velocity: expected a function (x, y) -> velocity of shape {x.shape}, got {error}"
+            ) from None
     else:
-        values = np.asarray(given, dtype=float)
+        values = np.asarray(given)
     values = checks.float_array("initial_velocity", values, (len(model.nodes), 3))
     full = np.zeros(model.dof_count)
     full[model.translation_dofs] = values
@@ -254,9 +283,9 @@ def _field_steps(fields: str | Sequence[float] | None, step: float, count: int, 
         checks.one_of("fields", fields or "none", ("none", "all"))
         return set(range(0, count + 1, every)) if fields == "all" else set()
     steps = set()
-    for time in fields:
-        if not 0.0 <= checks.finite("fields", time) <= (count + 0.5) * step:
-            raise InputError(f"fields: expected times in [0, {count * step:g}] s, got {time!r}")
+    for time in checks.float_array("fields", fields, (None,)):
+        if not 0.0 <= time <= (count + 0.5) * step:
+            raise InputError(f"fields: expected times in [0, {count * step:g}] s, got {time:g}")
         steps.add(round(time / step))
     return steps
 

@@ -12,8 +12,9 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.inertia import cross_matrix
+from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.solvers.linear import SymmetricFactorization
-from tautflex.solvers.mode_labels import half_wave_labels, symmetry_class
+from tautflex.solvers.mode_labels import FilmSampler, half_wave_labels, symmetry_class
 from tautflex.solvers.prestress import PrestressedState
 from tautflex.solvers.record import mesh_variables
 
@@ -140,13 +141,12 @@ def _lowest_eigenpairs(state: PrestressedState, n: int) -> tuple[Array, Array]:
 
         dense = eigh(system.matrix(stiffness).toarray(), system.inertia.mass_matrix.toarray())
         return dense[0][:n], dense[1][:, :n].T
-    factor = SymmetricFactorization(system.pattern)
-    factor.factorize(stiffness + _SHIFT * mass)
+    factor, shift = _factorize_below(system.pattern, stiffness, mass)
     inverse = LinearOperator((size, size), matvec=factor.solve, dtype=float)
     start = np.random.default_rng(0).standard_normal(size)
     try:
         values, vectors = eigsh(
-            system.matrix(stiffness), n, system.inertia.mass_matrix, sigma=-_SHIFT, OPinv=inverse, v0=start
+            system.matrix(stiffness), n, system.inertia.mass_matrix, sigma=-shift, OPinv=inverse, v0=start
         )
     except RuntimeError as error:
         raise NotConvergedError(f"modes: the eigensolver failed ({error}); ask for fewer modes") from error
@@ -156,16 +156,30 @@ def _lowest_eigenpairs(state: PrestressedState, n: int) -> tuple[Array, Array]:
     return values[order], (vectors / norms).T
 
 
+def _factorize_below(pattern: SparsityPattern, stiffness: Array, mass: Array) -> tuple[SymmetricFactorization, float]:
+    """Factors of K + shift M with the shift raised until no eigenvalue lies below it (unstable states have some)."""
+    factor, shift = SymmetricFactorization(pattern), _SHIFT
+    for _ in range(40):
+        try:
+            factor.factorize(stiffness + shift * mass)
+            if factor.negative_pivots() == 0:
+                return factor, shift
+        except np.linalg.LinAlgError:
+            pass
+        shift *= 4.0
+    raise NotConvergedError("modes: no shift makes the stiffness definite; check the mass and the prestress")
+
+
 def _describe(state: PrestressedState, shapes: Array) -> tuple[list[tuple[int, int] | None], list[str]]:
     """Half-wave labels and symmetry classes from the film's nodes."""
     model = state.model
     used = np.unique(model.triangles)
     if not used.size:
         return [None] * len(shapes), ["--"] * len(shapes)
-    plane = model.nodes[used, :2]
+    sampler = FilmSampler(model.nodes[used])
     films = [shape[used] for shape in shapes]
-    labels = [half_wave_labels(plane, film[:, 2], in_plane=film[:, :2]) for film in films]
-    return labels, [symmetry_class(plane, film[:, 2]) for film in films]
+    labels = [half_wave_labels(sampler, film[:, 2], in_plane=film[:, :2]) for film in films]
+    return labels, [symmetry_class(sampler, film[:, 2]) for film in films]
 
 
 def _effective_mass(state: PrestressedState, vectors: Array) -> Array:

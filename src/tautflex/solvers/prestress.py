@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 # Eigenvalues below this are called negative [rad^2/s^2]; rigid motions of a free structure are 0 +- round-off.
 _STABILITY_SHIFT = (2.0 * np.pi * 1e-3) ** 2
+# Compression, relative to the largest resultant, that is warned of but not refused.
+_COMPRESSION_ALLOWED = 1e-3
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,8 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
         If there is no prestress, a cable is slack, a given film stress is compressive, or the state is unstable.
     """
     given = StructuralSystem(model)
-    if not any(np.any(stress) for stress in given.initial_stress):
+    needs_tension = any(group.section.kind != "beam" for group in model.groups)
+    if needs_tension and not any(np.any(stress) for stress in given.initial_stress):
         raise PrestressError(
             "prestress: expected some tension, got none; a film or cable without tension has no transverse stiffness "
             "(singular): give cable pretension or a membrane stress"
@@ -124,9 +127,8 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     if unstable:
         warnings.append(_instability_text(state, unstable))
     state = replace(state, unstable_modes=unstable, warnings=tuple(warnings))
-    fatal = [text for text, is_fatal in problems if is_fatal]
-    if check and (fatal or unstable):
-        raise PrestressError("prestress: " + "; ".join(fatal or warnings[-2:]))
+    if check and (unstable or any(fatal for _, fatal in problems)):
+        raise PrestressError("prestress: " + "; ".join(warnings))
     return state
 
 
@@ -215,7 +217,8 @@ def _compressed_film(state: PrestressedState, given_stress: bool) -> list[tuple[
     values = state.system.principal_resultants(state.system.initial_stress)
     if not len(values):
         return []
-    compressed = np.flatnonzero(values[:, 0] < -1e-9 * max(float(values[:, 1].max()), 0.0))
+    largest = max(float(values[:, 1].max()), 0.0)
+    compressed = np.flatnonzero(values[:, 0] < -1e-9 * largest)
     if not compressed.size:
         return []
     worst = int(np.argmin(values[:, 0]))
@@ -229,14 +232,19 @@ def _compressed_film(state: PrestressedState, given_stress: bool) -> list[tuple[
         f"film element {worst} at {place} is compressed, smallest principal resultant {values[worst, 0]:.3g} N/m "
         f"({compressed.size} of {len(values)} elements); {remedy}"
     )
-    return [(text, given_stress)]
+    # Whether a slightly compressed film buckles depends on the mesh; that no taut state exists does not.
+    return [(text, bool(given_stress or values[worst, 0] < -_COMPRESSION_ALLOWED * largest))]
 
 
 def _instability_text(state: PrestressedState, unstable: int) -> str:
-    return (
-        f"the state is unstable, {unstable} negative eigenvalue(s) of the tangent: no taut equilibrium exists here; "
-        "use more cables or a stress field that is tensile everywhere"
-    )
+    text = f"the state is unstable, {unstable} negative eigenvalue(s) of the tangent"
+    strains = {group.section.strain for group in state.model.groups}
+    if state.model.rigid_freedom and strains != {"green-lagrange"}:
+        return (
+            f"{text}; a free structure needs strain = 'green-lagrange' for film, cables and frame, or its prestress "
+            "resists rigid rotations"
+        )
+    return f"{text}: no taut equilibrium exists here; use more cables or a stress field that is tensile everywhere"
 
 
 def _point(position: Array) -> str:

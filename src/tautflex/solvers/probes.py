@@ -63,12 +63,17 @@ def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], read
         If a probe lies outside the film, or there is no film to interpolate in.
     """
     checks.one_of("probe_reading", reading, READINGS)
+    if not isinstance(probes, Mapping):
+        raise InputError(f"probes: expected a mapping such as {{'A': (0.7, 0.4)}}, got {probes!r}")
     model = system.model
     triangles = model.triangles
     candidates = np.unique(triangles) if len(triangles) else np.arange(len(model.nodes))
     rows, columns, values, positions = [], [], [], []
     for number, (name, position) in enumerate(probes.items()):
-        point = np.asarray(position, dtype=float).ravel()
+        try:
+            point = np.asarray(position, dtype=float).ravel()
+        except (TypeError, ValueError):
+            point = np.zeros(0)
         if point.size not in (2, 3) or not np.all(np.isfinite(point)):
             raise InputError(f"probes.{name}: expected two or three finite coordinates [m], got {position!r}")
         if reading == "nearest-node" or not len(triangles):

@@ -262,6 +262,8 @@ class _StepProblem:
             self.history = at.forces
             known += (1.0 - scheme.weight) * at.forces
         self._known = known
+        self._known_norm = float(np.linalg.norm(known))
+        self._round_off = 100.0 * float(np.finfo(float).eps) / stepper.tolerance
         # Gyroscopic and K_T forces are both M(Z) times something, so one product serves the increment.
         self._turning = scheme.weight * (velocity.d * terms.velocity + terms.displacement)
         self._turns = bool(self._turning.any())
@@ -273,11 +275,14 @@ class _StepProblem:
         force *= self._scheme.weight
         norm = float(np.sqrt(force @ force))
         self.scale = max(norm, self._load_scale)
+        inertia = self._linear @ x
+        # Inertia forces of a tiny step cancel each other; nothing below their round-off can be asked for.
+        lost = self._round_off * (self._known_norm + float(np.sqrt(inertia @ inertia)))
         force += self._known
-        force += self._linear @ x
+        force += inertia
         if self._turns:
             force += self._stepper._inertia.apply(self._turning, x)
-        return force, max(self.scale, _SCALE_FLOOR * self._stepper._largest_scale)
+        return force, max(self.scale, lost, _SCALE_FLOOR * self._stepper._largest_scale)
 
     def refresh(self, x: Array) -> None:
         self._stepper.refresh(self._at.q + x, self._scheme, self._terms, self._size)

@@ -1,0 +1,166 @@
+"""The page of the reproduction: tables, figures and words, as Markdown and as one self-contained HTML file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from tautflex.errors import InputError
+from tautflex.reproduce import page_words, published
+from tautflex.reproduce.figures import FIGURES
+from tautflex.reproduce.page_blocks import Block, Bullets, Command, Heading, Paragraph, Picture
+from tautflex.reproduce.page_html import to_html
+from tautflex.reproduce.page_markdown import to_markdown
+from tautflex.reproduce.page_tables import CONSISTENT, Rows, comparison, listing
+
+TITLE = "The paper, computed again and compared"
+NAME = "reproduction"
+_EXTRA = {  # tables that the paper does not have: key -> title and words
+    "ablation": (
+        "What each term does",
+        "Runs repeated with terms of the rotating frame switched off: gyroscopic (G), Euler and "
+        "centrifugal (K_T), inertial "
+        "load (Q_T); and at a thousandth of the angular velocity, where the antenna responds linearly.",
+    ),
+    "compression": (
+        "Compression of the film",
+        "Smallest principal resultant of the film over each run, and when it first turns negative. In the "
+        "M1 cases the "
+        "film goes into compression: a real one would wrinkle there.",
+    ),
+    "convergence": (
+        "Convergence of the consistent variant",
+        "The same runs on coarser meshes and with half the time step. Strongly nonlinear runs of M1 change "
+        "their dominant "
+        "peak with mesh and step; the others settle.",
+    ),
+}
+_CAPTIONS = {
+    "4": "Displacements times 1000. Panel (a) is the steady rotation that the run starts from; in it "
+    "centrifugal forces act "
+    "in the plane only, so that it equals panel (b).",
+    "5c": "The paper finds no obvious decay within ten seconds; this run does decay.",
+    "6": "Complex Morlet scalogram of the motion about the mean during the stop and about the mean after "
+    "it; hatched where the "
+    "ends of the record matter; dotted: natural frequency of the mode (1,2).",
+    "7": "Proper orthogonal modes, each with its participation factor, that together reach 99 %.",
+    "9b": "The shortest stop runs out of the picture and is drawn faintly.",
+    "12a": "Filled: ours; open: printed in Tables 6 to 9; dotted: natural frequency of the mode (1,2).",
+    "12b": "Filled: ours; open: printed in Tables 6 to 9; dotted: natural frequency of the mode (1,2).",
+    "13a": "Filled: ours; open: printed in Tables 6 to 9.",
+    "13b": "Filled: ours; open: printed in Tables 6 to 9.",
+}
+
+
+def build_page(
+    rows_by_table: Rows,
+    figure_files: Mapping[str, Sequence[Path]],
+    summary: Mapping[str, Any],
+    directory: str | os.PathLike[str],
+    docs: str | os.PathLike[str] | None = None,
+) -> list[Path]:
+    """Write ``reproduction.html``, which needs no other file, and ``reproduction.md``.
+
+    Parameters
+    ----------
+    rows_by_table
+        Rows by the paper's number of the table, ``"2"`` to ``"9"``; with ``" consistent"`` appended, those of the
+        consistent variant; and ``"ablation"``, ``"compression"``, ``"convergence"``. What is missing is left out.
+    figure_files
+        Files of each figure by number; a PNG among them is shown.
+    summary
+        Shown if present: ``quick`` (bool), ``seconds`` (time that the runs took) and ``versions`` (name -> version).
+    directory
+        Folder of the HTML file, made if missing.
+    docs
+        Folder of the Markdown file; ``directory`` by default.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The HTML file and the Markdown file.
+
+    Raises
+    ------
+    InputError
+        If a picture cannot be read or a file cannot be written.
+    """
+    blocks = [*_overview(rows_by_table, summary), *_tables(rows_by_table), *_figures(figure_files), *_end(summary)]
+    page, text = Path(directory) / f"{NAME}.html", Path(docs or directory) / f"{NAME}.md"
+    try:
+        written = {page: to_html(blocks, TITLE), text: to_markdown(blocks, TITLE, text.parent)}
+        for path, content in written.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(content, encoding="utf-8")
+    except OSError as error:
+        raise InputError(
+            f"directory: expected figures that can be read and folders that can be written, got {error}; choose others"
+        ) from error
+    return list(written)
+
+
+def _overview(rows: Rows, summary: Mapping[str, Any]) -> list[Block]:
+    blocks: list[Block] = [Paragraph(page_words.INTRODUCTION)]
+    if summary.get("quick"):
+        text = "Coarse time steps and no consistent variant; run without --quick for the full page."
+        blocks.append(Paragraph(text, "This is the quick form."))
+    for title, anchor, items, before in (
+        ("How close it is", "agreement", page_words.scores(rows), ""),
+        (
+            "The paper's trends",
+            "trends",
+            page_words.trends(rows),
+            "Do the computed responses follow the paper's orderings?",
+        ),
+        (
+            "What does not match",
+            "gaps",
+            page_words.largest_gaps(rows),
+            "Responses more than 20 % away, the worst first.",
+        ),
+        ("Why", "reasons", page_words.explanations(rows), ""),
+    ):
+        if items:
+            blocks += [Heading(title, anchor), *([Paragraph(before)] if before else []), Bullets(tuple(items))]
+    return blocks
+
+
+def _tables(rows: Rows) -> list[Block]:
+    blocks: list[Block] = [
+        Heading("Tables", "tables"),
+        Paragraph(
+            "Differences are relative to the paper: green up to 5 %, yellow up to 20 %, red beyond; in "
+            "Markdown unmarked, "
+            "(!) and (!!)."
+        ),
+    ]
+    for number in map(str, published.NUMBERS):
+        if rows.get(number):
+            title = published.about(int(number))["title"]
+            blocks.append(Heading(f"Table {number}: {title}", f"table-{number}", 3))
+            blocks.append(comparison(rows[number], rows.get(number + CONSISTENT, ())))
+    for key, (title, words) in _EXTRA.items():
+        if rows.get(key):
+            blocks += [Heading(title, f"table-{key}", 3), Paragraph(words), listing(rows[key])]
+    return blocks
+
+
+def _figures(files: Mapping[str, Sequence[Path]]) -> list[Block]:
+    pictures: list[Block] = []
+    for number, figure in FIGURES.items():
+        file = next((path for path in files.get(number, ()) if Path(path).suffix == ".png"), None)
+        if file is not None:
+            pictures.append(Picture(Path(file), f"Figure {number}: {figure.title}.", _CAPTIONS.get(number, "")))
+    return [Heading("Figures", "figures"), *pictures] if pictures else []
+
+
+def _end(summary: Mapping[str, Any]) -> list[Block]:
+    blocks: list[Block] = [Heading("Compute it yourself", "yourself"), Command("tautflex reproduce -o reproduction")]
+    if summary.get("seconds"):
+        blocks.append(Paragraph(f"The runs of this page took {float(summary['seconds']):.0f} s."))
+    if summary.get("versions"):
+        versions = ", ".join(f"{name} {version}" for name, version in dict(summary["versions"]).items() if version)
+        blocks.append(Paragraph(f"{versions}.", "Made with"))
+    return blocks
