@@ -24,10 +24,12 @@ if TYPE_CHECKING:
         dominant_shape,
         mac,
         mac_table,
+        maneuver_end,
         pod,
         scalogram,
         spectrum,
     )
+    from tautflex.analysis.participation import appendage_data, dynamic_mass
     from tautflex.config import Case, load_case
     from tautflex.errors import (
         CaseError,
@@ -39,80 +41,189 @@ if TYPE_CHECKING:
         TautflexError,
         UnsupportedError,
     )
+    from tautflex.exchange import MeshData, read_mesh
+    from tautflex.exchange.appendage import save_appendage
+    from tautflex.export import write_csv, write_vtu
     from tautflex.mechanics.damping import Rayleigh
+    from tautflex.mechanics.film import film_states
+    from tautflex.mechanics.loads import PressureLoad
+    from tautflex.motion.attitude import attitude
+    from tautflex.motion.base import BaseAcceleration
     from tautflex.motion.coupling import Coupling
-    from tautflex.motion.maneuvers import Stop
+    from tautflex.motion.maneuvers import AtRest, Stop
+    from tautflex.motion.sequence import Sequence
+    from tautflex.motion.slew import Slew, SpinUp
+    from tautflex.motion.tabulated import Tabulated
     from tautflex.results import load, save
+    from tautflex.solvers.adaptive import Adaptive
+    from tautflex.solvers.campbell import campbell
+    from tautflex.solvers.central_difference import CentralDifference
     from tautflex.solvers.dynamics import simulate
+    from tautflex.solvers.energy_conserving import EnergyConserving
     from tautflex.solvers.generalized_alpha import HHT, GeneralizedAlpha, Newmark
     from tautflex.solvers.modal import solve_modes
     from tautflex.solvers.prestress import solve_prestress
+    from tautflex.solvers.spinning import solve_spinning_modes
+    from tautflex.solvers.static import solve_static
     from tautflex.solvers.tuning import tune_pretension
     from tautflex.solvers.wilson import WilsonTheta
-    from tautflex.structure.model import Model
+    from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
+    from tautflex.structure.model import Model, Support
     from tautflex.study.build import build_model
 
 __all__ = [
     "HHT",
+    "Adaptive",
+    "AtRest",
+    "BaseAcceleration",
+    "BeamSection",
+    "CableSection",
     "Case",
     "CaseError",
+    "CentralDifference",
     "Coupling",
+    "EnergyConserving",
     "GeneralizedAlpha",
     "InputError",
+    "Material",
+    "MembraneSection",
+    "MeshData",
     "MeshError",
     "MissingExtraError",
     "Model",
     "Newmark",
     "NotConvergedError",
+    "PressureLoad",
     "PrestressError",
     "Rayleigh",
+    "Sequence",
+    "Slew",
+    "SpinUp",
     "Stop",
+    "Support",
+    "Tabulated",
     "TautflexError",
     "UnsupportedError",
     "WilsonTheta",
     "__version__",
     "amplitude",
+    "appendage_data",
+    "attitude",
     "build_model",
+    "campbell",
     "dominant_frequency",
     "dominant_shape",
+    "dynamic_mass",
     "errors",
+    "film_states",
     "load",
     "load_case",
     "mac",
     "mac_table",
+    "maneuver_end",
     "pod",
+    "read_mesh",
     "save",
+    "save_appendage",
     "scalogram",
     "simulate",
     "solve_modes",
     "solve_prestress",
+    "solve_spinning_modes",
+    "solve_static",
     "spectrum",
     "tune_pretension",
+    "write_csv",
+    "write_vtu",
 ]
 
 _NAMES_OF_MODULE = {
     "analysis": (
-        "amplitude", "dominant_frequency", "dominant_shape", "mac", "mac_table", "pod", "scalogram",
+        "amplitude",
+        "dominant_frequency",
+        "dominant_shape",
+        "mac",
+        "mac_table",
+        "maneuver_end",
+        "pod",
+        "scalogram",
         "spectrum",
     ),
-    "config": ("Case", "load_case"),
+    "analysis.participation": (
+        "appendage_data",
+        "dynamic_mass",
+    ),
+    "config": (
+        "Case",
+        "load_case",
+    ),
     "errors": (
-        "CaseError", "InputError", "MeshError", "MissingExtraError", "NotConvergedError", "PrestressError",
-        "TautflexError", "UnsupportedError",
+        "CaseError",
+        "InputError",
+        "MeshError",
+        "MissingExtraError",
+        "NotConvergedError",
+        "PrestressError",
+        "TautflexError",
+        "UnsupportedError",
+    ),
+    "exchange": (
+        "MeshData",
+        "read_mesh",
+    ),
+    "exchange.appendage": ("save_appendage",),
+    "export": (
+        "write_csv",
+        "write_vtu",
     ),
     "mechanics.damping": ("Rayleigh",),
+    "mechanics.film": ("film_states",),
+    "mechanics.loads": ("PressureLoad",),
+    "motion.attitude": ("attitude",),
+    "motion.base": ("BaseAcceleration",),
     "motion.coupling": ("Coupling",),
-    "motion.maneuvers": ("Stop",),
-    "results": ("load", "save"),
+    "motion.maneuvers": (
+        "AtRest",
+        "Stop",
+    ),
+    "motion.sequence": ("Sequence",),
+    "motion.slew": (
+        "Slew",
+        "SpinUp",
+    ),
+    "motion.tabulated": ("Tabulated",),
+    "results": (
+        "load",
+        "save",
+    ),
+    "solvers.adaptive": ("Adaptive",),
+    "solvers.campbell": ("campbell",),
+    "solvers.central_difference": ("CentralDifference",),
     "solvers.dynamics": ("simulate",),
-    "solvers.generalized_alpha": ("GeneralizedAlpha", "HHT", "Newmark"),
+    "solvers.energy_conserving": ("EnergyConserving",),
+    "solvers.generalized_alpha": (
+        "GeneralizedAlpha",
+        "HHT",
+        "Newmark",
+    ),
     "solvers.modal": ("solve_modes",),
     "solvers.prestress": ("solve_prestress",),
+    "solvers.spinning": ("solve_spinning_modes",),
+    "solvers.static": ("solve_static",),
     "solvers.tuning": ("tune_pretension",),
     "solvers.wilson": ("WilsonTheta",),
-    "structure.model": ("Model",),
+    "structure.materials": (
+        "BeamSection",
+        "CableSection",
+        "Material",
+        "MembraneSection",
+    ),
+    "structure.model": (
+        "Model",
+        "Support",
+    ),
     "study.build": ("build_model",),
-}  # fmt: skip
+}
 _MODULE_OF_NAME = {name: module for module, names in _NAMES_OF_MODULE.items() for name in names}
 
 

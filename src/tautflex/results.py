@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import os
 import platform
@@ -11,6 +12,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import xarray as xr
 
@@ -19,6 +21,9 @@ from tautflex.errors import InputError
 _FORMAT = "tautflex result"
 _SCHEMA = 1
 _JSON = "json:"  # marks an attribute that NetCDF cannot hold as it is (bool, None, list, mapping)
+_MOST_UNWRITTEN = 10_000_000  # bytes of text and empty dimensions, which a file need not hold
+_SEAL = b"tautflex sha256 "
+_CHUNK = 2**20
 _PACKAGES = ("tautflex", "numpy", "scipy", "numba", "qdldl", "xarray", "h5netcdf")
 
 
@@ -55,6 +60,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
         target.parent.mkdir(parents=True, exist_ok=True)
         encoding = {variable: {"_FillValue": None} for variable in stored.variables}
         stored.to_netcdf(temporary, engine="h5netcdf", format="NETCDF4", encoding=encoding)
+        _seal(temporary)
         temporary.replace(target)
     except OSError as error:
         raise InputError(
@@ -77,24 +83,85 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     Raises
     ------
     InputError
-        If the file is missing, unreadable, no result of tautflex, or written by a newer version of the
-        format.
+        If the file is missing, damaged, no result of tautflex, or written by a newer version of the format.
+
+    Notes
+    -----
+    A file that `save` wrote ends with a checksum of everything before it, which other programs do not mind: a damaged
+    file is recognised before HDF5, which could hang on it, sees its content. Files without that end (older ones, or
+    ones that another program changed) are read if their metadata have checksums of HDF5's own and they point neither
+    at other files nor at more numbers than they hold. HDF5 is not made for files built to do harm: open results from
+    sources you trust.
     """
     source = Path(path)
     if not source.is_file():
         raise InputError(f"path: expected a result file, got {str(source)!r}, which does not exist; check the name")
     wrong = f"path: expected a NetCDF-4 result of tautflex, got {str(source)!r}"
     try:
+        _examine(source)
         raw = xr.load_dataset(
             source, engine="h5netcdf", decode_times=False, decode_timedelta=False, mask_and_scale=False
         )
-    except (OSError, ValueError, KeyError, RuntimeError) as error:
-        raise InputError(f"{wrong} ({error}); run the case again") from error
-    if raw.attrs.get("format") != _FORMAT:
+        marked = raw.attrs.get("format") == _FORMAT
+        schema = int(raw.attrs["schema"]) if marked else _SCHEMA
+        result = _decode(raw) if marked and schema <= _SCHEMA else raw
+    except Exception as error:  # damage can show anywhere in h5py, h5netcdf and xarray, as any exception
+        raise InputError(f"{wrong} ({_one_line(error)}); run the case again") from error
+    if not marked:
         raise InputError(f"{wrong}, which has no tautflex marker; give a file written by tautflex run")
-    if int(raw.attrs["schema"]) > _SCHEMA:
-        raise InputError(f"{wrong} of schema {raw.attrs['schema']}; upgrade tautflex to read it")
-    return _decode(raw)
+    if schema > _SCHEMA:
+        raise InputError(f"{wrong} of schema {schema}; upgrade tautflex to read it")
+    return result
+
+
+def _examine(path: Path) -> None:
+    """Raise if a file is damaged or not built as `save` builds it, before anything is made of its content."""
+    _check_seal(path)
+    size = path.stat().st_size
+    with h5py.File(path, "r") as file:
+        _require_checksums(file)
+        stored = 0
+        for name in file:
+            if not isinstance(file.get(name, getlink=True), h5py.HardLink):
+                raise ValueError(f"{name!r} is a link")
+            variable = file[name]
+            _require_checksums(variable)
+            if not isinstance(variable, h5py.Dataset) or variable.is_virtual or variable.external:
+                raise ValueError(f"{name!r} is no array of this file")
+            stored += variable.nbytes
+        if stored > 2 * size + _MOST_UNWRITTEN:
+            raise ValueError(f"{stored} bytes of numbers in a file of {size}")
+
+
+def _seal(path: Path) -> None:
+    """Append the checksum of a file to it; HDF5 ignores what follows its own end."""
+    with path.open("r+b") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+        file.seek(0, os.SEEK_END)
+        file.write(_SEAL + digest.encode("ascii"))
+
+
+def _check_seal(path: Path) -> None:
+    """Raise if a file ends with a checksum that is not that of its content."""
+    length = len(_SEAL) + 64
+    size = path.stat().st_size
+    checksum = hashlib.sha256()
+    with path.open("rb") as file:
+        for start in range(0, max(0, size - length), _CHUNK):
+            checksum.update(file.read(min(_CHUNK, size - length - start)))
+        end = file.read()
+    if end.startswith(_SEAL) and end[len(_SEAL) :] != checksum.hexdigest().encode("ascii"):
+        raise ValueError("damaged, its checksum does not match")
+
+
+def _require_checksums(item: h5py.Group | h5py.Dataset) -> None:
+    """Raise unless HDF5 protects the metadata of an object by checksums, as it does in files of `save`."""
+    if h5py.h5o.get_info(item.id).hdr.version < 2:
+        raise ValueError("metadata without checksums")
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())[:300] or type(error).__name__
 
 
 def versions() -> dict[str, str]:

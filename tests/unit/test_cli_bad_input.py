@@ -99,11 +99,8 @@ ROWS = {
     "option of another method": ("solver.rho_inf=0.8", ["solver.rho_inf", "0.8", "'wilson-theta'", "remove"]),
     "unknown method": ("solver.method=rk4", ["solver.method", "'rk4'", "'generalized-alpha'"]),
     "unknown support": ("frame.support=left", ["frame.support", "'left'", "'short-side'"]),
-    "law of a later release": (
-        "membrane.law=tension-field",
-        ["membrane.law", "'tension-field'", "'elastic'"],
-    ),
-    "slack of a later release": ("cables.slack=true", ["cables.slack", "true", "false"]),
+    "unknown law": ("membrane.law=plastic", ["membrane.law", "'plastic'", "'elastic'", "'tension-field'"]),
+    "slack is no number": ("cables.slack=1", ["cables.slack", "got 1", "true or false"]),
     "end before first step": ("solver.end_time=1e-4", ["solver.end_time", "0.0001", "time_step", "longer"]),
     "stop without length": ("maneuver.duration=0", ["maneuver.duration", "got 0", "> 0"]),
     "axis without direction": ("maneuver.axis=[0,0,0]", ["maneuver.axis", "non-zero", "[1, 0, 0]"]),

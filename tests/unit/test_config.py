@@ -57,7 +57,7 @@ def test_template_states_the_numbers_of_the_paper():
     assert (case.frame.inertia_y, case.frame.inertia_z) == (4.81e-7, 2.69e-7)
     assert case.frame.torsion_constant == pytest.approx(case.frame.inertia_y + case.frame.inertia_z)
     assert case.maneuver.rate == pytest.approx(math.pi / 5, rel=1e-15)
-    assert case.solver.options == {"theta": 1.4}
+    assert case.solver.method == "wilson-theta"
     assert case.output.probes == {"A": (0.7036, 0.4267)}
 
 

@@ -18,6 +18,7 @@ import pytest
 
 from tautflex.errors import InputError
 from tautflex.solvers.dynamics import simulate
+from tautflex.solvers.energy_conserving import EnergyConserving
 from tautflex.solvers.generalized_alpha import HHT, GeneralizedAlpha, Newmark
 from tautflex.solvers.modal import solve_modes
 from tautflex.solvers.wilson import WilsonTheta
@@ -42,12 +43,14 @@ METHODS = [
     Newmark(gamma=0.6, beta=0.3025),
     HHT(),
     HHT(alpha=0.3),
+    EnergyConserving(),
 ]
 SOURCES = {
     WilsonTheta: "amplification matrix, Bathe, Finite Element Procedures, 9.4.2",
     GeneralizedAlpha: "amplification matrix, Chung & Hulbert 1993",
     Newmark: "amplification matrix, Chung & Hulbert 1993, alpha_m = alpha_f = 0",
     HHT: "amplification matrix, Hilber, Hughes & Taylor 1977",
+    EnergyConserving: "amplification matrix of the mid-point rule",
 }
 STEPS_PER_PERIOD = [1e3, 100.0, 30.0, 10.0, 3.0, 1.0, 0.3, 0.1, 1e-3]
 
@@ -93,9 +96,19 @@ def alpha_textbook(method: GeneralizedAlpha | Newmark | HHT, phase: float, dampi
     return np.linalg.solve(new, old)
 
 
+def midpoint_textbook(phase: float, damping: float) -> np.ndarray:
+    """A of x1 - x0 = h (v0 + v1)/2, v1 - v0 = h a, a = -w^2 (x0 + x1)/2 - 2 xi w (v0 + v1)/2."""
+    spring, dashpot = 0.5 * phase**2, damping * phase
+    new = [[1.0, -0.5, 0.0], [0.0, 1.0, -1.0], [spring, dashpot, 1.0]]
+    old = [[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [-spring, -dashpot, 0.0]]
+    return np.linalg.solve(new, old)
+
+
 def textbook(method, phase: float, damping: float = 0.0) -> np.ndarray:
     if isinstance(method, WilsonTheta):
         return wilson_textbook(method.theta, phase, damping)
+    if isinstance(method, EnergyConserving):
+        return midpoint_textbook(phase, damping)
     return alpha_textbook(method, phase, damping)
 
 
@@ -267,6 +280,7 @@ SECOND_ORDER = [
     GeneralizedAlpha(rho_inf=0.5),
     Newmark(),
     HHT(alpha=0.2),
+    EnergyConserving(),
 ]
 
 

@@ -9,7 +9,9 @@ from cyclopts import App, CycloptsError, Parameter
 
 from tautflex._version import __version__
 from tautflex.cli.cases import check, init
+from tautflex.cli.export import export
 from tautflex.cli.modal import modes, tune
+from tautflex.cli.reproduce import reproduce
 from tautflex.cli.simulation import run
 from tautflex.errors import InputError, MissingExtraError, NotConvergedError
 
@@ -26,7 +28,7 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for command in (init, check, modes, tune, run):
+for command in (init, check, modes, tune, run, reproduce, export):
     app.command(command)
 
 

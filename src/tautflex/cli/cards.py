@@ -70,6 +70,8 @@ def show_run(case: Path, summary: Mapping[str, Any]) -> None:
     for name, reading in summary["probes"].items():
         rows.add_row(f"probe {name}", _reading(reading))
     _card(f"{case.name}: {summary['maneuver']}", rows)
+    for warning in summary["warnings"]:
+        say(f"warning: {warning}")
     _list_files(summary["files"])
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from tautflex.cli import spinning
 from tautflex.cli.options import (
     AsJson,
     CaseFile,
@@ -29,18 +30,35 @@ def modes(
     *,
     count: Annotated[int, Parameter(name=["-n", "--count"], help="Number of modes.")] = 10,
     output: Annotated[Path | None, Parameter(name=["-o", "--output"], help="Directory for plots.")] = None,
+    campbell: Annotated[
+        str | None,
+        Parameter(name="--campbell", help="Frequencies over the spin rate, start:stop:count [rad/s], e.g. 0:2:9."),
+    ] = None,
+    rate: Annotated[float | None, Parameter(name="--rate", help="Complex modes spinning at one rate [rad/s].")] = None,
+    axis: Annotated[
+        str | None, Parameter(name="--axis", help="Spin axis, x, y, z or ax,ay,az; default: that of the maneuver.")
+    ] = None,
+    participation: Annotated[
+        Path | None,
+        Parameter(name="--participation", help="File for attitude control: .json, .npz or .csv; an old one goes."),
+    ] = None,
+    point: Annotated[
+        str | None, Parameter(name="--point", help="Reference point of --participation, x,y,z [m]; default 0,0,0.")
+    ] = None,
     override: Overrides = None,
     as_json: AsJson = False,
 ) -> int:
-    """Natural frequencies, labels and symmetry about the prestressed state.
+    """Natural frequencies, labels and symmetry about the prestressed state; on request also of the spinning structure.
 
-    Example: tautflex modes m2.toml -n 10 -o m2-modes
+    Example: tautflex modes m2.toml -n 10 -o m2-modes --campbell 0:2:9 --axis z --participation m2.json
     """
     from tautflex.config import load_case
 
     if count < 1:
         raise CaseError(f"-n: expected a number of modes >= 1, got {count}; ask for example -n 10")
     loaded = load_case(case, override or ())
+    request = spinning.read_request(rate, campbell, axis, loaded)
+    place = spinning.read_place(point, participation)
     if output is not None:
         require_output_directory(output)
 
@@ -48,15 +66,26 @@ def modes(
     from tautflex.solvers.prestress import solve_prestress
     from tautflex.study.build import build_model
 
+    extra: dict[str, Any] = {}
     with about(case):
         state = solve_prestress(build_model(loaded))
         found = solve_modes(state, n=count)
-    files: dict[str, str] = {}
+        if request.rate is not None:
+            extra["spinning"] = spinning.solve_single(loaded, state, request, count)
+        table = spinning.solve_table(loaded, state, request, count) if request.rates is not None else None
+        if participation is not None:
+            extra["participation"] = spinning.write_participation(loaded, found, place, participation)
+    if table is not None:
+        extra["campbell"] = spinning.table_numbers(table)
+    files: dict[str, str] = {} if participation is None else {participation.name: str(participation)}
     if output is not None:
         from tautflex.cli.figures import mode_figures
 
         output.mkdir(parents=True, exist_ok=True)
-        files = {path.name: str(path) for path in mode_figures(found.to_dataset(), output)}
+        written = mode_figures(found.to_dataset(), output)
+        if table is not None:
+            written += spinning.campbell_figure(table, output)
+        files |= {path.name: str(path) for path in written}
     answer: dict[str, Any] = {
         "frequencies": [float(value) for value in found.frequencies],
         "labels": [None if label is None else [int(half_waves) for half_waves in label] for label in found.labels],
@@ -66,12 +95,14 @@ def modes(
             "min_principal_resultant": state.min_principal_resultant,
         },
         "files": files,
+        **extra,
     }
     if as_json:
         print_json(answer)
     else:
         from tautflex.cli.cards import show_modes
 
+        spinning.show_spinning(answer)
         show_modes(case, answer)
     return 0
 

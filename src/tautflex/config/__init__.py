@@ -5,7 +5,8 @@ case that ``tautflex init`` writes.
 """
 
 from tautflex.config.case import Case
-from tautflex.config.dynamic import Coupling, Damping, Maneuver, Output, Solver
+from tautflex.config.dynamic import Coupling, Damping, Output, Solver
+from tautflex.config.maneuver import Maneuver
 from tautflex.config.reading import M2_TEMPLATE, load_case, parse_case
 from tautflex.config.structural import Cables, Frame, Membrane, Mesh, Prestress
 

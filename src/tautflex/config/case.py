@@ -9,7 +9,9 @@ from pydantic import Field, model_validator
 
 from tautflex.config import memory
 from tautflex.config.base import Section
-from tautflex.config.dynamic import Coupling, Damping, Maneuver, Output, Solver
+from tautflex.config.dynamic import Coupling, Damping, Output, Solver
+from tautflex.config.geometry import require_one_geometry
+from tautflex.config.maneuver import Maneuver
 from tautflex.config.structural import Cables, Frame, Membrane, Mesh, Prestress
 
 _LARGEST = 1e300  # keeps products of absurd step counts finite
@@ -60,9 +62,13 @@ class Case(Section):
 
     @model_validator(mode="after")
     def _edges_have_what_they_need(self) -> Self:
+        sections = {name: getattr(self, name) for name in ("membrane", "cables", "frame")}
+        require_one_geometry(sections, self.mesh.file)
         edges = self.membrane.edges
         for name in ("cables", "frame"):
             section = getattr(self, name)
+            if name == "frame" and self.mesh.file is not None:
+                continue  # whether there is one is the file's to say
             if edges == "cables" and section is None:
                 text = f"{name}: missing, membrane.edges = 'cables' expects a [{name}] section"
                 raise ValueError(f"{text}; add it, or set membrane.edges = 'fixed' for a plain film")
@@ -73,7 +79,7 @@ class Case(Section):
 
     @model_validator(mode="after")
     def _frame_surrounds_membrane(self) -> Self:
-        for side in ("length", "width"):
+        for side in ("length", "width") if self.mesh.file is None else ():
             inner = getattr(self.membrane, side)
             if self.frame is not None and getattr(self.frame, side) <= inner:
                 text = f"frame.{side}: expected more than membrane.{side} = {inner:g} m"
@@ -85,7 +91,7 @@ class Case(Section):
         if self.cables is not None:
             counts = (self.cables.per_long_edge, self.cables.per_short_edge)
             for axis, count, have in zip("xy", counts, self.mesh.divisions, strict=True):
-                if have < count - 1:
+                if count is not None and have < count - 1:
                     text = f"mesh.divisions: expected at least {count - 1} cells along {axis} for {count} cables"
                     raise ValueError(f"{text}, got {_pair(self.mesh.divisions)}; refine the mesh or remove cables")
         return self
@@ -101,6 +107,8 @@ class Case(Section):
 
     @model_validator(mode="after")
     def _probes_are_on_the_film(self) -> Self:
+        if self.membrane.length is None or self.membrane.width is None:
+            return self  # of a mesh file, which is not read here
         half = (self.membrane.length / 2, self.membrane.width / 2)
         for name, point in self.output.probes.items():
             if abs(point[0]) > half[0] or abs(point[1]) > half[1]:
@@ -113,7 +121,7 @@ class Case(Section):
     def _fits_in_memory(self) -> Self:
         available = memory.available_bytes()
         limit = f"fits in the {available / 1e9:.3g} GB of memory available"
-        divisions = self.mesh.divisions
+        divisions = self.mesh.divisions if self.mesh.file is None else (1, 1)
         needed: float = memory.mesh_bytes(divisions)
         if needed > available:
             text = f"mesh.divisions: expected a mesh that {limit}"

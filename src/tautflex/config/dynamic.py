@@ -1,4 +1,4 @@
-"""Sections of a case file that describe a run: maneuver, damping, coupling, solver, output."""
+"""Sections of a case file that describe a run: damping, coupling, solver, output."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, Strict, field_validator, model_validator
 
-from tautflex.config.base import Count, Flag, NonNegative, Number, Positive, Section, Vector
+from tautflex.config.base import Count, Flag, NonNegative, Number, Positive, Section
 from tautflex.config.messages import problem
 
 OPTIONS_OF_METHOD = {
@@ -14,40 +14,10 @@ OPTIONS_OF_METHOD = {
     "generalized-alpha": ("rho_inf",),
     "newmark": ("gamma", "beta"),
     "hht": ("alpha",),
+    "energy-conserving": (),
+    "central-difference": (),
 }
-
-
-class Maneuver(Section):
-    """Prescribed rotation of the spacecraft.
-
-    ``"stop"``: steady rotation at ``rate`` until t = 0, uniform deceleration to rest over ``duration``.
-    ``"none"``: no rotation.
-    """
-
-    kind: Literal["stop", "none"] = Field(default="none", description="maneuver", examples=["stop"])
-    rate: Number | None = Field(default=None, description="angular velocity before t = 0 [rad/s]", examples=[0.628])
-    duration: Positive | None = Field(default=None, description="length of the deceleration [s]", examples=[1.0])
-    axis: Vector = Field(default=(1.0, 0.0, 0.0), description="direction of the axis", examples=[(1.0, 0.0, 0.0)])
-    origin: Vector = Field(default=(0.0, 0.0, 0.0), description="point on the axis [m]", examples=[(0.0, 0.0, 0.0)])
-
-    @field_validator("axis")
-    @classmethod
-    def _axis_has_length(cls, value: Vector) -> Vector:
-        if not any(value):
-            raise problem("a direction of non-zero length", value, "give for example [1, 0, 0]")
-        return value
-
-    @model_validator(mode="after")
-    def _keys_of_kind(self) -> Self:
-        for name in ("rate", "duration"):
-            if self.kind == "stop" and getattr(self, name) is None:
-                field = type(self).model_fields[name]
-                raise ValueError(f"{name}: missing, kind = 'stop' expects {field.description}; add it")
-        for name in ("rate", "duration", "axis", "origin"):
-            if self.kind == "none" and getattr(self, name) != type(self).model_fields[name].default:
-                text = f"{name}: expected no value with kind = 'none', got {getattr(self, name)}"
-                raise ValueError(f"{text}; remove it or set kind = 'stop'")
-        return self
+ADAPTIVE = ("adaptive_tolerance", "min_step", "max_step")
 
 
 class Damping(Section):
@@ -79,10 +49,12 @@ class Coupling(Section):
 class Solver(Section):
     """Time integration; an option that ``method`` does not use is an error."""
 
-    method: Literal["wilson-theta", "generalized-alpha", "newmark", "hht"] = Field(
-        default="wilson-theta", description="time integrator", examples=["wilson-theta"]
+    method: Literal[
+        "wilson-theta", "generalized-alpha", "newmark", "hht", "energy-conserving", "central-difference"
+    ] = Field(default="wilson-theta", description="time integrator", examples=["wilson-theta"])
+    time_step: Positive = Field(
+        default=1e-3, description="time step, with adaptive_tolerance the spacing of results [s]", examples=[1e-3]
     )
-    time_step: Positive = Field(default=1e-3, description="time step [s]", examples=[1e-3])
     end_time: Positive = Field(default=10.0, description="end of the run [s]", examples=[10.0])
     theta: Annotated[float, Strict(), Field(ge=1.0, le=2.0)] | None = Field(
         default=None, description="value of Wilson's theta, 1.4 if not given", examples=[1.4]
@@ -105,6 +77,15 @@ class Solver(Section):
     max_halvings: Annotated[int, Strict(), Field(ge=0)] | None = Field(
         default=None, description="number of times a failing step may be halved", examples=[8]
     )
+    adaptive_tolerance: Annotated[float, Strict(), Field(gt=0.0, le=0.1)] | None = Field(
+        default=None, description="allowed error per step of an adaptive run, fixed steps if not given", examples=[1e-4]
+    )
+    min_step: Positive | None = Field(
+        default=None, description="smallest adaptive step [s], time_step/4096 if not given", examples=[1e-6]
+    )
+    max_step: Positive | None = Field(
+        default=None, description="largest adaptive step [s], 16 time_step if not given", examples=[1e-2]
+    )
 
     @property
     def options(self) -> dict[str, float]:
@@ -118,7 +99,22 @@ class Solver(Section):
         for name in (name for names in OPTIONS_OF_METHOD.values() for name in names):
             if name not in used and getattr(self, name) is not None:
                 text = f"{name}: expected no value with method = {self.method!r}, got {getattr(self, name):g}"
-                raise ValueError(f"{text}; remove it, that method uses {' and '.join(used)}")
+                raise ValueError(f"{text}; remove it, that method uses {' and '.join(used) or 'no options'}")
+        return self
+
+    @model_validator(mode="after")
+    def _adaptive_keys_agree(self) -> Self:
+        given = [name for name in ADAPTIVE if getattr(self, name) is not None]
+        if given and self.method == "central-difference":
+            text = f"{given[0]}: expected no value with method = 'central-difference', got {getattr(self, given[0]):g}"
+            raise ValueError(f"{text}; its step is limited by stability, remove it or use an implicit method")
+        if given and self.adaptive_tolerance is None:
+            text = f"{given[0]}: expected adaptive_tolerance with it, got {getattr(self, given[0]):g} alone"
+            raise ValueError(f"{text}; add adaptive_tolerance = 1e-4 or remove {given[0]}")
+        low = self.time_step / 4096 if self.min_step is None else self.min_step
+        if self.max_step is not None and self.max_step < low:
+            text = f"max_step: expected at least min_step = {low:g} s, got {self.max_step:g}"
+            raise ValueError(f"{text}; enlarge it or give a smaller min_step")
         return self
 
     @model_validator(mode="after")

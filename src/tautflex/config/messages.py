@@ -96,7 +96,7 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
     if kind == "extra_forbidden":
         return unknown_key(name, value, _fields(model))
     if kind == "missing" and len(detail["loc"]) == 1:
-        return f"missing, expected the {_meaning(name, field)}; add it"
+        return f"missing, expected the {meaning(name, field)}; add it"
     if kind in _COMPARISONS:
         sign, limit = _COMPARISONS[kind]
         expected = f"a number {sign} {context[limit]:g}"
@@ -106,14 +106,14 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
         expected = "a list of the right length"
     else:
         expected = _KINDS.get(kind, detail["msg"].removeprefix("Input should be "))
-    return f"expected {expected}, got {show(value)}; write the {_meaning(name, field)}"
+    return f"expected {expected}, got {show(value)}; write the {meaning(name, field)}"
 
 
 def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
     return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
-def _meaning(name: str, field: FieldInfo | None) -> str:
+def meaning(name: str, field: FieldInfo | None) -> str:
     """Describe a field with an example, as the remedy of every message about it."""
     if field is None or field.description is None:
         return "value the documentation of case files states"

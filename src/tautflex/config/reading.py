@@ -39,11 +39,14 @@ def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Ca
     CaseError
         One line with file, key, value, expectation and remedy.
     """
-    return parse_case(_read(Path(path)), overrides, source=str(path))
+    return parse_case(_read(Path(path)), overrides, source=str(path), directory=Path(path).parent)
 
 
-def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case") -> Case:
-    """Validate the text of a case file; ``source`` names it in messages. See `load_case`."""
+def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case", directory: Path = Path()) -> Case:
+    """Validate the text of a case file; ``source`` names it in messages. See `load_case`.
+
+    File names in the case are relative to ``directory``, those in overrides to where the program runs.
+    """
     source = one_line(source)
     try:
         values = tomllib.loads(text)
@@ -52,6 +55,8 @@ def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case"
     except (RecursionError, ValueError) as error:  # absurd nesting, numbers of thousands of digits
         reason = one_line(str(error))[:120]
         raise CaseError(f"{source}: not readable as TOML: {reason}; start from `tautflex init`") from None
+    for section in ("maneuver", "mesh"):
+        _place_files(values.get(section), directory)
     for override in overrides:
         _apply(values, override)
     _require_schema(values, source)
@@ -65,7 +70,11 @@ def _read(path: Path) -> str:
     name = one_line(str(path))
     try:
         size = -1 if path.is_dir() else path.stat().st_size
-        content = path.read_bytes() if 0 <= size <= _LARGEST_FILE else b""
+        content = b""
+        if 0 <= size <= _LARGEST_FILE:
+            with path.open("rb") as file:
+                content = file.read(_LARGEST_FILE + 1)  # a device has no size, and may have no end
+            size = len(content)
     except FileNotFoundError:
         raise CaseError(f"{name}: no such file; write one with `tautflex init {name}`") from None
     except (OSError, ValueError) as error:  # ValueError: a path with a null character
@@ -80,6 +89,17 @@ def _read(path: Path) -> str:
     except UnicodeDecodeError as error:
         text = f"{name}: expected UTF-8 text, got byte 0x{content[error.start]:02x} at offset {error.start}"
         raise CaseError(f"{text}; save the file as UTF-8") from None
+
+
+def _place_files(maneuver: Any, directory: Path) -> None:
+    """Make names of tables and meshes relative to where the program runs; what is no text is left to validation."""
+    if not isinstance(maneuver, dict):
+        return
+    if isinstance(maneuver.get("file"), str):
+        maneuver["file"] = str(directory / maneuver["file"])
+    steps = maneuver.get("steps")
+    for step in steps if isinstance(steps, list) else []:
+        _place_files(step, directory)
 
 
 def _require_schema(values: dict[str, Any], source: str) -> None:

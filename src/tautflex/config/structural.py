@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
 
-from tautflex.config.base import Count, NonNegative, Number, Positive, Section
-from tautflex.config.messages import problem
+from tautflex.config.base import Count, Flag, NonNegative, Number, Positive, Section
+from tautflex.config.messages import problem, show
 
 EdgeCount = Annotated[Count, Field(ge=2)]
 
@@ -21,11 +21,12 @@ def _inside_elastic_range(value: float) -> float:
 class Membrane(Section):
     """Rectangular film, centred at the origin, x along ``length``.
 
+    ``law = "tension-field"`` lets the film wrinkle and go slack; ``"elastic"`` carries any compression.
     ``stress_x`` and ``stress_y`` [Pa] state a given uniform stress (``prestress.mode = "uniform"``).
     """
 
-    length: Positive = Field(description="side along x [m]", examples=[2.0])
-    width: Positive = Field(description="side along y [m]", examples=[1.0])
+    length: Positive | None = Field(default=None, description="side along x [m]", examples=[2.0])
+    width: Positive | None = Field(default=None, description="side along y [m]", examples=[1.0])
     thickness: Positive = Field(description="film thickness [m]", examples=[1e-4])
     youngs_modulus: Positive = Field(description="Young's modulus of the film [Pa]", examples=[3.5e9])
     poisson_ratio: Number = Field(description="Poisson's ratio of the film", examples=[0.34])
@@ -33,7 +34,9 @@ class Membrane(Section):
     strain: Literal["von-karman", "green-lagrange"] = Field(
         default="von-karman", description="strain measure of film, cables and frame", examples=["von-karman"]
     )
-    law: str = Field(default="elastic", description="material law of the film", examples=["elastic"])
+    law: Literal["elastic", "tension-field"] = Field(
+        default="elastic", description="material law of the film", examples=["tension-field"]
+    )
     edges: Literal["cables", "fixed"] = Field(
         default="cables", description="what holds the edges of the film", examples=["cables"]
     )
@@ -41,13 +44,6 @@ class Membrane(Section):
     stress_y: Number | None = Field(default=None, description="given stress along y [Pa]", examples=[5470.0])
 
     _poisson = field_validator("poisson_ratio")(_inside_elastic_range)
-
-    @field_validator("law")
-    @classmethod
-    def _law_is_available(cls, value: str) -> str:
-        if value != "elastic":
-            raise problem("'elastic', the only law of this release", value, "set law = 'elastic'")
-        return value
 
     @model_validator(mode="after")
     def _both_stresses(self) -> Self:
@@ -61,8 +57,12 @@ class Membrane(Section):
 class Cables(Section):
     """Cables from the film's edges straight to the frame, evenly spaced, the outer ones at its corners."""
 
-    per_long_edge: EdgeCount = Field(description="number of cables on each edge along x, at least 2", examples=[11])
-    per_short_edge: EdgeCount = Field(description="number of cables on each edge along y, at least 2", examples=[6])
+    per_long_edge: EdgeCount | None = Field(
+        default=None, description="number of cables on each edge along x, at least 2", examples=[11]
+    )
+    per_short_edge: EdgeCount | None = Field(
+        default=None, description="number of cables on each edge along y, at least 2", examples=[6]
+    )
     youngs_modulus: Positive = Field(description="Young's modulus of the cables [Pa]", examples=[133e9])
     area: Positive = Field(description="cross-sectional area of one cable [m^2]", examples=[3.14e-6])
     density: Positive = Field(description="mass density of the cables [kg/m^3]", examples=[1440.0])
@@ -73,7 +73,11 @@ class Cables(Section):
         description="'equal' tensions, or 'tributary': corner cables carry half",
         examples=["equal"],
     )
-    slack: bool = Field(default=False, strict=True, description="choice false: cables stay taut", examples=[False])
+    slack: Flag = Field(
+        default=False,
+        description="choice true or false: a cable goes slack instead of pushing",
+        examples=[True],
+    )
 
     @field_validator("pretension_x", "pretension_y")
     @classmethod
@@ -85,20 +89,12 @@ class Cables(Section):
             raise problem("a number > 0", value, "a cable cannot push, give its tension [N]")
         return value
 
-    @field_validator("slack")
-    @classmethod
-    def _slack_is_available(cls, value: bool) -> bool:
-        if value:
-            remedy = "cables that go slack come with a later one, set slack = false"
-            raise problem("false, the only choice of this release", value, remedy)
-        return value
-
 
 class Frame(Section):
     """Rectangular frame of beams; ``inertia_z`` bends in the antenna's plane, ``inertia_y`` out of it."""
 
-    length: Positive = Field(description="centre-line side along x [m]", examples=[2.5])
-    width: Positive = Field(description="centre-line side along y [m]", examples=[1.5])
+    length: Positive | None = Field(default=None, description="centre-line side along x [m]", examples=[2.5])
+    width: Positive | None = Field(default=None, description="centre-line side along y [m]", examples=[1.5])
     youngs_modulus: Positive = Field(description="Young's modulus of the frame [Pa]", examples=[3e9])
     poisson_ratio: Number = Field(description="Poisson's ratio of the frame", examples=[0.38])
     density: Positive = Field(description="mass density of the frame [kg/m^3]", examples=[1380.0])
@@ -114,7 +110,12 @@ class Frame(Section):
 
 
 class Mesh(Section):
-    """Structured triangles of the film: cells along x and y, each cut by a diagonal."""
+    """Mesh: structured triangles of the film, cells along x and y each cut by a diagonal, or a file.
+
+    With ``file`` (Gmsh, Abaqus or Nastran) film, cables, frame and supports come from its groups; the case states
+    sections and tensions only, a cable's tension by its direction. ``names`` gives roles to groups whose names
+    do not tell them.
+    """
 
     divisions: tuple[Count, Count] = Field(
         default=(20, 10), description="numbers of cells along x and y, integers >= 1", examples=[(20, 10)]
@@ -122,6 +123,31 @@ class Mesh(Section):
     pattern: Literal["alternating", "regular"] = Field(
         default="alternating", description="directions of the diagonals", examples=["alternating"]
     )
+    file: str | None = Field(
+        default=None, strict=True, description="mesh file (.msh, .inp, .bdf)", examples=["antenna.msh"]
+    )
+    unit_length: Positive | None = Field(default=None, description="length of the file's unit [m]", examples=[0.001])
+    names: dict[str, Literal["membrane", "cable", "beam", "clamped", "pinned", "support", "ignore"]] | None = Field(
+        default=None, description="roles of groups in the file", examples=[{"skin": "membrane"}]
+    )
+
+    @model_validator(mode="after")
+    def _file_or_divisions(self) -> Self:
+        for key in ("divisions", "pattern"):
+            if self.file is not None and key in self.model_fields_set:
+                text = f"{key}: expected no value beside file = {show(self.file)}, got {show(getattr(self, key))}"
+                raise ValueError(f"{text}; remove one of the two")
+        for key in ("unit_length", "names"):
+            if self.file is None and getattr(self, key) is not None:
+                text = f"{key}: expected no value without file, got {show(getattr(self, key))}"
+                raise ValueError(f"{text}; add file, or remove it")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _without_unused(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out the built-in mesh beside a file."""
+        values: dict[str, Any] = serialize(self)
+        return values if self.file is None else {k: v for k, v in values.items() if k not in ("divisions", "pattern")}
 
 
 class Prestress(Section):

@@ -63,7 +63,7 @@ class ElementBlock:
     law
         ``"elastic"`` or a name of :mod:`tautflex.elements.laws`, which then acts on the elastic trial stress.
     law_parameters
-        Young's modulus [Pa] and Poisson ratio that the law needs.
+        Young's modulus [Pa], Poisson ratio, and the share of the elastic law left where it would compress.
     """
 
     kind: str
@@ -77,7 +77,7 @@ class ElementBlock:
     inertia: InertiaPoints
     axes: Array
     law: str = "elastic"
-    law_parameters: tuple[float, float] = (0.0, 0.0)
+    law_parameters: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 def symmetric_terms(strains: int, gradients: int, terms: list[tuple[int, int, int, float]]) -> Array:

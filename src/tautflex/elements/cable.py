@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
+from tautflex.elements.laws import RESIDUAL_STIFFNESS
 from tautflex.structure.materials import CableSection
 from tautflex.structure.model import ElementGroup
 
@@ -79,5 +80,5 @@ def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> Eleme
         ),
         axes=axes,
         law="slack" if section.slack else "elastic",
-        law_parameters=(section.material.youngs_modulus, 0.0),
+        law_parameters=(section.material.youngs_modulus, 0.0, RESIDUAL_STIFFNESS),
     )

@@ -8,8 +8,8 @@ a convex stored energy (Pipkin's relaxed energy), so that statics stay well pose
   taut where ``s_2 >= 0``: ``s``; slack where ``e_1 <= 0``: nothing; else wrinkled, uniaxial tension ``E e_1`` along
   the major principal direction.
 
-A share `RESIDUAL_STIFFNESS` of the elastic law stays in slack and wrinkled states, so that Newton's tangent is never
-singular.
+A small share of the elastic law, `RESIDUAL_STIFFNESS`, stays in slack and wrinkled states, so that Newton's tangent is
+never singular; the compression it leaves is that share of the elastic law's.
 """
 
 from __future__ import annotations
@@ -22,22 +22,28 @@ Array = NDArray[np.float64]
 
 ELASTIC, SLACK, TENSION_FIELD = 0, 1, 2
 LAWS = {"elastic": ELASTIC, "slack": SLACK, "tension-field": TENSION_FIELD}
-RESIDUAL_STIFFNESS = 1e-5
+RESIDUAL_STIFFNESS = 1e-7
+FILM_STATES = ("taut", "wrinkled", "slack")
 
 _jit = numba.njit(cache=True, error_model="numpy")
 
 
 @_jit
-def slack_energy(trial: float, youngs_modulus: float) -> float:
-    """Stored energy density of a slack cable [J/m^3] at a trial stress [Pa]."""
-    share = 1.0 if trial > 0.0 else RESIDUAL_STIFFNESS
-    return 0.5 * share * trial * trial / youngs_modulus
+def slack_factor(trial: float, residual: float) -> float:
+    """Factor on stress and stiffness of a cable at a trial stress [Pa]; ``residual`` where it is slack."""
+    return 1.0 if trial > 0.0 else residual
 
 
 @_jit
-def slack_factor(trial: float) -> float:
-    """Factor on stress and stiffness of a cable at a trial stress."""
-    return 1.0 if trial > 0.0 else RESIDUAL_STIFFNESS
+def film_state(sx: float, sy: float, txy: float, poisson_ratio: float) -> int:
+    """Index in `FILM_STATES` of a plane stress, elastic trial or tension-field alike (mixed criterion)."""
+    mean = 0.5 * (sx + sy)
+    radius = np.sqrt(0.25 * (sx - sy) * (sx - sy) + txy * txy)
+    # A uniaxial stress is taut in spite of its round-off.
+    if mean - radius >= -1e-12 * (mean + radius) and mean + radius > 0.0:
+        return 0
+    # Major principal strain of the trial stress, times E.
+    return 1 if mean + radius - poisson_ratio * (mean - radius) > 0.0 else 2
 
 
 @_jit
@@ -47,6 +53,7 @@ def tension_field(
     txy: float,
     youngs_modulus: float,
     poisson_ratio: float,
+    residual: float,
     stress: Array,
     tangent: Array,
 ) -> float:
@@ -58,6 +65,8 @@ def tension_field(
         Elastic trial stress [Pa].
     youngs_modulus, poisson_ratio
         Of the film [Pa], [-].
+    residual
+        Share of the elastic law that stays in wrinkled and slack states [-].
     stress
         Filled with the stress (sx, sy, txy) [Pa], shape (3,).
     tangent
@@ -79,8 +88,8 @@ def tension_field(
     half, shear = 0.5 * (ex - ey), 0.5 * gamma
     radius = np.sqrt(half * half + shear * shear)
     major, minor = 0.5 * (ex + ey) + radius, 0.5 * (ex + ey) - radius
-    taut = minor + nu * major >= 0.0 and major > 0.0
-    keep = 1.0 if taut else RESIDUAL_STIFFNESS
+    taut = minor + nu * major >= 0.0 and major >= 0.0
+    keep = 1.0 if taut else residual
     stress[0], stress[1], stress[2] = keep * sx, keep * sy, keep * txy
     tangent[0, 0] = tangent[1, 1] = keep * plane
     tangent[0, 1] = tangent[1, 0] = keep * plane * nu

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
+from tautflex.elements.laws import RESIDUAL_STIFFNESS
 from tautflex.structure.materials import MembraneSection
 from tautflex.structure.model import ElementGroup
 
@@ -94,7 +95,7 @@ def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> Eleme
         inertia=_inertia(corners, section.material.density * volume),
         axes=axes,
         law=section.law,
-        law_parameters=(section.material.youngs_modulus, section.material.poisson_ratio),
+        law_parameters=(section.material.youngs_modulus, section.material.poisson_ratio, RESIDUAL_STIFFNESS),
     )
 
 

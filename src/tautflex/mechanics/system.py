@@ -12,6 +12,7 @@ from tautflex.elements import ElementBlock, element_blocks
 from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.mechanics.kernel import (
     KernelData,
+    add_average_force,
     add_force,
     add_tangent,
     kernel_data,
@@ -111,6 +112,17 @@ class StructuralSystem:
         for data, stress in zip(self._data, self._stress, strict=True):
             energy += add_force(data, extended, force, stress)
         return force[:-1], energy
+
+    def average_force(self, start: Array, end: Array) -> Array:
+        """Internal force [N, N m] of the average stress between two states, shape (size,).
+
+        Its work on ``end - start`` is the change of the strain energy [theory.md 8].
+        """
+        before, after = np.append(start, 0.0), np.append(end, 0.0)
+        force = np.zeros(self.size + 1)
+        for data in self._data:
+            add_average_force(data, before, after, force)
+        return force[:-1]
 
     def tangent(self, q: Array) -> Array:
         """Values of the tangent stiffness [N/m ...] at free unknowns ``q`` in the pattern, shape (entries,)."""

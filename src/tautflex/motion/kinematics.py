@@ -91,11 +91,30 @@ def fixed_axis_motion(rate: float, acceleration: float, axis: Array, origin: Arr
     RigidMotion
         The frame's origin is at ``-origin`` from the line, so a0 = -(S(dw) + S(w)^2) origin.
     """
-    motion = RigidMotion(rate * axis, acceleration * axis, np.zeros(3))
+    return motion_about_point(rate * axis, acceleration * axis, origin)
+
+
+def motion_about_point(
+    angular_velocity: Array, angular_acceleration: Array, origin: Array, acceleration: Array | None = None
+) -> RigidMotion:
+    """Rotation about a point of the floating frame that rests, or accelerates on its own.
+
+    Parameters
+    ----------
+    angular_velocity, angular_acceleration
+        [rad/s, rad/s^2], shape (3,).
+    origin
+        The point, in the floating frame [m], shape (3,).
+    acceleration
+        Its acceleration in the frame's axes [m/s^2], shape (3,); None is none.
+
+    Returns
+    -------
+    RigidMotion
+        The frame's origin is at ``-origin`` from the point, so a0 = acceleration - (S(dw) + S(w)^2) origin.
+    """
+    push = np.zeros(3) if acceleration is None else acceleration
+    motion = RigidMotion(angular_velocity, angular_acceleration, push)
     if not origin.any():
         return motion
-    return RigidMotion(
-        motion.angular_velocity,
-        motion.angular_acceleration,
-        -(motion.euler + motion.centrifugal) @ origin,
-    )
+    return RigidMotion(angular_velocity, angular_acceleration, push - (motion.euler + motion.centrifugal) @ origin)

@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tautflex.plot.campbell import plot_campbell, save_campbell
     from tautflex.plot.history import plot_time_history, save_time_history
     from tautflex.plot.modes import plot_modes, save_modes
     from tautflex.plot.shapes import plot_shapes, save_shapes
@@ -14,11 +15,13 @@ if TYPE_CHECKING:
     from tautflex.plot.timefrequency import plot_scalogram, save_scalogram
 
 _HOME = {
+    "plot_campbell": "campbell",
     "plot_modes": "modes",
     "plot_scalogram": "timefrequency",
     "plot_shapes": "shapes",
     "plot_spectrum": "spectrum",
     "plot_time_history": "history",
+    "save_campbell": "campbell",
     "save_figure": "style",
     "save_modes": "modes",
     "save_scalogram": "timefrequency",
@@ -28,11 +31,13 @@ _HOME = {
 }
 
 __all__ = [
+    "plot_campbell",
     "plot_modes",
     "plot_scalogram",
     "plot_shapes",
     "plot_spectrum",
     "plot_time_history",
+    "save_campbell",
     "save_figure",
     "save_modes",
     "save_scalogram",

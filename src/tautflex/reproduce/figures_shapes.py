@@ -70,13 +70,16 @@ def draw_dominant_shape(runs: Runs, modes: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the combined shape of the proper orthogonal modes that reach 99 % [paper, Figure 7]."""
     run = runs[SECTION_3_RUN]
     shape = dominant_shape(pod(run))
+    fields = run["displacement"].values
+    largest = fields[np.square(fields).sum(axis=(1, 2)).argmax()]
+    upwards = 1.0 if np.vdot(shape.values, largest) >= 0.0 else -1.0  # as the response goes; a shape has no sign
     best = mac_table(shape, modes["M2"], count=1)
     mesh = wireframe(run)
     count = int(shape.attrs["modes"])
     title = f"{100 * shape.attrs['cumulative']:.1f} % in {count} POM{'s' * (count > 1)};  "
     title += f"MAC with mode {int(best['mode'][0])}: {100 * float(best['mac'][0]):.1f} %"
     grid = PanelGrid(mesh, _RISE * mesh.span, [title], 1, of=2)
-    values = shape.values / (np.abs(shape.values[:, 2]).max() or 1.0)
+    values = upwards * shape.values / (np.abs(shape.values[:, 2]).max() or 1.0)
     draw_surface(grid.axes[0], mesh, _RISE * mesh.span * values, values[:, 2], 1.0)
     grid.colorbar(1.0, _SHAPE_LABEL)
     return grid.figure

@@ -8,43 +8,40 @@ from pathlib import Path
 from typing import Any
 
 from tautflex.errors import InputError
-from tautflex.reproduce import page_words, published
+from tautflex.reproduce import page_reasons, page_words, published
 from tautflex.reproduce.figures import FIGURES
-from tautflex.reproduce.page_blocks import Block, Bullets, Command, Heading, Paragraph, Picture
+from tautflex.reproduce.page_blocks import Block, Bullets, Command, Heading, Paragraph, Picture, symbols
 from tautflex.reproduce.page_html import to_html
 from tautflex.reproduce.page_markdown import to_markdown
-from tautflex.reproduce.page_tables import CONSISTENT, Rows, comparison, listing
+from tautflex.reproduce.page_tables import CONSISTENT, Rows, comparison, listing, sorted_rows
+from tautflex.reproduce.rows import Row
 
 TITLE = "The paper, computed again and compared"
 NAME = "reproduction"
 _EXTRA = {  # tables that the paper does not have: key -> title and words
     "ablation": (
         "What each term does",
-        "Runs repeated with terms of the rotating frame switched off: gyroscopic (G), Euler and "
-        "centrifugal (K_T), inertial "
-        "load (Q_T); and at a thousandth of the angular velocity, where the antenna responds linearly.",
+        "Runs repeated with terms of the rotating frame switched off: gyroscopic (G), Euler and centrifugal (K_T), "
+        "inertial load (Q_T); and at an angular velocity so low that the antenna responds linearly.",
     ),
     "compression": (
         "Compression of the film",
-        "Smallest principal resultant of the film over each run, and when it first turns negative. In the "
-        "M1 cases the "
-        "film goes into compression: a real one would wrinkle there.",
+        "Smallest principal resultant of the film over each run, when it first turns negative, and for how much of the "
+        "run. Where it is negative a real film would wrinkle.",
     ),
     "convergence": (
         "Convergence of the consistent variant",
-        "The same runs on coarser meshes and with half the time step. Strongly nonlinear runs of M1 change "
-        "their dominant "
-        "peak with mesh and step; the others settle.",
+        "The same runs on coarser meshes and with half the time step. In strongly nonlinear runs of M1 several "
+        "spectral peaks are almost equal, so that the largest may change with mesh and step.",
     ),
 }
+_VARIANTS = (("Published reading", ""), ("Consistent variant", CONSISTENT))
 _CAPTIONS = {
-    "4": "Displacements times 1000. Panel (a) is the steady rotation that the run starts from; in it "
-    "centrifugal forces act "
-    "in the plane only, so that it equals panel (b).",
+    "4": "Displacements times 1000. Panel (a) is the steady rotation that the run starts from; in it centrifugal "
+    "forces act in the plane only, so that it equals panel (b).",
     "5c": "The paper finds no obvious decay within ten seconds; this run does decay.",
-    "6": "Complex Morlet scalogram of the motion about the mean during the stop and about the mean after "
-    "it; hatched where the "
-    "ends of the record matter; dotted: natural frequency of the mode (1,2).",
+    "6": "Complex Morlet scalogram of the motion about the mean during the stop and about the mean after it; "
+    "hatched where the ends of the record matter; dotted: natural frequency of the mode (1,2).",
     "7": "Proper orthogonal modes, each with its participation factor, that together reach 99 %.",
     "9b": "The shortest stop runs out of the picture and is drawn faintly.",
     "12a": "Filled: ours; open: printed in Tables 6 to 9; dotted: natural frequency of the mode (1,2).",
@@ -55,7 +52,7 @@ _CAPTIONS = {
 
 
 def build_page(
-    rows_by_table: Rows,
+    rows_by_table: Mapping[str, Sequence[Row]],
     figure_files: Mapping[str, Sequence[Path]],
     summary: Mapping[str, Any],
     directory: str | os.PathLike[str],
@@ -66,8 +63,8 @@ def build_page(
     Parameters
     ----------
     rows_by_table
-        Rows by the paper's number of the table, ``"2"`` to ``"9"``; with ``" consistent"`` appended, those of the
-        consistent variant; and ``"ablation"``, ``"compression"``, ``"convergence"``. What is missing is left out.
+        Rows of both variants in any grouping: ``Row.table`` and ``Row.variant`` tell where they belong; besides the
+        paper's tables ``"ablation"``, ``"compression"`` and ``"convergence"``. What is missing is left out.
     figure_files
         Files of each figure by number; a PNG among them is shown.
     summary
@@ -87,7 +84,8 @@ def build_page(
     InputError
         If a picture cannot be read or a file cannot be written.
     """
-    blocks = [*_overview(rows_by_table, summary), *_tables(rows_by_table), *_figures(figure_files), *_end(summary)]
+    rows = sorted_rows(row for group in rows_by_table.values() for row in group)
+    blocks = [*_overview(rows, summary), *_tables(rows), *_figures(figure_files), *_end(summary)]
     page, text = Path(directory) / f"{NAME}.html", Path(docs or directory) / f"{NAME}.md"
     try:
         written = {page: to_html(blocks, TITLE), text: to_markdown(blocks, TITLE, text.parent)}
@@ -120,7 +118,7 @@ def _overview(rows: Rows, summary: Mapping[str, Any]) -> list[Block]:
             page_words.largest_gaps(rows),
             "Responses more than 20 % away, the worst first.",
         ),
-        ("Why", "reasons", page_words.explanations(rows), ""),
+        ("Why", "reasons", page_reasons.explanations(rows), ""),
     ):
         if items:
             blocks += [Heading(title, anchor), *([Paragraph(before)] if before else []), Bullets(tuple(items))]
@@ -131,19 +129,22 @@ def _tables(rows: Rows) -> list[Block]:
     blocks: list[Block] = [
         Heading("Tables", "tables"),
         Paragraph(
-            "Differences are relative to the paper: green up to 5 %, yellow up to 20 %, red beyond; in "
-            "Markdown unmarked, "
-            "(!) and (!!)."
+            "Differences are relative to the paper: green up to 5 %, yellow up to 20 %, red beyond; in Markdown "
+            "unmarked, (!) and (!!)."
         ),
     ]
     for number in map(str, published.NUMBERS):
         if rows.get(number):
             title = published.about(int(number))["title"]
-            blocks.append(Heading(f"Table {number}: {title}", f"table-{number}", 3))
+            blocks.append(Heading(f"Table {number}: {symbols(title)}", f"table-{number}", 3))
             blocks.append(comparison(rows[number], rows.get(number + CONSISTENT, ())))
     for key, (title, words) in _EXTRA.items():
-        if rows.get(key):
-            blocks += [Heading(title, f"table-{key}", 3), Paragraph(words), listing(rows[key])]
+        parts = [(name, rows[key + suffix]) for name, suffix in _VARIANTS if rows.get(key + suffix)]
+        if parts:
+            blocks += [Heading(title, f"table-{key}", 3), Paragraph(words)]
+        for name, found in parts:
+            blocks += [Paragraph("", name)] if len(parts) > 1 else []
+            blocks += listing(found)
     return blocks
 
 
@@ -159,7 +160,7 @@ def _figures(files: Mapping[str, Sequence[Path]]) -> list[Block]:
 def _end(summary: Mapping[str, Any]) -> list[Block]:
     blocks: list[Block] = [Heading("Compute it yourself", "yourself"), Command("tautflex reproduce -o reproduction")]
     if summary.get("seconds"):
-        blocks.append(Paragraph(f"The runs of this page took {float(summary['seconds']):.0f} s."))
+        blocks.append(Paragraph(f"The runs of this page took {float(summary['seconds']):.0f} s of computing."))
     if summary.get("versions"):
         versions = ", ".join(f"{name} {version}" for name, version in dict(summary["versions"]).items() if version)
         blocks.append(Paragraph(f"{versions}.", "Made with"))

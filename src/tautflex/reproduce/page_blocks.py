@@ -81,7 +81,8 @@ def gap_cell(difference: float | None) -> Cell:
 
 def percent(difference: float) -> str:
     """Return a relative difference as a signed percentage with a typographic minus."""
-    return f"{100 * difference:+.1f} %".replace("-", "−")  # noqa: RUF001
+    text = f"{100 * difference:+.1f} %".replace("-", "−")  # noqa: RUF001
+    return "0.0 %" if text[1:] == "0.0 %" else text
 
 
 def quantity_text(value: float | None, unit: str) -> str:
@@ -94,4 +95,12 @@ def quantity_text(value: float | None, unit: str) -> str:
         text = f"{value:.4f}"
     else:
         text = f"{value:.4g}"
+    text = text.lstrip("-") if not text.strip("-0.") else text  # no minus before a zero
     return text.replace("-", "−")  # noqa: RUF001
+
+
+def symbols(text: str) -> str:
+    """Return text with "pi/5" and "m^2" written as mathematics does."""
+    for plain, written in (("pi/", "π/"), ("^2", "²"), ("^3", "³"), ("^4", "⁴")):
+        text = text.replace(plain, written)
+    return text

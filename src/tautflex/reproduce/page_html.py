@@ -20,7 +20,7 @@ _STYLE = """
 *{box-sizing:border-box}
 body{margin:0;background:var(--page);color:var(--ink);
 font:16px/1.55 system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
-main{max-width:64rem;margin:0 auto;padding:1.5rem 1rem 4rem}
+main{max-width:76rem;margin:0 auto;padding:1.5rem 1rem 4rem}
 h1{font-size:1.9rem;line-height:1.2;margin:.2em 0 .6em}
 h2{margin:2.6rem 0 .6rem;padding-bottom:.25rem;border-bottom:1px solid var(--line);font-size:1.4rem}
 h3{margin:1.8rem 0 .4rem;font-size:1.1rem}
@@ -32,13 +32,19 @@ pre{background:var(--card);border:1px solid var(--line);border-radius:6px;paddin
 .wide{overflow-x:auto;margin:.8rem 0}
 table{border-collapse:collapse;font-size:.92rem;font-variant-numeric:tabular-nums}
 th,td{padding:.28rem .65rem;border-bottom:1px solid var(--line);text-align:left;vertical-align:top}
-th{border-bottom:2px solid var(--line);white-space:nowrap}td.number,th.number{text-align:right;white-space:nowrap}
+th{border-bottom:2px solid var(--line);vertical-align:bottom}
+td.number,th.number{text-align:right}td.number{white-space:nowrap}
+td:first-child{white-space:nowrap}td:nth-child(2):not(.number){min-width:14rem}
+td:last-child:not(.number){min-width:14rem}
 td.good{background:var(--good)}td.fair{background:var(--fair)}td.poor{background:var(--poor);font-weight:600}
 .figures{display:flex;flex-wrap:wrap;gap:1rem}
 figure{margin:0;max-width:100%;flex:0 1 auto;padding:.6rem;
 background:var(--card);border:1px solid var(--line);border-radius:8px}
 figure img{display:block;max-width:100%;height:auto;background:#fff;border-radius:4px}
 figcaption{margin-top:.5rem;font-size:.9rem;color:var(--soft);width:0;min-width:100%}figcaption b{color:var(--ink)}
+th.number{min-width:4rem}
+@media (max-width:45rem){th,td{padding:.25rem .4rem}td:first-child{white-space:normal;min-width:6.5rem}
+td:nth-child(2):not(.number){min-width:7.5rem}td:last-child:not(.number){min-width:11rem}}
 @media print{nav{display:none}figure{break-inside:avoid}}
 """
 

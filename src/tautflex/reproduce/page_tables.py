@@ -2,101 +2,101 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeAlias
 
-from tautflex.reproduce.page_blocks import Cell, Table, gap_cell, quantity_text
+from tautflex.reproduce.page_blocks import Cell, Table, gap_cell, quantity_text, symbols
+from tautflex.reproduce.rows import Row
 
-if TYPE_CHECKING:
-    from tautflex.reproduce.tables import Row
-
-Rows = Mapping[str, "Sequence[Row]"]
+Rows: TypeAlias = Mapping[str, Sequence[Row]]
 
 RESPONSE_TABLES = ("6", "7", "8", "9")
 CONSISTENT = " consistent"
 """Ending of the key under which a table of the consistent variant stands."""
-_WIDEST = 9  # columns of a table whose quantities stand side by side
 
 
-def difference(row: Row) -> float | None:
-    """Return ours relative to the paper's less 1, or None where the paper prints no number."""
-    if row.paper is None or row.ours is None or not row.paper or math.isnan(row.ours):
-        return None
-    return row.ours / row.paper - 1.0
+def sorted_rows(rows: Iterable[Row]) -> dict[str, list[Row]]:
+    """Return rows by table, those of the consistent variant under ``"6 consistent"`` and the like."""
+    found: dict[str, list[Row]] = {}
+    for row in rows:
+        found.setdefault(row.table + CONSISTENT * (row.variant == "consistent"), []).append(row)
+    return found
 
 
-def responses(rows: Rows, unit: str, suffix: str = "") -> list[Row]:
-    """List the rows of Tables 6 to 9 in Hz or mm that are results; a run printed twice counts once."""
-    found: dict[tuple[float | None, float | None], Row] = {}
-    for number in RESPONSE_TABLES:
-        for row in rows.get(number + suffix, ()):
-            if row.unit == unit and "fundamental" not in row.quantity and difference(row) is not None:
-                found.setdefault((row.paper, row.ours), row)
-    return list(found.values())
+def responses(rows: Rows, quantity: str, suffix: str = "", tables: Sequence[str] = RESPONSE_TABLES) -> list[Row]:
+    """List the rows of Tables 6 to 9 that compare ``"response frequency"`` or ``"amplitude"``, repeated ones too."""
+    listed = [row for number in tables for row in rows.get(number + suffix, ())]
+    return [row for row in listed if row.quantity == quantity and gap(row) is not None]
 
 
-def mean_log_ratio(rows: Sequence[Row]) -> float:
-    """Return the mean of |log(ours/paper)|; NaN without rows."""
-    values = [abs(math.log(row.ours / row.paper)) for row in rows if row.paper and row.ours and row.ours > 0.0]
-    return sum(values) / len(values) if values else math.nan
+def gap(row: Row) -> float | None:
+    """Return the relative difference of a measured quantity; None for a number that only names something."""
+    return None if row.unit == "1" else row.difference
 
 
-def mean_difference(rows: Sequence[Row]) -> float:
-    """Return the mean of the relative differences' sizes; NaN without rows."""
-    values = [abs(gap) for row in rows if (gap := difference(row)) is not None]
-    return sum(values) / len(values) if values else math.nan
+def both(row: Row) -> str:
+    """Return ours and the paper's value in words."""
+    return f"ours {quantity_text(row.ours, row.unit)} {row.unit}, paper {quantity_text(row.paper, row.unit)} {row.unit}"
 
 
 def comparison(rows: Sequence[Row], consistent: Sequence[Row] = ()) -> Table:
-    """Return ours | paper | difference, the consistent variant beside it where there is one, and notes."""
+    """Return ours | paper | difference, the consistent variant beside it where there is one, and notes.
+
+    A quantity that all rows share stands in the header.
+    """
     other = {(row.case, row.quantity): row for row in consistent}
+    quantities = {_named(row.quantity, row.unit) for row in rows}
+    mixed = len(quantities) > 1
     notes = any(row.note for row in rows)
-    header = ["case", "quantity", "ours", "paper", "difference"]
-    header += ["consistent variant", "its difference"] * bool(other) + ["note"] * notes
+    header = ["case", "quantity"] if mixed else [f"{next(iter(quantities))} of"]
+    header += ["ours", "paper", "difference", *["consistent variant", "difference"] * bool(other), *["note"] * notes]
     lines = []
     for row in rows:
-        line = [Cell(row.case), Cell(_named(row.quantity, row.unit)), _number(row.ours, row.unit)]
-        line += [_number(row.paper, row.unit), gap_cell(difference(row))]
+        line = [Cell(symbols(row.case)), *[Cell(_named(row.quantity, row.unit))] * mixed]
+        line += [_number(row.ours, row.unit), _number(row.paper, row.unit), gap_cell(gap(row))]
         if other:
             beside = other.get((row.case, row.quantity))
             line.append(_number(beside.ours if beside else None, row.unit))
-            line.append(gap_cell(difference(beside) if beside else None))
-        lines.append(tuple(line + [Cell(row.note)] * notes))
+            line.append(gap_cell(gap(beside) if beside else None))
+        lines.append(tuple(line + [Cell(symbols(row.note))] * notes))
     return Table(tuple(header), tuple(lines))
 
 
-def listing(rows: Sequence[Row]) -> Table:
-    """Return results that the paper does not print: one line per case, quantities side by side if they fit."""
-    quantities = list(dict.fromkeys((row.quantity, row.unit) for row in rows))
-    cases = list(dict.fromkeys(row.case for row in rows))
-    if len(quantities) >= _WIDEST or len(cases) == len(rows):
-        return _long_listing(rows)
-    value = {(row.case, row.quantity, row.unit): row.ours for row in rows}
-    notes = {
-        case: "; ".join(dict.fromkeys(row.note for row in rows if row.case == case and row.note)) for case in cases
-    }
-    told = any(notes.values())
-    lines = [
-        (Cell(case), *(_number(value.get((case, *key)), key[1]) for key in quantities), *[Cell(notes[case])] * told)
-        for case in cases
-    ]
-    header = ("case", *(_named(*key) for key in quantities), *["note"] * told)
-    return Table(header, tuple(lines))
+def listing(rows: Sequence[Row]) -> list[Table]:
+    """Return results that the paper does not print: a line per case, a column per quantity.
+
+    Cases that begin with different quantities tell different things and stand in different tables.
+    """
+    by_case: dict[str, list[Row]] = {}
+    for row in rows:
+        by_case.setdefault(row.case, []).append(row)
+    groups: dict[str, list[list[Row]]] = {}
+    for line in by_case.values():
+        groups.setdefault(line[0].quantity, []).append(line)
+    return [_wide(lines) for lines in groups.values()]
 
 
-def _long_listing(rows: Sequence[Row]) -> Table:
-    notes = any(row.note for row in rows)
-    lines = [
-        (Cell(row.case), Cell(_named(row.quantity, row.unit)), _number(row.ours, row.unit), *[Cell(row.note)] * notes)
-        for row in rows
-    ]
-    return Table(("case", "quantity", "ours", *["note"] * notes), tuple(lines))
+def _wide(lines: Sequence[Sequence[Row]]) -> Table:
+    """Lines of rows, each of one case; a unit that all share stands in the header, else in the cell."""
+    units: dict[str, set[str]] = {}
+    for row in (row for line in lines for row in line):
+        units.setdefault(row.quantity, set()).add(row.unit)
+    shared = {quantity: next(iter(found)) if len(found) == 1 else "" for quantity, found in units.items()}
+    told = any(row.note for line in lines for row in line)
+    body = []
+    for line in lines:
+        cells = {row.quantity: _number(row.ours, row.unit, with_unit=not shared[row.quantity]) for row in line}
+        notes = "; ".join(dict.fromkeys(row.note for row in line if row.note))
+        numbers = [cells.get(quantity, Cell("", number=True)) for quantity in units]
+        body.append((Cell(symbols(line[0].case)), *numbers, *[Cell(symbols(notes))] * told))
+    header = ("case", *(_named(quantity, shared[quantity]) for quantity in units), *["note"] * told)
+    return Table(header, tuple(body))
 
 
 def _named(quantity: str, unit: str) -> str:
-    return f"{quantity} [{unit}]" if unit and unit != "1" else quantity
+    return symbols(f"{quantity} [{unit}]" if unit and unit != "1" else quantity)
 
 
-def _number(value: float | None, unit: str) -> Cell:
-    return Cell(quantity_text(value, unit), number=True)
+def _number(value: float | None, unit: str, with_unit: bool = False) -> Cell:
+    text = quantity_text(value, unit)
+    return Cell(f"{text} {unit}" if with_unit and value is not None and unit != "1" else text, number=True)

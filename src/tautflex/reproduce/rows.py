@@ -12,6 +12,7 @@ from typing import Any
 
 from tautflex.errors import InputError
 
+
 @dataclass(frozen=True)
 class Row:
     """One published number and ours, in the unit the paper prints.
@@ -105,7 +106,7 @@ def mean_difference(rows: Iterable[Row]) -> float:
 
 
 def write_csv(rows: Sequence[Row], path: str | os.PathLike[str]) -> Path:
-    """Write rows as CSV: values in the unit the paper prints, empty where there is none.
+    """Write rows as CSV: values in the unit the paper prints, empty where there is none, each published number once.
 
     Raises
     ------
@@ -114,13 +115,13 @@ def write_csv(rows: Sequence[Row], path: str | os.PathLike[str]) -> Path:
     """
     target = Path(path)
     temporary = target.with_name(f".{target.name}.part")
-    header = ("variant", "table", "case", "quantity", "unit", "paper", "ours", "difference", "log_ratio", "repeats", "note")
+    header = ("variant", "table", "case", "quantity", "unit", "paper", "ours", "difference", "log_ratio", "note")
     with temporary.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(header)
-        for row in rows:
+        for row in (row for row in rows if not row.repeats):
             numbers = map(_digits, (row.paper, row.ours, row.difference, row.log_ratio))
-            writer.writerow((row.variant, row.table, row.case, row.quantity, row.unit, *numbers, row.repeats, row.note))
+            writer.writerow((row.variant, row.table, row.case, row.quantity, row.unit, *numbers, row.note))
     temporary.replace(target)
     return target
 

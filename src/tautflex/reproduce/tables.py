@@ -81,9 +81,8 @@ def _frequencies(variant: str, runs: Data, modes: Data) -> list[Row]:
     for row in published.table(2):
         number = row["mode"]
         label = f"half waves ({int(found['label_m'][number - 1])},{int(found['label_n'][number - 1])})"
-        note = "; ".join(filter(None, (label, note_for(variant, "2", str(number), "frequency"))))
         ours = frequency_of(found, number)
-        rows.append(Row("2", f"mode {number}", "natural frequency", row["frequency"], ours, "Hz", note, variant))
+        rows.append(Row("2", f"mode {number}", "natural frequency", row["frequency"], ours, "Hz", label, variant))
     return rows
 
 
@@ -99,10 +98,9 @@ def _similarity(variant: str, runs: Data, modes: Data) -> list[Row]:
         rows.append(Row("3", case, "number of the normal mode", row["mode"], number, "1", label, variant))
         rows.append(Row("3", case, "MAC", row["mac"], 100.0 * float(ranked["mac"][k]), "%", label, variant))
     total, words = 100.0 * float(ranked["cumulative"][-1]), "cumulative MAC"
-    rows.append(Row("3", "five modes", words, published.about(3)["cumulative_mac"], total, "%", variant=variant))
-    note = f"{decomposition.sizes['mode']} proper orthogonal modes reach 99 %"
-    first = 100.0 * float(decomposition["participation"][0])
-    rows.append(Row("3", "first POM", "participation", None, first, "%", note, variant))
+    first, count = 100.0 * float(decomposition["participation"][0]), decomposition.sizes["mode"]
+    note = f"of the {count} proper orthogonal modes that reach 99 % the first has {first:.1f} %"
+    rows.append(Row("3", "five modes", words, published.about(3)["cumulative_mac"], total, "%", note, variant))
     return rows
 
 
@@ -115,7 +113,9 @@ def _models(variant: str, runs: Data, modes: Data) -> list[Row]:
         note = "; ".join(filter(None, (f"our mode {number}, (1,2)", note_for(variant, "4", model, quantity))))
         ours = frequency_of(found, 1)
         rows.append(Row("4", model, "fundamental frequency", row["fundamental_frequency"], ours, "Hz", "", variant))
-        rows.append(Row("4", model, quantity, row["dominant_frequency"], frequency_of(found, number), "Hz", note, variant))
+        rows.append(
+            Row("4", model, quantity, row["dominant_frequency"], frequency_of(found, number), "Hz", note, variant)
+        )
     return rows
 
 

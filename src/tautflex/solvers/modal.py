@@ -128,7 +128,7 @@ def solve_modes(state: PrestressedState, n: int = 10) -> Modes:
     translations = system.translations(vectors)
     flat = translations.reshape(n, -1)
     vectors = vectors * np.sign(flat[np.arange(n), np.abs(flat).argmax(axis=1)])[:, None]
-    labels, symmetry = _describe(state, system.translations(vectors))
+    labels, symmetry = describe_shapes(state, system.translations(vectors))
     return Modes(state, frequencies, vectors, labels, symmetry, _effective_mass(state, vectors))
 
 
@@ -170,8 +170,8 @@ def _factorize_below(pattern: SparsityPattern, stiffness: Array, mass: Array) ->
     raise NotConvergedError("modes: no shift makes the stiffness definite; check the mass and the prestress")
 
 
-def _describe(state: PrestressedState, shapes: Array) -> tuple[list[tuple[int, int] | None], list[str]]:
-    """Half-wave labels and symmetry classes from the film's nodes."""
+def describe_shapes(state: PrestressedState, shapes: Array) -> tuple[list[tuple[int, int] | None], list[str]]:
+    """Half-wave labels and symmetry classes of shapes (mode, node, 3) from the film's nodes."""
     model = state.model
     used = np.unique(model.triangles)
     if not used.size:

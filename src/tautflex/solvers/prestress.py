@@ -9,16 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import PrestressError
+from tautflex.mechanics.film import FilmSurvey, film_states, survey_film
 from tautflex.mechanics.system import StructuralSystem, principal_values
+from tautflex.solvers.diagnosis import Problem, find_problems, instability_text, soft_text
 from tautflex.solvers.linear import SymmetricFactorization
+from tautflex.solvers.response import largest_force, respond
 from tautflex.structure.model import Model
 
 Array = NDArray[np.float64]
 
 # Eigenvalues below this are called negative [rad^2/s^2]; rigid motions of a free structure are 0 +- round-off.
 _STABILITY_SHIFT = (2.0 * np.pi * 1e-3) ** 2
-# Compression, relative to the largest resultant, that is warned of but not refused.
-_COMPRESSION_ALLOWED = 1e-3
+# Slack film has no transverse stiffness: its eigenvalues are 0 -+ what the residual stiffness makes of them.
+_SLACK_SHIFT = (2.0 * np.pi * 0.1) ** 2
 
 
 @dataclass(frozen=True)
@@ -53,25 +56,56 @@ class PrestressedState:
         """The structure."""
         return self.system.model
 
+    @cached_property
+    def stress(self) -> list[Array]:
+        """Stresses of the reference, shapes (element, strain).
+
+        They are the system's initial stresses, or what nonlinear laws make of those trial stresses.
+        """
+        if all(block.law == "elastic" for block in self.system.blocks):
+            return self.system.initial_stress
+        self.system.force(np.zeros(self.system.size))
+        return [stress.copy() for stress in self.system.stress]
+
+    @cached_property
+    def film_states(self) -> NDArray[np.int8]:
+        """0 taut, 1 wrinkled, 2 slack, per film element, shape (t,)."""
+        return film_states(self.system)
+
+    @property
+    def wrinkled_fraction(self) -> float:
+        """Part of the film's area that is wrinkled [-]; NaN without a film."""
+        return self._survey.wrinkled
+
+    @property
+    def slack_fraction(self) -> float:
+        """Part of the film's area that is slack [-]; NaN without a film."""
+        return self._survey.slack
+
+    @cached_property
+    def _survey(self) -> FilmSurvey:
+        self.system.force(np.zeros(self.system.size))
+        return survey_film(self.system)
+
     @property
     def membrane_stress(self) -> Array:
-        """Initial film stress (sx, sy, txy) in local axes [Pa], shape (t, 3)."""
-        return self.system.stress_of("membrane", self.system.initial_stress)
+        """Film stress (sx, sy, txy) in local axes [Pa], shape (t, 3)."""
+        return self.system.stress_of("membrane", self.stress)
 
     @property
     def cable_tension(self) -> Array:
-        """Initial cable tension [N], shape (c,)."""
+        """Cable tension [N], shape (c,)."""
         pieces = [
             group.section.area * stress[:, 0]  # type: ignore[union-attr]
-            for group, stress in zip(self.model.groups, self.system.initial_stress, strict=True)
+            for group, stress in zip(self.model.groups, self.stress, strict=True)
             if group.section.kind == "cable"
         ]
         return np.concatenate(pieces) if pieces else np.zeros(0)
 
     @property
     def beam_axial_force(self) -> Array:
-        """Initial axial force of the frame, tension positive [N], shape (b,)."""
-        return self.system.stress_of("beam", self.system.initial_stress)[:, 0]
+        """Axial force of the frame, tension positive [N], shape (b,)."""
+        return self.system.stress_of("beam", self.stress)[:, 0]
 
     @property
     def min_principal_stress(self) -> float:
@@ -82,7 +116,7 @@ class PrestressedState:
     @property
     def min_principal_resultant(self) -> float:
         """Smallest principal film resultant [N/m]; NaN without a film."""
-        values = self.system.principal_resultants(self.system.initial_stress)
+        values = self.system.principal_resultants(self.stress)
         return float(values[:, 0].min()) if len(values) else float("nan")
 
     @cached_property
@@ -112,140 +146,46 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     """
     given = StructuralSystem(model)
     needs_tension = any(group.section.kind != "beam" for group in model.groups)
-    if needs_tension and not any(np.any(stress) for stress in given.initial_stress):
+    if check and needs_tension and not any(np.any(stress) for stress in given.initial_stress):
         raise PrestressError(
             "prestress: expected some tension, got none; a film or cable without tension has no transverse stiffness "
             "(singular): give cable pretension or a membrane stress"
         )
-    system = given if model.prestress_mode == "uniform" else _respond(given)
+    system = given if model.prestress_mode == "uniform" else respond(given)
     reference, _ = system.force(np.zeros(system.size))
     residual = float(np.abs(reference).max(initial=0.0))
-    state = PrestressedState(system, reference, residual, residual / _largest_force(system), 0)
-    problems = _slack_cables(state) + _compressed_film(state, given_stress=model.prestress_mode == "uniform")
+    state = PrestressedState(system, reference, residual, residual / largest_force(system, system.stress), 0)
+    problems = find_problems(system, state.cable_tension)
     unstable = count_unstable(state)
-    warnings = [text for text, _ in problems]
     if unstable:
-        warnings.append(_instability_text(state, unstable))
-    state = replace(state, unstable_modes=unstable, warnings=tuple(warnings))
-    if check and (unstable or any(fatal for _, fatal in problems)):
+        problems.append(Problem(instability_text(model, unstable), True))
+    elif soft := _count_soft(state):
+        problems.append(Problem(soft_text(soft), False))
+    warnings = tuple(problem.text for problem in problems)
+    if check and any(problem.fatal for problem in problems):
         raise PrestressError("prestress: " + "; ".join(warnings))
-    return state
-
-
-def _respond(given: StructuralSystem) -> StructuralSystem:
-    """Initial stresses after the linear response to the given ones, in equilibrium on the reference shape."""
-    keep_cables = given.model.prestress_mode == "initial-strain"
-    blocks = tuple(
-        block if keep_cables or block.kind != "cable" else replace(block, elasticity=np.zeros_like(block.elasticity))
-        for block in given.blocks
-    )
-    slack = given.with_initial_stress([np.zeros_like(stress) for stress in given.initial_stress], blocks)
-    stiffness = slack.tangent(np.zeros(given.size))
-    load, _ = given.force(np.zeros(given.size))
-    displacement = _solve_singular(slack, stiffness, -load)
-    stress = [
-        initial + np.einsum("nst,nt->ns", block.elasticity, strain)
-        for initial, block, strain in zip(given.initial_stress, blocks, slack.linear_strain(displacement), strict=True)
-    ]
-    system = given.with_initial_stress(stress)
-    left = float(np.abs(system.force(np.zeros(given.size))[0]).max(initial=0.0))
-    if left > 1e-6 * _largest_force(system):
-        raise PrestressError(
-            f"prestress: expected a self-equilibrated state on the given shape, got an imbalance of {left:.3g} N; the "
-            "cables pull where neither film, frame nor supports can answer: add supports or change their directions"
-        )
-    return system
-
-
-def _solve_singular(system: StructuralSystem, stiffness: Array, load: Array) -> Array:
-    """Solve K u = load where K may lack transverse and rigid stiffness that the load does not ask for.
-
-    A small shift makes K definite; iterative refinement removes its effect from the stiff directions.
-    """
-    pattern = system.pattern
-    diagonal = pattern.slots(np.arange(pattern.size), np.arange(pattern.size))
-    shifted = stiffness.copy()
-    shifted[diagonal] += 1e-10 * float(np.abs(stiffness[diagonal]).max())
-    factor = SymmetricFactorization(pattern)
-    factor.factorize(shifted)
-    matrix, solution = pattern.matrix(stiffness), np.zeros(pattern.size)
-    target = 1e-13 * float(np.linalg.norm(load))
-    for _ in range(30):
-        left = load - matrix @ solution
-        if float(np.linalg.norm(left)) <= target:
-            break
-        solution = solution + factor.solve(left)
-    return solution
-
-
-def _largest_force(system: StructuralSystem) -> float:
-    """Largest force that one element's initial stress exerts on a node [N]."""
-    largest = 0.0
-    for block, stress in zip(system.blocks, system.initial_stress, strict=True):
-        nodal = np.einsum("nid,n,ni->nd", block.gradient, block.measure, stress @ block.linear)
-        largest = max(largest, float(np.abs(nodal).max(initial=0.0)))
-    return largest or 1.0
+    # The new state has caches of its own.
+    return replace(state, unstable_modes=unstable, warnings=warnings)
 
 
 def count_unstable(state: PrestressedState) -> int:
     """Number of negative eigenvalues of (K, M), counted by the pivots of K + shift M."""
+    wrinkles = any(block.law == "tension-field" for block in state.system.blocks)
+    return _count_below(state, -_SLACK_SHIFT if wrinkles and state.film_states.any() else -_STABILITY_SHIFT)
+
+
+def _count_soft(state: PrestressedState) -> int:
+    """Number of motions, beside rigid ones, that wrinkled or slack film leaves almost without stiffness."""
+    if not state.film_states.any() or all(block.law == "elastic" for block in state.system.blocks):
+        return 0
+    return max(0, _count_below(state, _SLACK_SHIFT) - state.model.rigid_freedom)
+
+
+def _count_below(state: PrestressedState, eigenvalue: float) -> int:
+    """Number of eigenvalues of (K, M) below a value [rad^2/s^2] (Sylvester's law of inertia)."""
     factor = SymmetricFactorization(state.system.pattern)
     try:
-        factor.factorize(state.tangent_entries + _STABILITY_SHIFT * state.system.inertia.mass_entries)
+        factor.factorize(state.tangent_entries - eigenvalue * state.system.inertia.mass_entries)
     except np.linalg.LinAlgError:
         return 1
     return factor.negative_pivots()
-
-
-def _slack_cables(state: PrestressedState) -> list[tuple[str, bool]]:
-    tension = state.cable_tension
-    slack = np.flatnonzero(tension < 0.0)
-    if not slack.size:
-        return []
-    worst = int(np.argmin(tension))
-    place = _point(state.model.nodes[state.model.cables[worst]].mean(axis=0))
-    return [
-        (
-            f"cable {worst} at {place} is slack, tension {tension[worst]:.3g} N ({slack.size} of {tension.size} "
-            "cables); raise its pretension or stiffen the frame",
-            True,
-        )
-    ]
-
-
-def _compressed_film(state: PrestressedState, given_stress: bool) -> list[tuple[str, bool]]:
-    values = state.system.principal_resultants(state.system.initial_stress)
-    if not len(values):
-        return []
-    largest = max(float(values[:, 1].max()), 0.0)
-    compressed = np.flatnonzero(values[:, 0] < -1e-9 * largest)
-    if not compressed.size:
-        return []
-    worst = int(np.argmin(values[:, 0]))
-    place = _point(state.model.nodes[state.model.triangles[worst]].mean(axis=0))
-    remedy = (
-        "give tensile stresses (positive stress_x, stress_y)"
-        if given_stress
-        else "add cables along that edge, with tension = film resultant x spacing, or use the 'tributary' distribution"
-    )
-    text = (
-        f"film element {worst} at {place} is compressed, smallest principal resultant {values[worst, 0]:.3g} N/m "
-        f"({compressed.size} of {len(values)} elements); {remedy}"
-    )
-    # Whether a slightly compressed film buckles depends on the mesh; that no taut state exists does not.
-    return [(text, bool(given_stress or values[worst, 0] < -_COMPRESSION_ALLOWED * largest))]
-
-
-def _instability_text(state: PrestressedState, unstable: int) -> str:
-    text = f"the state is unstable, {unstable} negative eigenvalue(s) of the tangent"
-    strains = {group.section.strain for group in state.model.groups}
-    if state.model.rigid_freedom and strains != {"green-lagrange"}:
-        return (
-            f"{text}; a free structure needs strain = 'green-lagrange' for film, cables and frame, or its prestress "
-            "resists rigid rotations"
-        )
-    return f"{text}: no taut equilibrium exists here; use more cables or a stress field that is tensile everywhere"
-
-
-def _point(position: Array) -> str:
-    return "(" + ", ".join(f"{value:.3g}" for value in position) + ") m"

@@ -8,13 +8,26 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from tautflex.elements.laws import FILM_STATES
+from tautflex.mechanics.film import current_film_states, survey_film
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion.kinematics import RigidMotion
+from tautflex.solvers.compression import CompressionWatch
 from tautflex.solvers.probes import ProbeSet
 from tautflex.structure.model import Model
 
 Array = NDArray[np.float64]
 COMPONENTS = ["x", "y", "z"]
+# Scalars of every sample: name, units, long name.
+SCALARS = (
+    ("kinetic_energy", "J", "kinetic energy of the elastic motion"),
+    ("strain_energy", "J", "strain energy above the reference"),
+    ("min_principal_resultant", "N m-1", "smallest principal film resultant"),
+    ("max_principal_resultant", "N m-1", "largest principal film resultant"),
+    ("wrinkled_fraction", "1", "part of the film's area that is wrinkled (would be, with the elastic law)"),
+    ("slack_fraction", "1", "part of the film's area that is slack (would be, with the elastic law)"),
+    ("slack_cables", "1", "number of cables without tension"),
+)
 
 
 def mesh_variables(model: Model) -> dict[str, tuple[Any, ...]]:
@@ -56,8 +69,9 @@ class Recorder:
         self._time = np.zeros(samples)
         self._probe = np.zeros((samples, 2, len(probes.names), 3))
         self._spin = np.zeros((samples, 2, 3))
-        self._scalar = np.zeros((samples, 3))
-        self._fields: list[tuple[float, Array]] = []
+        self._scalar = np.zeros((samples, len(SCALARS)))
+        self._fields: list[tuple[float, Array, NDArray[np.int8]]] = []
+        self._watch = CompressionWatch(system)
         self._count = 0
 
     def store(self, time: float, q: Array, v: Array, motion: RigidMotion, energies: tuple[float, float]) -> None:
@@ -66,17 +80,20 @@ class Recorder:
         self._time[row] = time
         self._probe[row] = self._probes.read(q), self._probes.read(v)
         self._spin[row] = motion.angular_velocity, motion.angular_acceleration
-        smallest = self._system.smallest_principal_resultant()
-        self._scalar[row] = *energies, smallest
+        survey = survey_film(self._system)
+        slack = sum(int((self._system.stress[i] < 0.0).sum()) for i in self._system.block_index("cable"))
+        self._scalar[row] = *energies, survey.smallest, survey.largest, survey.wrinkled, survey.slack, slack
+        self._watch.see(time, survey)
         self._count += 1
 
     def store_field(self, step: int, time: float, q: Array) -> None:
         """Store the whole field if this step was asked for."""
         if step in self._field_steps:
-            self._fields.append((time, self._system.translations(q)))
+            self._system.force(q)  # the stresses on which the states depend
+            self._fields.append((time, self._system.translations(q), current_film_states(self._system)))
 
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
-        """Dataset of everything stored so far."""
+        """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""
         n = self._count
         model = self._system.model
         data: dict[str, tuple[Any, ...]] = {}
@@ -89,17 +106,20 @@ class Recorder:
         for kind, (name, units) in enumerate((("angular_velocity", "rad s-1"), ("angular_acceleration", "rad s-2"))):
             about = {"long_name": name.replace("_", " ") + " of the floating frame", "units": units}
             data[name] = (("time", "component"), self._spin[:n, kind], about)
-        for column, (name, units, words) in enumerate(
-            (
-                ("kinetic_energy", "J", "kinetic energy of the elastic motion"),
-                ("strain_energy", "J", "strain energy above the reference"),
-                ("min_principal_resultant", "N m-1", "smallest principal film resultant"),
-            )
-        ):
+        for column, (name, units, words) in enumerate(SCALARS):
             data[name] = ("time", self._scalar[:n, column], {"long_name": words, "units": units})
-        fields = np.array([field for _, field in self._fields]).reshape(-1, len(model.nodes), 3)
+        fields = np.array([field for _, field, _ in self._fields]).reshape(-1, len(model.nodes), 3)
         about = {"long_name": "elastic displacement of all nodes", "units": "m"}
         data["displacement"] = (("field_time", "node", "component"), fields, about)
+        states = np.array([state for _, _, state in self._fields], dtype=np.int8).reshape(
+            len(self._fields), len(model.triangles)
+        )
+        flags: dict[str, Any] = {
+            "flag_values": np.arange(len(FILM_STATES), dtype=np.int8),
+            "flag_meanings": " ".join(FILM_STATES),
+        }
+        flags |= {"long_name": "state of each film element", "units": "1"}
+        data["film_state"] = (("field_time", "triangle_element"), states, flags)
         about = {"long_name": "reference position of the probe", "units": "m"}
         data["probe_position"] = (("probe", "component"), self._probes.positions, about)
         return xr.Dataset(
@@ -110,9 +130,9 @@ class Recorder:
                 "component": COMPONENTS,
                 "field_time": (
                     "field_time",
-                    np.array([time for time, _ in self._fields]),
+                    np.array([time for time, *_ in self._fields]),
                     {"long_name": "time of stored fields", "units": "s"},
                 ),
             },
-            attrs=attributes,
+            attrs={**attributes, "warnings": self._watch.warnings()},
         )

@@ -1,4 +1,4 @@
-"""Static equilibrium, in particular the steady spinning start of a maneuver."""
+"""Static equilibrium under dead loads, steady rotation and follower pressure."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex import checks
 from tautflex.errors import NotConvergedError
+from tautflex.mechanics.loads import PressureLoad
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.solvers.linear import SymmetricFactorization
+from tautflex.solvers.minimum import find_minimum
 from tautflex.solvers.newton import solve_newton
 
 if TYPE_CHECKING:
@@ -19,28 +22,67 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-class _StaticProblem:
-    """Residual ``f_int(q) - f_ref + K_T q + load`` with K_T given by its values in the pattern."""
+# First shift of a descent that starts without transverse stiffness; steps of the order of the final deflection.
+_SOFT_START = 1e-4
 
-    def __init__(self, state: PrestressedState, load: Array, extra: Array | None = None) -> None:
-        self._state, self._load = state, load
+
+class _StaticProblem:
+    """Residual ``f_int(q) - f_ref + K_T q + load - f_pressure(q)`` and the potential it is the gradient of.
+
+    K_T is symmetric, as it is in steady rotation.
+    """
+
+    def __init__(
+        self, state: PrestressedState, load: Array, extra: Array | None, pressure: PressureLoad | None
+    ) -> None:
+        self._state, self._load, self._pressure, self._share = state, load, pressure, 1.0
         pattern = state.system.pattern
-        self._extra = None if extra is None else pattern.matrix(extra)
         self._symmetric = None if extra is None else 0.5 * (extra + extra[pattern.transpose_slots])
+        self._extra = None if self._symmetric is None else pattern.symmetric_matrix(self._symmetric)
         self._factor = SymmetricFactorization(pattern)
+        self._first_scale: float | None = None
+
+    def set_share(self, share: float) -> None:
+        """Apply this share of load and pressure."""
+        self._share = share
+
+    def gradient(self, x: Array) -> tuple[Array, float, float, float]:
+        """Gradient [N], potential [J], force scale [N] and size of the potential's terms [J]."""
+        force, energy = self._state.system.force(x)
+        force -= self._state.reference_force
+        load = self._share * self._load
+        terms = [energy - float(self._state.reference_force @ x), float(load @ x)]
+        total, scale = force + load, max(float(np.linalg.norm(load)), float(np.linalg.norm(force)))
+        if self._extra is not None:
+            turning = self._extra @ x
+            terms.append(0.5 * float(turning @ x))
+            total += turning
+        if self._pressure is not None:
+            push = self._share * self._pressure.force(x)
+            terms.append(-self._share * self._pressure.work(x))
+            total -= push
+            scale = max(scale, float(np.linalg.norm(push)))
+        if self._first_scale is None:
+            # A given stress that relaxes has no load to be measured against but its own imbalance.
+            self._first_scale = float(np.linalg.norm(total))
+        scale = max(scale, self._first_scale)
+        return total, sum(terms), scale, sum(abs(term) for term in terms)
+
+    def tangent(self, x: Array) -> Array:
+        """Derivative of the gradient, values in the pattern."""
+        values = self._state.system.tangent(x)
+        if self._symmetric is not None:
+            values = values + self._symmetric
+        if self._pressure is not None:
+            values = values - self._share * self._pressure.tangent(x)
+        return values
 
     def residual(self, x: Array) -> tuple[Array, float]:
-        force, _ = self._state.system.force(x)
-        force -= self._state.reference_force
-        total = force + self._load
-        if self._extra is not None:
-            total += self._extra @ x
-        scale = max(float(np.linalg.norm(self._load)), float(np.linalg.norm(force)))
+        total, _, scale, _ = self.gradient(x)
         return total, scale
 
     def refresh(self, x: Array) -> None:
-        values = self._state.system.tangent(x)
-        self._factor.factorize(values if self._symmetric is None else values + self._symmetric)
+        self._factor.factorize(self.tangent(x))
 
     def ready(self) -> bool:
         return self._factor.ready
@@ -49,19 +91,34 @@ class _StaticProblem:
         return self._factor.solve(right)
 
 
-def solve_static(state: PrestressedState, load: Array, extra: Array | None = None, tolerance: float = 1e-9) -> Array:
-    """Nonlinear static equilibrium ``f_int(q) - f_ref + K_T q + load = 0``.
+def solve_static(
+    state: PrestressedState,
+    load: Array | None = None,
+    extra: Array | None = None,
+    tolerance: float = 1e-9,
+    *,
+    pressure: PressureLoad | None = None,
+    steps: int = 1,
+    start: Array | None = None,
+) -> Array:
+    """Nonlinear static equilibrium ``f_int(q) - f_ref + K_T q + load - f_pressure(q) = 0``.
 
     Parameters
     ----------
     state
         Prestressed state.
     load
-        Load on the left-hand side (its negative acts on the structure) [N, N m], shape (size,).
+        Load on the left-hand side (its negative acts on the structure) [N, N m], shape (size,); None is none.
     extra
-        Values of an additional stiffness K_T in the pattern, shape (entries,).
+        Values of an additional symmetric stiffness K_T in the pattern, shape (entries,).
     tolerance
         Allowed ratio of residual norm to load norm.
+    pressure
+        Follower pressure on the film.
+    steps
+        Equal steps in which load and pressure are applied.
+    start
+        First guess [m, rad], shape (size,); None is the reference.
 
     Returns
     -------
@@ -71,20 +128,39 @@ def solve_static(state: PrestressedState, load: Array, extra: Array | None = Non
     Raises
     ------
     NotConvergedError
-        If Newton's method fails.
+        If no equilibrium is found.
+
+    Notes
+    -----
+    Newton's method is tried first; where it fails, and always under pressure, the equilibrium is sought as a minimum
+    of the potential, which also finds inflated and wrinkled shapes from a flat film without tension.
     """
-    problem = _StaticProblem(state, load, extra)
-    try:
-        outcome = solve_newton(problem, np.zeros(state.system.size), tolerance)
-    except np.linalg.LinAlgError as error:
-        raise NotConvergedError(f"static equilibrium: {error}; check supports and pretension") from error
-    if not outcome.converged:
+    system = state.system
+    checks.whole("steps", steps, 1)
+    problem = _StaticProblem(state, np.zeros(system.size) if load is None else load, extra, pressure)
+    x = np.zeros(system.size) if start is None else start
+    for step in range(1, steps + 1):
+        problem.set_share(step / steps)
+        x = _solve(problem, state, x, tolerance, inflate=pressure is not None)
+    return x
+
+
+def _solve(problem: _StaticProblem, state: PrestressedState, start: Array, tolerance: float, inflate: bool) -> Array:
+    if not inflate:
+        try:
+            outcome = solve_newton(problem, start, tolerance)
+            if outcome.converged:
+                return outcome.x
+        except np.linalg.LinAlgError:
+            pass  # a singular tangent is what the descent is for
+    descent = find_minimum(problem, state.system.pattern, start, tolerance, first_shift=_SOFT_START)
+    if not descent.converged:
         raise NotConvergedError(
-            f"static equilibrium: residual {outcome.history[-1]:.2e} of the load after {outcome.iterations} "
-            "iterations; reduce the load (angular rate) or raise the pretension",
-            history=tuple(outcome.history),
+            f"static equilibrium: residual {descent.history[-1]:.2e} of the load after {descent.iterations} "
+            "factorizations; reduce the load (angular rate, pressure), raise the pretension, or check the supports",
+            history=tuple(descent.history),
         )
-    return outcome.x
+    return descent.x
 
 
 def spinning_equilibrium(state: PrestressedState, motion: RigidMotion, coupling: Coupling) -> Array:

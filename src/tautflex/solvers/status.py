@@ -19,9 +19,9 @@ class Status(Enum):
         """The status in words, with the remedy."""
         return {
             Status.COMPLETED: "The run reached its end time.",
-            Status.NOT_CONVERGED: "Newton's method failed even with the smallest step; the result is valid up to its "
-            "last instant. Try a smaller time_step, more max_halvings, or a method with damping "
-            "(generalized-alpha, rho_inf = 0.8).",
+            Status.NOT_CONVERGED: "A step failed even at the smallest size (Newton's method, or the stability of an "
+            "explicit method); the result is valid up to its last instant. Try a smaller time_step, more max_halvings, "
+            "or a method with damping (generalized-alpha, rho_inf = 0.8).",
             Status.INTERRUPTED: "The run was interrupted; the result is valid up to its last instant.",
         }[self]
 
@@ -41,7 +41,11 @@ class Statistics:
     force_evaluations
         Internal-force evaluations.
     halvings
-        Times a step was halved.
+        Times a step was halved because Newton failed or an explicit step was not stable.
+    rejected
+        Adaptive steps repeated with a smaller size because their error was too large.
+    beyond_tolerance
+        Adaptive steps kept although their error was too large, because ``min_step`` was reached.
     seconds
         Wall-clock time of the time stepping [s].
     """
@@ -52,6 +56,8 @@ class Statistics:
     back_substitutions: int = 0
     force_evaluations: int = 0
     halvings: int = 0
+    rejected: int = 0
+    beyond_tolerance: int = 0
     seconds: float = 0.0
 
     def to_json(self) -> str:

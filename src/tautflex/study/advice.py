@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tautflex.study.build import build_maneuver
+
 if TYPE_CHECKING:
     from tautflex.config import Case
     from tautflex.solvers.prestress import PrestressedState
@@ -26,7 +28,13 @@ def advise(case: Case, model: Model, state: PrestressedState) -> list[str]:
     -------
     list of str
         Empty if there is nothing to say.
+
+    Raises
+    ------
+    CaseError
+        If the maneuver's values do not go together, or its table cannot be read.
     """
+    build_maneuver(case)
     return [*state.warnings, *_about_prestress(case, state), *_about_probes(case, model), *_about_run(case)]
 
 
@@ -40,6 +48,8 @@ def _about_prestress(case: Case, state: PrestressedState) -> list[str]:
             f"cables and film do not balance: {state.residual:.3g} N is taken as carried by the reference "
             "state; set prestress.mode = 'equilibrium' for a structure in true equilibrium"
         )
+    if case.cables.per_long_edge is None or case.cables.per_short_edge is None:
+        return warnings  # a mesh file has its cables where it has them
     spaces = (case.cables.per_long_edge - 1, case.cables.per_short_edge - 1)
     if any(cells > gaps for cells, gaps in zip(case.mesh.divisions, spaces, strict=True)):
         warnings.append(
@@ -59,7 +69,7 @@ def _about_probes(case: Case, model: Model) -> list[str]:
         for name, point in case.output.probes.items():
             distance = np.hypot(film[:, 0] - point[0], film[:, 1] - point[1])
             nearest = film[distance.argmin()]
-            if distance.min() > 1e-9 * case.membrane.length:
+            if distance.min() > 1e-9 * np.ptp(film, axis=0).max():
                 warnings.append(
                     f"probe {name} is read {distance.min():.3g} m away, at node "
                     f"({nearest[0]:.4g}, {nearest[1]:.4g}); "
@@ -79,10 +89,10 @@ def _about_run(case: Case) -> list[str]:
                 f"output.fields: {late} s lie after end_time = {case.solver.end_time:g} s and are left out; "
                 "run longer to store them"
             )
-    duration = case.maneuver.duration
-    if duration is not None and case.solver.time_step > duration / 5:
-        warnings.append(
-            f"solver.time_step = {case.solver.time_step:g} s resolves the maneuver of {duration:g} s with "
-            "fewer than 5 steps; use a smaller one"
-        )
+    for duration in (motion.duration for motion in (case.maneuver, *(case.maneuver.steps or ()))):
+        if duration is not None and case.solver.time_step > duration / 5:
+            warnings.append(
+                f"solver.time_step = {case.solver.time_step:g} s resolves the maneuver of {duration:g} s with "
+                "fewer than 5 steps; use a smaller one"
+            )
     return warnings

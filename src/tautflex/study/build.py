@@ -8,22 +8,28 @@ from typing import TYPE_CHECKING
 from tautflex.mechanics.damping import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Maneuver
-from tautflex.motion.maneuvers import AtRest, Stop
+from tautflex.solvers.adaptive import Adaptive
+from tautflex.solvers.central_difference import CentralDifference
+from tautflex.solvers.energy_conserving import EnergyConserving
 from tautflex.solvers.generalized_alpha import HHT, GeneralizedAlpha, Newmark
-from tautflex.solvers.integrator import ImplicitMethod
+from tautflex.solvers.integrator import ExplicitMethod, ImplicitMethod
 from tautflex.solvers.wilson import WilsonTheta
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.model import Model
+from tautflex.study.maneuvers import maneuver_of
+from tautflex.study.meshed import meshed_model
 
 if TYPE_CHECKING:
     from tautflex.config import Case
 
-METHODS: dict[str, Callable[..., ImplicitMethod]] = {
+METHODS: dict[str, Callable[..., ImplicitMethod | ExplicitMethod]] = {
     "wilson-theta": WilsonTheta,
     "generalized-alpha": GeneralizedAlpha,
     "newmark": Newmark,
     "hht": HHT,
+    "energy-conserving": EnergyConserving,
+    "central-difference": CentralDifference,
 }
 
 
@@ -48,10 +54,19 @@ def build_model(case: Case) -> Model:
     membrane = MembraneSection(
         Material(film.youngs_modulus, film.density, film.poisson_ratio), film.thickness, film.strain, film.law
     )
+    cable, beam = _cable_section(case), _beam_section(case)
+    if mesh.file is not None:
+        return meshed_model(case, membrane, cable, beam, membrane_stress(case))
+    assert film.length is not None
+    assert film.width is not None
     if case.cables is None or case.frame is None:
         layout = AntennaLayout(film.length, film.width, mesh.divisions, mesh.pattern)
         return build_fixed_film(layout, membrane, membrane_stress(case))
     cables, frame = case.cables, case.frame
+    assert cable is not None
+    assert beam is not None
+    assert cables.per_long_edge is not None
+    assert cables.per_short_edge is not None
     layout = AntennaLayout(
         film.length,
         film.width,
@@ -67,19 +82,34 @@ def build_model(case: Case) -> Model:
     return build_antenna(
         layout,
         membrane,
-        CableSection(Material(cables.youngs_modulus, cables.density), cables.area, film.strain, cables.slack),
-        BeamSection(
-            Material(frame.youngs_modulus, frame.density, frame.poisson_ratio),
-            frame.area,
-            frame.inertia_y,
-            frame.inertia_z,
-            frame.torsion_constant,
-            film.strain,
-        ),
+        cable,
+        beam,
         pretension_x=cables.pretension_x,
         pretension_y=cables.pretension_y,
         membrane_stress=membrane_stress(case),
         prestress_mode=case.prestress.mode or "equilibrium",
+    )
+
+
+def _cable_section(case: Case) -> CableSection | None:
+    given = case.cables
+    if given is None:
+        return None
+    material = Material(given.youngs_modulus, given.density)
+    return CableSection(material, given.area, case.membrane.strain, given.slack)
+
+
+def _beam_section(case: Case) -> BeamSection | None:
+    given = case.frame
+    if given is None:
+        return None
+    return BeamSection(
+        Material(given.youngs_modulus, given.density, given.poisson_ratio),
+        given.area,
+        given.inertia_y,
+        given.inertia_z,
+        given.torsion_constant,
+        case.membrane.strain,
     )
 
 
@@ -95,16 +125,21 @@ def membrane_stress(case: Case) -> tuple[float, float, float]:
 
 
 def build_maneuver(case: Case) -> Maneuver:
-    """Build the maneuver of a case."""
-    given = case.maneuver
-    if given.kind == "stop" and given.rate is not None and given.duration is not None:
-        return Stop(given.rate, given.duration, given.axis, given.origin)
-    return AtRest()
+    """Build the maneuver of a case; CaseError if its values or its table do not go together."""
+    return maneuver_of(case.maneuver)
 
 
-def build_method(case: Case) -> ImplicitMethod:
+def build_method(case: Case) -> ImplicitMethod | ExplicitMethod:
     """Build the integrator of a case."""
     return METHODS[case.solver.method](**case.solver.options)
+
+
+def build_adaptive(case: Case) -> Adaptive | None:
+    """Build the error control of a case; None for fixed steps."""
+    given = case.solver
+    if given.adaptive_tolerance is None:
+        return None
+    return Adaptive(given.adaptive_tolerance, given.min_step, given.max_step)
 
 
 def build_damping(case: Case) -> Rayleigh:

@@ -16,7 +16,15 @@ from tautflex.errors import InputError
 from tautflex.solvers.dynamics import simulate
 from tautflex.solvers.modal import solve_modes
 from tautflex.solvers.prestress import solve_prestress
-from tautflex.study.build import build_coupling, build_damping, build_maneuver, build_method, build_model
+from tautflex.study.build import (
+    build_adaptive,
+    build_coupling,
+    build_damping,
+    build_maneuver,
+    build_method,
+    build_model,
+)
+from tautflex.study.maneuvers import describe_maneuver
 
 if TYPE_CHECKING:
     from tautflex.config import Case
@@ -59,7 +67,7 @@ def run_case(
         ``status``, ``message``, ``maneuver``, ``probes`` (amplitude [m], dominant_frequency [Hz],
         bin_width [Hz], see `read_probe`),
         ``natural_frequencies`` [Hz], ``steps``, ``seconds`` [s], ``back_substitutions``, ``factorizations``,
-        ``files``; the content of ``summary.json``.
+        ``warnings`` (sentences), ``files``; the content of ``summary.json``.
 
     Raises
     ------
@@ -69,6 +77,7 @@ def run_case(
         If the directory cannot be written.
     """
     tell = progress or _silent
+    maneuver = build_maneuver(case)
     tell(0.0, "prestress")
     state = solve_prestress(build_model(case))
     tell(0.0, "modes")
@@ -76,10 +85,11 @@ def run_case(
     modes = solve_modes(state, n=min(MODE_COUNT, free - 1))
     run = simulate(
         state,
-        build_maneuver(case),
+        maneuver,
         method=build_method(case),
         time_step=case.solver.time_step,
         end_time=case.solver.end_time,
+        adaptive=build_adaptive(case),
         damping=build_damping(case),
         coupling=build_coupling(case),
         probes=case.output.probes,
@@ -101,13 +111,14 @@ def run_case(
     summary = {
         "status": run.status.value,
         "message": run.status.message,
-        "maneuver": _describe(case),
+        "maneuver": describe_maneuver(case.maneuver),
         "probes": {str(name): read_probe(data["w"].sel(probe=name), end) for name in data["probe"].values},
         "natural_frequencies": [float(value) for value in modes.frequencies],
         "steps": int(run.stats.steps),
         "seconds": float(run.stats.seconds),
         "back_substitutions": int(run.stats.back_substitutions),
         "factorizations": int(run.stats.factorizations),
+        "warnings": [*state.warnings, *data.attrs["warnings"]],
         "files": {name: str(path) for name, path in files.items()},
     }
     files["summary"].write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
@@ -166,13 +177,6 @@ def _named(paths: list[Path]) -> dict[str, Path]:
     for path in paths:
         named[path.name if path.stem in named else path.stem] = path
     return named
-
-
-def _describe(case: Case) -> str:
-    maneuver = case.maneuver
-    if maneuver.kind == "stop":
-        return f"stop from {maneuver.rate:.4g} rad/s in {maneuver.duration:g} s"
-    return "no maneuver"
 
 
 def _silent(fraction: float, message: str) -> None:

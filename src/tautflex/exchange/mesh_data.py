@@ -1,0 +1,114 @@
+"""A mesh whose groups have a meaning, ready to become a model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex import checks
+from tautflex.errors import InputError
+from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
+from tautflex.structure.model import Model, Support
+
+KINDS = ("triangles", "cables", "beams", "nodes")
+
+
+@dataclass(frozen=True)
+class MeshData:
+    """Mesh read from a file.
+
+    Parameters
+    ----------
+    nodes
+        Positions [m], shape (node, 3); every node belongs to an element.
+    triangles, cables, beams
+        Rows of ``nodes`` from 0, shapes (t, 3), (c, 2), (b, 2).
+    supports
+        Held nodes.
+    groups
+        For each name in the file the rows it selects, e.g. ``groups["cables_x"]["cables"]``; the keys are those of
+        ``triangles``, ``cables``, ``beams`` and ``nodes`` that the group has.
+    """
+
+    nodes: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    cables: NDArray[np.int64]
+    beams: NDArray[np.int64]
+    supports: tuple[Support, ...] = ()
+    groups: Mapping[str, Mapping[str, NDArray[np.int64]]] = field(default_factory=dict)
+
+    def values(self, kind: str, by_group: Mapping[str, float]) -> NDArray[np.float64]:
+        """Spread one value per group over the elements, e.g. tensions over cables.
+
+        Parameters
+        ----------
+        kind
+            ``"triangles"``, ``"cables"`` or ``"beams"``.
+        by_group
+            Value of each group; together the groups must cover every element once.
+
+        Returns
+        -------
+        numpy.ndarray
+            Value of each element, shape (element,).
+
+        Raises
+        ------
+        InputError
+            If a group does not exist, or an element has no value or two.
+        """
+        checks.one_of("kind", kind, KINDS[:3])
+        spread = np.full(len(getattr(self, kind)), np.nan)
+        for name, value in by_group.items():
+            rows = self.groups.get(name, {}).get(kind)
+            if rows is None:
+                having = ", ".join(repr(group) for group, parts in self.groups.items() if kind in parts) or "none"
+                raise InputError(f"by_group: expected groups of {kind} ({having}), got {name!r}; correct the name")
+            if not np.isnan(spread[rows]).all():
+                raise InputError(f"by_group: group {name!r} shares {kind} with another one; give each {kind[:-1]} once")
+            spread[rows] = checks.finite(f"value of {name}", value)
+        if np.isnan(spread).any():
+            left = int(np.isnan(spread).sum())
+            raise InputError(
+                f"by_group: expected a value for all {kind}, got none for {left} of them; name more groups"
+            )
+        return spread
+
+    def model(
+        self,
+        *,
+        membrane: MembraneSection | None = None,
+        cable: CableSection | None = None,
+        beam: BeamSection | None = None,
+        **given: Any,
+    ) -> Model:
+        """Build the structure; everything else is passed on to `Model.from_mesh`.
+
+        Parameters
+        ----------
+        membrane, cable, beam
+            Section of each kind that the mesh has.
+        **given
+            Prestress, orientations, prestress mode; ``supports`` replaces the supports of the file.
+
+        Raises
+        ------
+        MeshError
+            If the mesh is degenerate or disconnected.
+        InputError
+            If a section is missing or a value is unusable.
+        """
+        return Model.from_mesh(
+            self.nodes,
+            triangles=self.triangles,
+            membrane=membrane,
+            cables=self.cables,
+            cable=cable,
+            beams=self.beams,
+            beam=beam,
+            **{"supports": self.supports, **given},
+        )

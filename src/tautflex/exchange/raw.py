@@ -1,0 +1,145 @@
+"""What every mesh format has in common: numbered nodes, triangles, lines, and named groups of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.errors import MeshError
+
+IntArray = NDArray[np.int64]
+LARGEST_NUMBER = 2**62
+_LARGEST_COORDINATE = 1e9  # [m]; squares and products of any two lengths stay finite
+_LARGEST_EXPANSION = 50_000_000
+
+
+@dataclass(frozen=True)
+class RawGroup:
+    """Named selection in a file.
+
+    Parameters
+    ----------
+    name
+        As the file writes it.
+    triangles, lines, nodes
+        Selected rows of the arrays of `RawMesh`.
+    directions
+        Directions that the file itself holds at these nodes; empty if it says nothing.
+    """
+
+    name: str
+    triangles: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    lines: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    nodes: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    directions: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class RawMesh:
+    """A file's mesh before its groups have a meaning.
+
+    Parameters
+    ----------
+    nodes
+        Positions in the unit of the file, shape (node, 3).
+    triangles, lines
+        Rows of ``nodes``, shapes (t, 3) and (l, 2).
+    line_roles
+        What the element type says about each line, shape (l,): ``"cable"``, ``"beam"``, or ``""`` where the format
+        does not distinguish them and the name of the group decides.
+    groups
+        Named selections.
+    typed
+        Whether the format's element types decide about roles (Abaqus, Nastran) or its names do (Gmsh).
+    """
+
+    nodes: NDArray[np.float64]
+    triangles: IntArray
+    lines: IntArray
+    line_roles: NDArray[np.str_]
+    groups: tuple[RawGroup, ...]
+    typed: bool
+
+
+class Numbering:
+    """Translates the numbers a file gives its nodes or elements into rows.
+
+    Parameters
+    ----------
+    what
+        ``"node"`` or ``"element"``, for messages.
+    numbers
+        Number of each row.
+
+    Raises
+    ------
+    MeshError
+        If two rows have the same number.
+    """
+
+    def __init__(self, what: str, numbers: IntArray) -> None:
+        self._what = what
+        self._order = np.argsort(numbers, kind="stable")
+        self._sorted = numbers[self._order]
+        twice = np.flatnonzero(self._sorted[1:] == self._sorted[:-1])
+        if twice.size:
+            raise MeshError(f"{what} {self._sorted[twice[0]]}: defined twice; give every {what} its own number")
+
+    def rows(self, numbers: IntArray, of: str) -> IntArray:
+        """Rows of ``numbers`` (any shape), or MeshError naming the first that does not exist."""
+        if not numbers.size:
+            return np.zeros(numbers.shape, dtype=np.int64)
+        if not self._sorted.size:
+            raise MeshError(f"{of}: expected an existing {self._what}, got {numbers.flat[0]} but there are none")
+        place = np.minimum(np.searchsorted(self._sorted, numbers), len(self._sorted) - 1)
+        wrong = self._sorted[place] != numbers
+        if wrong.any():
+            missing = numbers[wrong].flat[0]
+            raise MeshError(f"{of}: expected an existing {self._what}, got {missing}; define it or correct the number")
+        return self._order[place].astype(np.int64)
+
+    def within(self, first: int, last: int, step: int = 1) -> IntArray:
+        """Existing numbers from ``first`` to ``last`` in steps, without spelling out the range itself."""
+        low, high = np.searchsorted(self._sorted, [first, last + 1])
+        found = self._sorted[low:high]
+        return found[(found - first) % step == 0]
+
+
+class Budget:
+    """Bounds the work that nested sets and repeated ranges of a small file can ask for."""
+
+    def __init__(self) -> None:
+        self._left = _LARGEST_EXPANSION
+
+    def spend(self, count: int, where: str) -> None:
+        """Count ``count`` more set members, or raise MeshError."""
+        self._left -= count
+        if self._left < 0:
+            raise MeshError(
+                f"{where}: the sets of this file have more than {_LARGEST_EXPANSION} members in total; remove sets"
+            )
+
+
+def integer_array(values: Iterable[object], columns: int) -> IntArray:
+    """Array of shape (any, columns), also for no rows at all."""
+    return np.array(list(values), dtype=np.int64).reshape(-1, columns)
+
+
+def require_coordinates(nodes: NDArray[np.float64], numbers: IntArray) -> None:
+    """Raise MeshError if a coordinate is not finite or absurdly large."""
+    bad = np.flatnonzero(~(np.abs(nodes) <= _LARGEST_COORDINATE).all(axis=1))
+    if bad.size:
+        position = ", ".join(f"{value:g}" for value in nodes[bad[0]])
+        raise MeshError(
+            f"node {numbers[bad[0]]}: expected finite coordinates below {_LARGEST_COORDINATE:g}, got ({position}); "
+            "correct the node"
+        )
+
+
+def shorten(text: str, longest: int = 40) -> str:
+    """Quote foreign text on one line."""
+    shown = ascii(text)
+    return shown if len(shown) <= longest else shown[: longest - 4] + "...'"

@@ -1,0 +1,142 @@
+"""Cases whose mesh comes from a file."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import tautflex as tf
+from regression import mesh_files
+from tautflex.cli import main
+from tautflex.config import M2_TEMPLATE, parse_case
+from tautflex.errors import CaseError, InputError
+
+GEOMETRY = ("length", "width", "per_long_edge", "per_short_edge", "support", "divisions", "pattern", "distribution")
+
+
+def without_geometry(text=M2_TEMPLATE, mesh='file = "antenna.bdf"\n'):
+    """The M2 case without the keys of the built-in antenna, and with a mesh file."""
+    lines = [line for line in text.splitlines() if line.partition("=")[0].strip() not in GEOMETRY]
+    return "\n".join(lines).replace("[mesh]\n", f"[mesh]\n{mesh}")
+
+
+@pytest.fixture
+def built():
+    return parse_case(M2_TEMPLATE, ["mesh.divisions=[10,5]"])
+
+
+@pytest.fixture
+def folder(tmp_path, built):
+    """A case and its mesh in a folder that is not the current one."""
+    model = tf.build_model(built)
+    (tmp_path / "antenna.bdf").write_text(mesh_files.nastran(model), encoding="utf-8")
+    (tmp_path / "antenna.inp").write_text(mesh_files.abaqus(model), encoding="utf-8")
+    (tmp_path / "case.toml").write_text(without_geometry(), encoding="utf-8")
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", ["antenna.bdf", "antenna.inp"])
+def test_a_mesh_file_gives_what_the_built_in_mesh_gives(folder, built, name):
+    (folder / "case.toml").write_text(without_geometry(mesh=f'file = "{name}"\n'), encoding="utf-8")
+    case = tf.load_case(folder / "case.toml")
+    models = tf.build_model(built), tf.build_model(case)
+    wanted, found = (tf.solve_modes(tf.solve_prestress(model), n=4).frequencies for model in models)
+    np.testing.assert_allclose(found, wanted, rtol=1e-12)
+
+
+def test_a_case_with_a_mesh_file_is_written_and_read_again(folder):
+    case = tf.load_case(folder / "case.toml", ["mesh.unit_length=0.5", "mesh.names={pid1='membrane', spc1='pinned'}"])
+    assert case.mesh.file == str(folder / "antenna.bdf")
+    text = case.to_toml()
+    assert "divisions" not in text
+    assert parse_case(text) == case
+    model = tf.build_model(case)
+    assert model.nodes[:, 0].max() == pytest.approx(0.5 * 1.25)
+    assert model.supports[0].directions == ("x", "y", "z")
+
+
+def test_commands_take_a_mesh_file(folder, capsys):
+    assert main(["check", str(folder / "case.toml"), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["nodes"] == 104
+    arguments = ["--set", "solver.end_time=0.02", "--json"]
+    assert main(["run", str(folder / "case.toml"), "-o", str(folder / "out"), *arguments]) == 0
+    assert (folder / "out" / "run.nc").is_file()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("mesh.divisions=[4,2]", ["mesh.divisions", "beside file", "remove one"]),
+        ("mesh.pattern=regular", ["mesh.pattern", "beside file"]),
+        ("membrane.length=2.0", ["membrane.length", "mesh.file", "got 2.0"]),
+        ("cables.per_long_edge=11", ["cables.per_long_edge", "mesh.file"]),
+        ("cables.distribution=tributary", ["cables.distribution", "mesh.file"]),
+        ("frame.support=free", ["frame.support", "mesh.file"]),
+        ("mesh.file=3", ["mesh.file", "got 3"]),
+        ("mesh.unit_length=-1", ["mesh.unit_length", "> 0"]),
+        ("mesh.names={pid1='rope'}", ["mesh.names.pid1", "'rope'", "'membrane'"]),
+    ],
+)
+def test_geometry_is_stated_once(change, words):
+    with pytest.raises(CaseError) as caught:
+        parse_case(without_geometry(), [change])
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_keys_of_a_file_need_a_file():
+    with pytest.raises(CaseError, match=r"mesh\.unit_length: expected no value without file"):
+        parse_case(M2_TEMPLATE, ["mesh.unit_length=0.001"])
+
+
+@pytest.mark.parametrize("key", ["frame.length", "frame.width", "cables.per_long_edge", "membrane.width"])
+def test_geometry_is_needed_without_a_file(key):
+    values = parse_case(M2_TEMPLATE).model_dump(by_alias=True, exclude_none=True)
+    section, _, name = key.partition(".")
+    del values[section][name]
+    with pytest.raises(CaseError, match=rf"{key}: missing, expected the .* for example {name} = "):
+        tf.Case(**values)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        (["mesh.file=nowhere.bdf"], ["nowhere.bdf", "No such file"]),
+        (["mesh.file=/dev/zero.bdf"], ["cannot read"]),
+        (["mesh.names={pid4='ignore', spc1='ignore'}"], ["expected beams", "remove [frame]"]),
+        (["mesh.names={pid9='cable'}"], ["'pid9'", "groups of the file"]),
+    ],
+)
+def test_meshes_that_do_not_fit_the_case(folder, overrides, words):
+    case = tf.load_case(folder / "case.toml", overrides)
+    with pytest.raises(InputError) as caught:
+        tf.build_model(case)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_a_mesh_with_beams_needs_a_frame(folder):
+    text = without_geometry()
+    start, end = text.index("\n[frame]\n"), text.index("\n[mesh]\n")
+    (folder / "case.toml").write_text(text[:start] + text[end:], encoding="utf-8")
+    with pytest.raises(InputError, match=r"beams, expected a section \[frame\]"):
+        tf.build_model(tf.load_case(folder / "case.toml"))
+
+
+def test_a_film_held_by_a_pinned_edge(tmp_path):
+    mesh = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,.5,.5,0\n*ELEMENT,TYPE=M3D3,ELSET=film\n"
+    mesh += "1,1,2,5\n2,2,3,5\n3,3,4,5\n4,4,1,5\n*NSET,NSET=pinned,GENERATE\n1,4\n"
+    (tmp_path / "film.inp").write_text(mesh, encoding="utf-8")
+    film = {"thickness": 1e-4, "youngs_modulus": 3.5e9, "poisson_ratio": 0.34, "density": 1530.0, "edges": "fixed"}
+    case = tf.Case(membrane=film | {"stress_x": 4e3, "stress_y": 4e3}, mesh={"file": str(tmp_path / "film.inp")})
+    (frequency,) = tf.solve_modes(tf.solve_prestress(tf.build_model(case)), n=1).frequencies
+    # one free node: stiffness of a square under isotropic tension is 4 N, mass by linear shape functions rho h / 6
+    assert frequency == pytest.approx(np.sqrt(4.0 * 4e3 / (1530.0 / 6.0)) / (2.0 * np.pi), rel=1e-9)
+
+
+def test_a_device_is_no_case():
+    with pytest.raises(CaseError, match="is this a result file"):
+        tf.load_case("/dev/zero")

@@ -1,0 +1,249 @@
+import base64
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pytest
+
+from tautflex.errors import InputError
+from tautflex.plot.style import new_figure, save_figure
+from tautflex.reproduce import page_reasons, page_words, published
+from tautflex.reproduce.page import build_page
+from tautflex.reproduce.page_blocks import gap_cell, percent, quantity_text
+from tautflex.reproduce.page_tables import comparison, listing, sorted_rows
+from tautflex.reproduce.rows import Row
+from tautflex.reproduce.tables import case_words
+
+VOID = {"meta", "img", "br", "hr", "link", "input"}
+RATIO = {"response frequency": 1.1, "amplitude": 0.7}  # of the made-up results to the published values
+
+
+class Checked(HTMLParser):
+    """Reads a page; notes what it refers to, and that every tag that opens also closes."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.links, self.ids, self.words, self.tables = [], [], [], [], 0
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        values = dict(attrs)
+        self.links += [values[name] for name in ("src", "href", "data", "srcset", "action") if name in values]
+        self.ids += [values["id"]] if "id" in values else []
+        self.tables += tag == "table"
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def response_rows(variant="published", factor=1.0):
+    rows = []
+    for number in published.RESPONSE_TABLES:
+        for row in published.table(number):
+            case = case_words(row["model"], row["rate_name"], row["duration"])
+            for quantity, unit in (("response frequency", "Hz"), ("amplitude", "mm")):
+                paper = row[quantity.replace(" ", "_")]
+                ours = factor * RATIO[quantity] * paper
+                repeats = str(row.get("repeats", ""))
+                rows.append(Row(str(number), case, quantity, paper, ours, unit, "", variant, repeats))
+    return rows
+
+
+def extra_rows():
+    rows = [
+        Row("2", f"mode {row['mode']}", "natural frequency", row["frequency"], 1.01 * row["frequency"], "Hz")
+        for row in published.table(2)
+    ]
+    rows += [Row("3", "rank 1", "number of the normal mode", 4, 4, "1"), Row("3", "rank 1", "MAC", 76.28, 89.1, "%")]
+    rows += [Row("4", "M1", "natural frequency of the dominant mode", 0.94, 0.987, "Hz", "a | <note> & more")]
+    for case, value in (("M1, pi/5 rad/s, T = 1 s", -2.5), ("M3, pi/5 rad/s, T = 1 s", 1.5)):
+        rows.append(Row("compression", case, "smallest principal resultant", None, value, "N/m"))
+        rows.append(Row("compression", case, "time of first compression", None, 0.07 if value < 0 else None, "s"))
+    case = "M1, pi/5 rad/s, T = 0.1 s"
+    rows.append(Row("ablation", f"{case}: everything", "response frequency", None, 1.7166, "Hz"))
+    for quantity, value in (
+        ("rise over the dominant mode", 0.75),
+        ("rise from geometric nonlinearity", 0.7375),
+        ("rise from G and K_T", 0.0125),
+    ):
+        rows.append(Row("ablation", case, quantity, None, value, "Hz"))
+    rows.append(Row("convergence", "M2, mode 1", "10 x 5", None, 1.05, "Hz", "", "consistent"))
+    return rows
+
+
+@pytest.fixture
+def rows():
+    return [*response_rows(), *response_rows("consistent", factor=2.0), *extra_rows()]
+
+
+@pytest.fixture
+def written(rows, tmp_path):
+    figures = {}
+    for number in ("3", "12a"):
+        figure = new_figure(3.5, 2.0)
+        figure.add_subplot().plot([0, 1])
+        figures[number] = save_figure(figure, tmp_path / "figures" / f"figure_{number}", ("pdf", "png"))
+    summary = {"quick": True, "seconds": 12.3, "versions": {"tautflex": "9.8.7", "absent": ""}}
+    return build_page({"all": rows}, figures, summary, tmp_path / "results", tmp_path / "docs")
+
+
+def test_files_stand_where_they_are_wanted(written, tmp_path):
+    assert written == [tmp_path / "results" / "reproduction.html", tmp_path / "docs" / "reproduction.md"]
+    alone = build_page({"all": response_rows()}, {}, {}, tmp_path / "alone")
+    assert [path.parent for path in alone] == [tmp_path / "alone"] * 2
+
+
+def test_html_parses_and_needs_nothing_from_elsewhere(written):
+    text = written[0].read_text(encoding="utf-8")
+    page = Checked(text)
+    assert page.open == []
+    assert page.links
+    for link in page.links:
+        assert link.startswith(("#", "data:image/png;base64,"))
+    assert {link[1:] for link in page.links if link.startswith("#")} <= set(page.ids)
+    assert len(page.ids) == len(set(page.ids))
+    assert "<script" not in text
+    assert "url(" not in text
+    assert "@import" not in text
+    assert "prefers-color-scheme:dark" in text
+    assert 'name="viewport"' in text
+
+
+def test_html_holds_the_figures_themselves(written, tmp_path):
+    pictures = [link for link in Checked(written[0].read_text(encoding="utf-8")).links if link.startswith("data:")]
+    expected = [(tmp_path / "figures" / f"figure_{number}.png").read_bytes() for number in ("3", "12a")]
+    assert [base64.b64decode(picture.partition(",")[2]) for picture in pictures] == expected
+
+
+def test_every_table_and_number_is_on_both_pages(written, rows):
+    html, markdown = (path.read_text(encoding="utf-8") for path in written)
+    page = Checked(html)
+    words = " ".join(page.words)
+    assert page.tables == 7 + 2 + 1 + 1  # of the paper; ablation in two parts; compression; convergence
+    for text in (words, markdown):
+        for number in ("2", "3", "4", "6", "7", "8", "9"):
+            assert f"Table {number}: " in text
+        for title in ("What each term does", "Compression of the film", "Convergence of the consistent variant"):
+            assert title in text
+        for row in rows:
+            assert quantity_text(row.ours, row.unit) in text
+            assert quantity_text(row.paper, row.unit) in text
+        assert "M1, π/2 rad/s, T = 0.1 s" in text
+        assert "This is the quick form." in text
+        assert "tautflex 9.8.7" in text
+        assert "absent" not in text
+    assert "a | <note> & more" in words
+    assert "a \\| <note> & more" in markdown
+
+
+def test_markdown_links_figures_from_where_it_stands(written, tmp_path):
+    markdown = written[1].read_text(encoding="utf-8")
+    links = re.findall(r"!\[[^\]]*\]\(<([^>]+)>\)", markdown)
+    assert [(tmp_path / "docs" / link).resolve().name for link in links] == ["figure_3.png", "figure_12a.png"]
+    assert all((tmp_path / "docs" / link).is_file() for link in links)
+
+
+def test_words_take_their_numbers_from_the_rows(rows):
+    found = sorted_rows(rows)
+    scores = dict(page_words.scores(found))
+    assert "0.095 over 10 entries" in scores["Response frequencies:"]  # log 1.1
+    assert "The consistent variant: 0.788." in scores["Response frequencies:"]  # log 2.2
+    assert "0.357 over 10 entries" in scores["Amplitudes:"]  # -log 0.7
+    assert "1.00 %, the largest +1.0 %" in scores["Table 2:"]
+    reasons = dict(page_reasons.explanations(found))
+    assert (
+        "0.7500 Hz above the dominant mode; geometric nonlinearity switched off lowers it by 0.7375 Hz"
+        in reasons["Where the rise in frequency comes from."]
+    )
+    assert "1 of 2 runs, in 1 of the 1 of M1, down to −2.5 N/m (M1, π/5 rad/s, T = 1 s)" in reasons["Wrinkling."]  # noqa: RUF001
+    assert "ours 2.6226 Hz, paper 2.3842 Hz" in reasons["M1 stopped from π/2 rad/s."]
+    assert "Ours is 0.9870 Hz." in reasons["M1's dominant mode."]
+    assert "0.5 times 1.99 Hz is 0.995 Hz" in reasons["M1's dominant mode."]
+    assert "0.0953674 Hz in Tables 6, 8, 9; 0.0610352 Hz in Table 7" in reasons["FFT bins."]
+    assert "89.10 %, paper 76.28 %" in reasons["Dominant shape (Table 3)."]
+
+
+def test_gaps_are_listed_worst_first_and_once(rows):
+    changed = [replace(row, ours=0.5 * row.paper) if row.table == "9" and row.unit == "mm" else row for row in rows]
+    gaps = page_words.largest_gaps(sorted_rows(changed))
+    assert len(gaps) == 10  # every amplitude; the repeated one of Table 8 once
+    assert all(lead.startswith("Table 9") and "−50.0 %" in text for lead, text in gaps[:2])  # noqa: RUF001
+
+
+def test_trends_are_read_off_the_results(rows):
+    turned = [replace(row, ours=9 * row.ours) if row.case.startswith("M2, pi/100") else row for row in rows]
+    before, after = (dict(page_words.trends(sorted_rows(some)))["Table 6:"] for some in (rows, turned))
+    assert "frequencies yes (1.049, 2.203, 4.301 Hz); amplitudes yes" in before
+    assert "frequencies no" in after
+    assert "amplitudes no" in after
+
+
+def test_page_without_results_explains_without_numbers():
+    assert page_words.scores({}) == []
+    assert page_words.trends({}) == []
+    assert page_words.largest_gaps({}) == []
+    assert all(text and not re.search(r"\b(None|nan)\b", text) for _, text in page_reasons.explanations({}))
+
+
+def test_consistent_variant_stands_beside():
+    pair = response_rows()[:2], response_rows("consistent", factor=1.1)[:2]
+    table = comparison(*pair)
+    assert table.header == ("case", "quantity", "ours", "paper", "difference", "consistent variant", "difference")
+    assert [cell.text for cell in table.rows[0][4:]] == ["+10.0 %", "1.1540", "+21.0 %"]
+    assert [cell.level for cell in table.rows[0]] == ["", "", "", "", "fair", "", "poor"]
+    assert "consistent variant" not in comparison(pair[0]).header
+
+
+def test_listing_puts_a_unit_where_it_belongs():
+    rows = [
+        Row("convergence", "M2: natural frequency", "10 x 5", None, 1.0, "Hz"),
+        Row("convergence", "M2: natural frequency", "change", None, 2.0, "%"),
+        Row("convergence", "M2: amplitude", "10 x 5", None, 0.25, "mm", "no limit"),
+    ]
+    (table,) = listing(rows)
+    assert table.header == ("case", "10 x 5", "change [%]", "note")
+    assert [[cell.text for cell in row] for row in table.rows] == [
+        ["M2: natural frequency", "1.0000 Hz", "2.00", ""],
+        ["M2: amplitude", "0.2500 mm", "", "no limit"],
+    ]
+
+
+@pytest.mark.parametrize(
+    ("difference", "text", "level"),
+    [(0.0499, "+5.0 %", "good"), (-0.2, "−20.0 %", "fair"), (0.201, "+20.1 %", "poor"), (None, "–", "")],  # noqa: RUF001
+)
+def test_gaps_are_marked_by_their_size(difference, text, level):
+    cell = gap_cell(difference)
+    assert (cell.text, cell.level, cell.number) == (text, level, True)
+    assert percent(-1e-6) == "0.0 %"
+
+
+def test_numbers_are_written_as_the_paper_prints_them():
+    assert quantity_text(1.14441, "Hz") == "1.1444"
+    assert quantity_text(-1e-7, "Hz") == "0.0000"
+    assert quantity_text(-2.5, "N/m") == "−2.5"  # noqa: RUF001
+    assert quantity_text(0.0, "s") == "0"
+    assert quantity_text(float("nan"), "Hz") == quantity_text(None, "Hz") == "–"  # noqa: RUF001
+
+
+def test_a_peak_of_another_mode_is_not_called_softening(rows):
+    reason = "Where the rise in frequency comes from."
+    assert "as softening" not in dict(page_reasons.explanations(sorted_rows(rows)))[reason]
+    case = "M2, pi/5 rad/s, T = 1 s"
+    rows += [
+        Row("ablation", case, "rise over the dominant mode", None, 0.07, "Hz"),
+        Row("ablation", case, "rise from geometric nonlinearity", None, -0.38, "Hz"),
+    ]
+    text = dict(page_reasons.explanations(sorted_rows(rows)))[reason]
+    assert "In 1 of the 2 cases (M2, π/5 rad/s, T = 1 s)" in text
+
+
+def test_missing_picture_is_an_input_error(rows, tmp_path):
+    with pytest.raises(InputError, match="absent"):
+        build_page({"all": rows}, {"3": [tmp_path / "absent.png"]}, {}, tmp_path)

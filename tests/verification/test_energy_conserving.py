@@ -1,0 +1,235 @@
+"""Energy and momentum of the energy-conserving method, and cases that break the trapezoidal rule.
+
+[KC] Kuhl & Crisfield, Int. J. Numer. Methods Eng. 45 (1999) 569: the stiff pendulum thrown at 7.72 m/s.
+[ST] Simo & Tarnow, Z. angew. Math. Phys. 43 (1992) 757: energy-momentum method.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tautflex.mechanics.damping import Rayleigh
+from tautflex.motion.maneuvers import Stop
+from tautflex.solvers.dynamics import Run, simulate
+from tautflex.solvers.energy_conserving import EnergyConserving
+from tautflex.solvers.generalized_alpha import GeneralizedAlpha, Newmark
+from tautflex.solvers.prestress import PrestressedState, solve_prestress
+from tautflex.solvers.status import Status
+from tautflex.structure.antenna import AntennaLayout, build_fixed_film
+from tautflex.structure.materials import CableSection, Material, MembraneSection
+from tautflex.structure.model import Model, Support
+from verification.dynamic_cases import small_antenna
+
+
+def film(modulus: float = 2e5, law: str = "elastic", stress: float = 4e3) -> PrestressedState:
+    """Fixed-edge film with 12 unknowns."""
+    section = MembraneSection(Material(modulus, 1000.0, 0.3), 1e-3, "von-karman", law)
+    return solve_prestress(build_fixed_film(AntennaLayout(1.0, 0.8, (3, 3)), section, (stress, 0.75 * stress, 0.0)))
+
+
+def throw(x, y):
+    return 4.0 * np.cos(np.pi * x) * np.cos(np.pi * y / 0.8) * (1.0 + x + 0.5 * y)
+
+
+def total_energy(run: Run) -> np.ndarray:
+    return (run.data.kinetic_energy + run.data.strain_energy).values
+
+
+def drift(run: Run) -> float:
+    energy = total_energy(run)
+    return float(np.abs(energy / energy[0] - 1.0).max())
+
+
+def test_energy_over_ten_thousand_nonlinear_steps(verification_row):
+    """Deflections of a hundred film thicknesses; the linear film would rise more than twice as high."""
+    options = {"time_step": 1e-3, "initial_velocity": throw, "probes": {"A": (1 / 6, 0.8 / 6)}}
+    run = simulate(film(), method=EnergyConserving(), end_time=10.0, every=10, **options)
+    assert run.stats.steps == 10_000
+    linear = simulate(
+        film(), method=Newmark(), end_time=1.0, **(options | {"initial_velocity": lambda x, y: 1e-4 * throw(x, y)})
+    )
+    assert np.abs(run.data.w).max() < 0.5e4 * np.abs(linear.data.w).max()
+    assert run.data.strain_energy.max() > 0.9 * total_energy(run)[0]
+    assert drift(run) < 1e-10
+    verification_row("energy-conserving, 10 000 nonlinear steps: energy drift", 0.0, drift(run), "conservation [ST]")
+    # The trapezoidal rule at the same step shows that the motion is not trivial.
+    trapezoidal = simulate(film(), method=Newmark(), end_time=1.0, **options)
+    assert drift(trapezoidal) > 1e-4
+    verification_row("trapezoidal rule, first 1000 of these steps: energy drift", "O(h^2)", drift(trapezoidal), "")
+
+
+def test_film_that_blows_up_the_trapezoidal_rule(verification_row):
+    """A film a hundred times stiffer, few steps per period of its deflection: in-plane waves are not resolved."""
+    runs = [
+        simulate(film(2e7), method=method, time_step=0.015, end_time=4.5, initial_velocity=throw, throw=False)
+        for method in (Newmark(), EnergyConserving())
+    ]
+    grown = float(total_energy(runs[0]).max() / total_energy(runs[0])[0])
+    assert grown > 100.0
+    assert runs[1].status is Status.COMPLETED
+    assert drift(runs[1]) < 1e-10
+    verification_row("stiff film, 300 long steps, trapezoidal rule: largest energy over the first", "> 100", grown, "")
+    verification_row("the same, energy-conserving: energy drift", 0.0, drift(runs[1]), "conservation [ST]")
+
+
+def pendulum(stiffness: float) -> PrestressedState:
+    """[KC]: 3.0443 m, 10 kg at the tip (a third of the bar's consistent mass), in the x-z plane."""
+    length = 3.0443
+    model = Model.from_mesh(
+        np.array([[0.0, 0.0, 0.0], [length, 0.0, 0.0]]),
+        cables=np.array([[0, 1]]),
+        cable=CableSection(Material(stiffness, 30.0 / length), 1.0, "green-lagrange"),
+        cable_tension=1e-9,
+        supports=(Support.pinned([0]), Support((1,), ("y",))),
+    )
+    return solve_prestress(model)
+
+
+def swing(stiffness: float, method, step: float, end: float) -> Run:
+    return simulate(
+        pendulum(stiffness),
+        method=method,
+        time_step=step,
+        end_time=end,
+        initial_velocity=np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 7.72]]),
+        max_halvings=0,
+        probes={"tip": (3.0443, 0.0, 0.0)},
+        throw=False,
+    )
+
+
+def test_pendulum_on_which_the_trapezoidal_rule_fails(verification_row):
+    """[KC]'s pendulum, softened to 1e6 N: energy swings by a quarter until Newton finds no solution."""
+    failed = swing(1e6, Newmark(), 0.1, 20.0)
+    assert failed.status is Status.NOT_CONVERGED
+    assert failed.data.time.values[-1] < 10.0
+    assert drift(failed) > 0.1
+    kept = swing(1e6, EnergyConserving(), 0.1, 20.0)
+    assert kept.status is Status.COMPLETED
+    assert drift(kept) < 1e-10
+    radius = np.hypot(3.0443 + kept.data.u.values, kept.data.w.values)
+    np.testing.assert_allclose(radius, 3.0443, rtol=1e-3)
+    verification_row(
+        "stiff pendulum, trapezoidal rule: time of failure [s]", "< 10", failed.data.time.values[-1], "[KC]"
+    )
+    verification_row("stiff pendulum, energy-conserving, 20 s: energy drift", 0.0, drift(kept), "conservation [ST]")
+
+
+def test_pendulum_with_the_published_stiffness_runs_to_its_round_off():
+    """EA = 1e10 N: the round-off of a position makes forces of 1e-6 N, which Newton must not try to beat."""
+    kept = swing(1e10, EnergyConserving(), 0.01, 1.0)
+    assert kept.status is Status.COMPLETED
+    assert drift(kept) < 1e-6
+
+
+def free_film(strain: str) -> PrestressedState:
+    nodes = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.8, 0.0], [0.0, 0.8, 0.0], [0.45, 0.35, 0.0]])
+    model = Model.from_mesh(
+        nodes,
+        triangles=np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]),
+        membrane=MembraneSection(Material(2e5, 1000.0, 0.3), 1e-3, strain),
+        membrane_stress=(1e-9, 1e-9, 0.0),
+        supports=(),
+    )
+    return solve_prestress(model)
+
+
+def momenta(state: PrestressedState, run: Run) -> tuple[np.ndarray, np.ndarray]:
+    """Linear and angular momentum with the consistent mass, shapes (time, 3)."""
+    data, mass = run.data, state.system.inertia.mass_matrix.toarray()[::3, ::3]
+    position = np.stack([data[name].values for name in "uvw"], axis=-1) + state.model.nodes
+    velocity = np.stack([data[f"{name}_velocity"].values for name in "uvw"], axis=-1)
+    angular = np.cross(position[:, :, None], velocity[:, None])
+    return np.einsum("ij,tjk->tk", mass, velocity), np.einsum("ij,tijk->tk", mass, angular)
+
+
+def change(values: np.ndarray) -> float:
+    return float(np.abs(values - values[0]).max() / np.abs(values[0]).max())
+
+
+@pytest.mark.parametrize("strain", ["green-lagrange", "von-karman"])
+def test_momenta_of_a_tumbling_film(strain, verification_row):
+    """Free flight through several turns: angular momentum stays where strains do not feel rotations."""
+    state = free_film(strain)
+    velocity = 3.0 * np.random.default_rng(0).standard_normal((5, 3))
+    probes = {str(number): tuple(place) for number, place in enumerate(state.model.nodes)}
+    run = simulate(
+        state, method=EnergyConserving(), time_step=0.01, end_time=2.0, initial_velocity=velocity, probes=probes
+    )
+    linear, angular = momenta(state, run)
+    assert drift(run) < 1e-10
+    assert change(linear) < 1e-12
+    objective = strain == "green-lagrange"
+    assert (change(angular) < 1e-10) == objective
+    if objective:
+        verification_row("energy-conserving, free film: change of linear momentum", 0.0, change(linear), "[ST]")
+        verification_row("energy-conserving, free film: change of angular momentum", 0.0, change(angular), "[ST]")
+        other = simulate(
+            state, method=Newmark(), time_step=0.01, end_time=2.0, initial_velocity=velocity, probes=probes
+        )
+        assert change(momenta(state, other)[1]) > 1e-4
+
+
+@pytest.mark.parametrize("law", ["slack", "tension-field"])
+def test_nonlinear_laws_keep_their_energy_too(law, verification_row):
+    """Cables going slack and films wrinkling: the discrete gradient takes up their energy exactly."""
+    random = np.random.default_rng(0)
+    if law == "slack":
+        nodes = np.column_stack([np.linspace(0.0, 1.0, 7), np.zeros(7), np.zeros(7)])
+        model = Model.from_mesh(
+            nodes,
+            cables=np.column_stack([np.arange(6), np.arange(1, 7)]),
+            cable=CableSection(Material(1e3, 100.0), 1e-2, "green-lagrange", True),
+            cable_tension=1.0,
+            supports=(Support.pinned([0, 6]),),
+        )
+        state, velocity = solve_prestress(model), 1.5 * random.standard_normal((7, 3))
+    else:
+        state, velocity = film(law=law, stress=4e2), 0.5 * random.standard_normal((16, 3))
+    run = simulate(
+        state, method=EnergyConserving(), time_step=2e-3, end_time=0.5, initial_velocity=velocity, fields="all"
+    )
+    assert drift(run) < 1e-10
+    smallest = [
+        min(float(stress.min()) for stress in _trial_stress(state, field)) for field in run.data.displacement.values
+    ]
+    assert min(smallest) < -100.0  # the elastic law would be in compression: the other one was at work
+    verification_row(f"energy-conserving, {law} law, 250 steps: energy drift", 0.0, drift(run), "discrete gradient")
+
+
+def _trial_stress(state: PrestressedState, field: np.ndarray) -> list[np.ndarray]:
+    """Stresses that the elastic law would give to a displacement field (node, 3)."""
+    full = np.zeros(state.model.dof_count)
+    full[state.model.translation_dofs] = field
+    stresses = []
+    for block, initial in zip(state.system.blocks, state.system.initial_stress, strict=True):
+        g = np.einsum("nij,nj->ni", block.gradient, full[block.dofs])
+        strain = g @ block.linear.T + 0.5 * np.einsum("sij,ni,nj->ns", block.quadratic, g, g)
+        stresses.append(initial + np.einsum("nst,nt->ns", block.elasticity, strain))
+    return stresses
+
+
+def test_a_maneuver_with_damping_converges_to_the_other_methods():
+    """Gyroscopic, Euler and centrifugal terms, damping and load of a stop that ends inside a step."""
+    state, stop = solve_prestress(small_antenna()), Stop(0.6, 0.0737, axis=(1.0, 0.2, -0.1), origin=(0.05, 0.1, 0.0))
+    records = []
+    for method, step, every in (
+        (GeneralizedAlpha(1.0), 2.5e-4, 16),
+        (EnergyConserving(), 4e-3, 1),
+        (EnergyConserving(), 2e-3, 2),
+    ):
+        run = simulate(
+            state,
+            stop,
+            method=method,
+            time_step=step,
+            end_time=0.2,
+            damping=Rayleigh(0.5, 1e-3),
+            probes={"A": (0.6, 0.3)},
+            every=every,
+        )
+        records.append(run.data.w.values[:, 0])
+    errors = [np.abs(record - records[0]).max() / np.abs(records[0]).max() for record in records[1:]]
+    assert errors[1] < 2e-3
+    assert errors[0] / errors[1] > 3.0
