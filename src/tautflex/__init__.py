@@ -46,10 +46,12 @@ if TYPE_CHECKING:
     from tautflex.export import write_csv, write_vtu
     from tautflex.mechanics.damping import Rayleigh
     from tautflex.mechanics.film import film_states
+    from tautflex.mechanics.inputs import CableTension, EdgeForce, FilmTemperature, NodalForce
     from tautflex.mechanics.loads import PressureLoad
     from tautflex.motion.attitude import attitude
     from tautflex.motion.base import BaseAcceleration
     from tautflex.motion.coupling import Coupling
+    from tautflex.motion.hub import FreeHub, HubState
     from tautflex.motion.maneuvers import AtRest, Stop
     from tautflex.motion.sequence import Sequence
     from tautflex.motion.slew import Slew, SpinUp
@@ -78,12 +80,17 @@ __all__ = [
     "BaseAcceleration",
     "BeamSection",
     "CableSection",
+    "CableTension",
     "Case",
     "CaseError",
     "CentralDifference",
     "Coupling",
+    "EdgeForce",
     "EnergyConserving",
+    "FilmTemperature",
+    "FreeHub",
     "GeneralizedAlpha",
+    "HubState",
     "InputError",
     "Material",
     "MembraneSection",
@@ -92,6 +99,7 @@ __all__ = [
     "MissingExtraError",
     "Model",
     "Newmark",
+    "NodalForce",
     "NotConvergedError",
     "PressureLoad",
     "PrestressError",
@@ -178,10 +186,20 @@ _NAMES_OF_MODULE = {
     ),
     "mechanics.damping": ("Rayleigh",),
     "mechanics.film": ("film_states",),
+    "mechanics.inputs": (
+        "CableTension",
+        "EdgeForce",
+        "FilmTemperature",
+        "NodalForce",
+    ),
     "mechanics.loads": ("PressureLoad",),
     "motion.attitude": ("attitude",),
     "motion.base": ("BaseAcceleration",),
     "motion.coupling": ("Coupling",),
+    "motion.hub": (
+        "FreeHub",
+        "HubState",
+    ),
     "motion.maneuvers": (
         "AtRest",
         "Stop",

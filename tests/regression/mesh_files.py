@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from functools import cache
+
 import numpy as np
 
 from tautflex.structure.model import Model
 
 HELD = "123456"
+
+
+@cache
+def gmsh_starts() -> bool:
+    """Whether Gmsh, of the extra tautflex[mesh], is installed and finds the libraries of the system it needs."""
+    return subprocess.run([sys.executable, "-c", "import gmsh"], capture_output=True, check=False).returncode == 0
 
 
 def held_nodes(model: Model) -> list[int]:

@@ -192,7 +192,9 @@ def test_no_value_of_any_key_raises_anything_but_a_one_line_case_error(key, valu
     values[section][name] = value
     case, message = attempt(lambda: Case(**values))
     assert "\n" not in message
-    assert (section in message) == (case is None)
+    # The message may name another section: a shorter film leaves a probe outside.
+    assert bool(message) == (case is None)
+    assert case is not None or any(name in message for name in values)
     assert case is None or parse_case(case.to_toml()) == case
 
 

@@ -67,6 +67,8 @@ def test_grid_holds_mesh_and_displacement_exactly(run, tmp_path):
     wanted = [row.tolist() for kind in ("triangle", "cable", "beam") for row in run[kind].values]
     assert [row.tolist() for row in ends] == wanted
     assert grid["Cells", "types"].tolist() == [5 if len(row) == 3 else 3 for row in wanted]
+    film = len(run["triangle"])
+    np.testing.assert_array_equal(grid["CellData", "film_state"][:film], run["film_state"].values[1])
     counts = [run.sizes[f"{kind}_element"] for kind in ("triangle", "cable", "beam")]
     assert np.bincount(grid["CellData", "kind"]).tolist() == counts
 

@@ -13,12 +13,11 @@ import tautflex as tf
 from regression import mesh_files
 from tautflex.errors import InputError, MeshError, MissingExtraError
 from tautflex.exchange import MeshData, gmsh_files, read_mesh
-from tautflex.exchange.numbers import integer, real
+from tautflex.exchange.numerals import integer, real
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from verification.builders import CABLE, FILM, FRAME, THICKNESS, antenna
 
-GMSH = importlib.util.find_spec("gmsh") is not None
-needs_gmsh = pytest.mark.skipif(not GMSH, reason="Gmsh, of the extra tautflex[mesh], is not installed")
+needs_gmsh = pytest.mark.skipif(not mesh_files.gmsh_starts(), reason="needs Gmsh, of the extra tautflex[mesh]")
 FORMATS = [
     pytest.param(".msh", mesh_files.msh, ("membrane", "cables_x", "cables_y", "frame"), marks=needs_gmsh),
     pytest.param(".inp", mesh_files.abaqus, ("FILM", "CABLES-X", "CABLES-Y", "FRAME")),
@@ -177,6 +176,12 @@ def test_parts_of_names_and_instances_of_abaqus(read):
     text = INP.replace("*NODE", "*PART, NAME=a\n*NODE").replace("*NSET", "*END PART\n*INSTANCE, NAME=i, PART=a\n*NSET")
     mesh = read(".inp", text.replace("\n4\n", "\ni.4\n"))
     assert mesh.supports[0].nodes == (3,)
+
+
+def test_strange_names_of_sets(read):
+    """Found by coverage-guided fuzzing: an instance, a point, and a quoted name with a blank."""
+    mesh = read(".inp", INP + '*NSET, NSET=i. "5\n1\n*NSET, NSET=more\ni. "5, 2\n')
+    assert mesh.groups["more"]["nodes"].tolist() == [0, 1]
 
 
 def test_names_of_the_user_come_first(read):

@@ -14,7 +14,7 @@ import numpy as np
 from tautflex.errors import MeshError
 from tautflex.exchange.abaqus_sets import NamedSets, element_groups, held_groups, node_groups
 from tautflex.exchange.abaqus_text import Block, blocks, fields
-from tautflex.exchange.numbers import natural, real
+from tautflex.exchange.numerals import natural, real
 from tautflex.exchange.raw import Budget, Numbering, RawMesh, integer_array, require_coordinates, shorten
 
 TYPES = {

@@ -8,7 +8,7 @@ import numpy as np
 
 from tautflex.errors import MeshError
 from tautflex.exchange.abaqus_text import Block, bare_name, fields
-from tautflex.exchange.numbers import natural, real
+from tautflex.exchange.numerals import natural, real
 from tautflex.exchange.raw import Budget, IntArray, Numbering, RawGroup, shorten
 from tautflex.structure.model import DIRECTIONS
 
@@ -40,13 +40,17 @@ class NamedSets:
 
     def members(self, name: str) -> IntArray:
         """Numbers in a set that exists."""
-        parts = self._parts[bare_name(name).casefold()]
+        return self._joined(bare_name(name).casefold())
+
+    def items(self) -> Iterator[tuple[str, IntArray]]:
+        """Names as the file first writes them, and numbers."""
+        for key, name in self._names.items():
+            yield name, self._joined(key)
+
+    def _joined(self, key: str) -> IntArray:
+        parts = self._parts[key]
         parts[:] = [np.unique(np.concatenate(parts))]
         return parts[0]
-
-    def names(self) -> list[str]:
-        """Names as the file first writes them."""
-        return list(self._names.values())
 
     def read(self, block: Block, numbering: Numbering, budget: Budget) -> None:
         """Read a block that lists members, ranges of them, or sets above it.
@@ -89,15 +93,15 @@ class NamedSets:
 
 def element_groups(sets: NamedSets, elements: Numbering, triangle_count: int) -> Iterator[RawGroup]:
     """Groups of element sets; rows from ``triangle_count`` on are lines."""
-    for name in sets.names():
-        rows = elements.rows(sets.members(name), f"set {shorten(name)}")
+    for name, numbers in sets.items():
+        rows = elements.rows(numbers, f"set {shorten(name)}")
         yield RawGroup(name, triangles=rows[rows < triangle_count], lines=rows[rows >= triangle_count] - triangle_count)
 
 
 def node_groups(sets: NamedSets, nodes: Numbering) -> Iterator[RawGroup]:
     """Groups of node sets."""
-    for name in sets.names():
-        yield RawGroup(name, nodes=nodes.rows(sets.members(name), f"set {shorten(name)}"))
+    for name, numbers in sets.items():
+        yield RawGroup(name, nodes=nodes.rows(numbers, f"set {shorten(name)}"))
 
 
 def held_groups(conditions: list[Block], sets: NamedSets, nodes: Numbering, budget: Budget) -> Iterator[RawGroup]:

@@ -58,7 +58,7 @@ def _block(line: str, number: int) -> Block:
 
 def bare_name(name: str) -> str:
     """Name of a set or number without the instance in front of it."""
-    return name.strip().strip('"').rpartition(".")[2]
+    return name.strip().strip('"').rpartition(".")[2].strip()
 
 
 def fields(line: str) -> list[str]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tautflex.errors import MeshError
-from tautflex.exchange.numbers import natural, real
+from tautflex.exchange.numerals import natural, real
 from tautflex.exchange.raw import (
     Budget,
     IntArray,

@@ -16,7 +16,7 @@ from tautflex.exchange.mesh_data import MeshData
 from tautflex.exchange.nastran import read_nastran
 from tautflex.exchange.raw import RawMesh, shorten
 
-_LARGEST_FILE = 500_000_000
+_LARGEST_FILE = 200_000_000
 
 
 def _text(reader: Callable[[str], RawMesh]) -> Callable[[bytes], RawMesh]:
@@ -86,7 +86,7 @@ def _content(path: Path, shown: str) -> bytes:
         if not stat.S_ISREG(found.st_mode):
             raise MeshError(f"{shown}: expected a mesh file, got a directory or device; name a file")
         if found.st_size > _LARGEST_FILE:
-            raise MeshError(f"{shown}: expected a mesh below 500 MB, got {found.st_size / 1e6:.3g} MB; coarsen it")
+            raise MeshError(f"{shown}: expected a mesh below 200 MB, got {found.st_size / 1e6:.3g} MB; coarsen it")
         return path.read_bytes()
     except (OSError, ValueError) as error:
         if isinstance(error, MeshError):

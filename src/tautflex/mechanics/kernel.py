@@ -85,17 +85,21 @@ def kernel_data(block: ElementBlock, dofs: Indices, initial_stress: Array) -> Ke
         elastic_row=elastic_row,
         elastic_column=elastic_column,
         elastic_value=np.ascontiguousarray(block.elasticity[:, elastic_row, elastic_column].T),
-        initial_stress=np.ascontiguousarray(initial_stress.T),
+        initial_stress=np.array(initial_stress.T, order="C"),  # a copy of its own: inputs in time change it
         measure=np.ascontiguousarray(block.measure),
         gradients=block.gradient.shape[1],
         law=LAWS[block.law],
         law_parameters=block.law_parameters,
         initial_energy=np.zeros(len(dofs)),
     )
-    if data.law != ELASTIC:
-        # Energies count from the state at zero unknowns, as they do for the elastic law.
-        _store_initial_energy(data, data.initial_energy)
+    restart_energy(data)
     return data
+
+
+def restart_energy(data: KernelData) -> None:
+    """Let energies of nonlinear laws count from zero unknowns, as those of the elastic law do."""
+    if data.law != ELASTIC:
+        _store_initial_energy(data, data.initial_energy)
 
 
 def _terms(table: NDArray[Any]) -> tuple[Indices, ...]:

@@ -16,6 +16,7 @@ from tautflex.mechanics.kernel import (
     add_force,
     add_tangent,
     kernel_data,
+    restart_energy,
     smallest_principal_value,
 )
 from tautflex.mechanics.pattern import SparsityPattern
@@ -59,6 +60,7 @@ class StructuralSystem:
         ]
         self._stress = [data.initial_stress.copy() for data in self._data]
         self._extended = np.zeros(self.size + 1)
+        self._changed: set[int] = set()
 
     def with_initial_stress(
         self, initial_stress: list[Array], blocks: tuple[ElementBlock, ...] | None = None
@@ -69,6 +71,23 @@ class StructuralSystem:
         twin.blocks = blocks or self.blocks
         twin._set_stress(initial_stress)
         return twin
+
+    def change_initial_stress(self, change: dict[int, Array]) -> None:
+        """Add to the initial stresses of some blocks, in place of any earlier change.
+
+        Parameters
+        ----------
+        change
+            Block number -> stress added to ``initial_stress``, shape (element, strain); blocks that are left out get
+            their initial stress back.
+        """
+        for index in self._changed | set(change):
+            data = self._data[index]
+            data.initial_stress[:] = self.initial_stress[index].T
+            if index in change:
+                data.initial_stress[:] += change[index].T
+            restart_energy(data)
+        self._changed = set(change)
 
     def linear_strain(self, q: Array) -> list[Array]:
         """Linear part of the strains of each block at free unknowns ``q``, shapes (element, strain)."""

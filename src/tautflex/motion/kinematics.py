@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -60,6 +60,31 @@ class Segment:
     start: float
     end: float
     motion: Callable[[float], RigidMotion]
+
+
+def split_segments(segments: tuple[Segment, ...], breaks: Iterable[float]) -> tuple[Segment, ...]:
+    """Segments with further limits, where something else than the motion jumps.
+
+    Parameters
+    ----------
+    segments
+        Segments of a maneuver.
+    breaks
+        Instants [s]; those at limits, or before the start, change nothing.
+
+    Returns
+    -------
+    tuple of Segment
+    """
+    pieces = []
+    instants = sorted(set(breaks))
+    for segment in segments:
+        start = segment.start
+        for instant in (t for t in instants if segment.start < t < segment.end):
+            pieces.append(Segment(start, instant, segment.motion))
+            start = instant
+        pieces.append(Segment(start, segment.end, segment.motion))
+    return tuple(pieces)
 
 
 class Maneuver(Protocol):

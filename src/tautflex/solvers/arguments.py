@@ -39,7 +39,8 @@ def check_parts(maneuver: object, method: object, coupling: object, damping: obj
         ("coupling", coupling, "velocity_weight", "Coupling()"),
         ("damping", damping, "entries", "Rayleigh(0.001, 0.001)"),
     ):
-        if not (hasattr(value, needed) or (name == "method" and hasattr(value, "stepper"))):
+        other = {"method": "stepper", "maneuver": "wrench"}.get(name, needed)
+        if not (hasattr(value, needed) or hasattr(value, other)):
             raise InputError(f"{name}: expected an object such as {example}, got {value!r}")
     if adaptive is not None and not hasattr(adaptive, "limits"):
         raise InputError(f"adaptive: expected an object such as Adaptive(tolerance=1e-4), got {adaptive!r}")

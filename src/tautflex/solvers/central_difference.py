@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tautflex.errors import InputError
 from tautflex.mechanics.damping import Rayleigh
+from tautflex.mechanics.inputs import InputSet
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.solvers.equation import EquationOfMotion, MotionState, MotionTerms
@@ -45,9 +46,11 @@ class CentralDifference:
         """Name in results."""
         return "central difference"
 
-    def stepper(self, state: PrestressedState, damping: Rayleigh, coupling: Coupling) -> ExplicitStepper:
+    def stepper(
+        self, state: PrestressedState, damping: Rayleigh, coupling: Coupling, inputs: InputSet | None = None
+    ) -> ExplicitStepper:
         """Stepper of one run."""
-        return ExplicitStepper(EquationOfMotion(state, damping, coupling))
+        return ExplicitStepper(EquationOfMotion(state, damping, coupling, inputs=inputs))
 
 
 class ExplicitStepper:
@@ -119,6 +122,7 @@ class ExplicitStepper:
         if at.internal is None:
             at.internal = self.equation.force(at.q)
             self._checked_stress = self._largest_stress()
+        self.equation.set_time(at.time + size, segment.end)
         force = self.equation.force(q)
         if not self._stable_at(q, size):
             return at, failed

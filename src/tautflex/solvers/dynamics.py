@@ -7,29 +7,35 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
 from tautflex.mechanics.damping import Rayleigh
+from tautflex.mechanics.inputs import InputSet, TimeInput
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.kinematics import Maneuver, Segment
+from tautflex.motion.hub import FreeHub
+from tautflex.motion.kinematics import Maneuver, Segment, split_segments
 from tautflex.motion.maneuvers import AtRest
 from tautflex.solvers.adaptive import Adaptive, AdaptiveDriver
 from tautflex.solvers.arguments import InitialVelocity, check_parts, field_steps, start_velocity, step_count
 from tautflex.solvers.central_difference import ExplicitStepper
 from tautflex.solvers.driver import GridDriver
 from tautflex.solvers.equation import EquationOfMotion, MotionState
+from tautflex.solvers.free_flight import HubFlight, check_coupling
+from tautflex.solvers.hub_stepper import HubStepper
 from tautflex.solvers.integrator import ExplicitMethod, ImplicitMethod
 from tautflex.solvers.prestress import PrestressedState
-from tautflex.solvers.probes import place_probes
+from tautflex.solvers.probes import ProbeSet, place_probes
 from tautflex.solvers.record import Recorder
 from tautflex.solvers.static import spinning_equilibrium
 from tautflex.solvers.status import Statistics, Status
 from tautflex.solvers.stepper import Stepper
 from tautflex.solvers.wilson import WilsonTheta
 
+Array = NDArray[np.float64]
 Method = ImplicitMethod | ExplicitMethod
 
 
@@ -54,7 +60,7 @@ class Run:
 
 def simulate(
     state: PrestressedState,
-    maneuver: Maneuver | None = None,
+    maneuver: Maneuver | FreeHub | None = None,
     *,
     method: Method | None = None,
     time_step: float,
@@ -62,6 +68,7 @@ def simulate(
     adaptive: Adaptive | None = None,
     damping: Rayleigh | None = None,
     coupling: Coupling | None = None,
+    inputs: Sequence[TimeInput] = (),
     probes: Mapping[str, ArrayLike] | None = None,
     probe_reading: str = "interpolate",
     initial_velocity: InitialVelocity = None,
@@ -79,7 +86,7 @@ def simulate(
     state
         Prestressed state; the run starts from its steady spinning equilibrium at the maneuver's start.
     maneuver
-        Prescribed rigid motion; None is none.
+        Prescribed rigid motion, or a `FreeHub` whose motion is part of the answer; None is none.
     method
         Integrator; default `WilsonTheta()`.
     time_step, end_time
@@ -91,6 +98,8 @@ def simulate(
         Rayleigh damping; None is none.
     coupling
         Switches of the rotating-frame terms; default all on.
+    inputs
+        Forces, cable tensions and film temperatures in time, see :mod:`tautflex.mechanics.inputs`.
     probes
         Name -> (x, y) or (x, y, z) [m].
     probe_reading
@@ -135,49 +144,84 @@ def simulate(
         )
     method, coupling, damping = method or WilsonTheta(), coupling or Coupling(), damping or Rayleigh()
     check_parts(maneuver, method, coupling, damping, adaptive)
-    stepper = _stepper(state, method, damping, coupling, tolerance)
+    driven = InputSet(state.system, inputs)
     placed = place_probes(state.system, probes or {}, probe_reading)
     recorder = Recorder(state.system, placed, count // every + 1, field_steps(fields, time_step, count, every))
-    driver = _driver(stepper, maneuver.segments(), time_step, max_halvings, count * time_step, adaptive)
+    flight: _Flight | HubFlight
+    stepper: Stepper | ExplicitStepper | HubStepper
+    if isinstance(maneuver, FreeHub):
+        check_coupling(coupling)
+        stepper = _hub_stepper(state, maneuver, method, damping, coupling, tolerance, driven, placed)
+        flight = HubFlight(state, maneuver, stepper)
+        segments = split_segments(flight.segments(), (*driven.breaks, *maneuver.breaks))
+    else:
+        stepper = prescribed = _stepper(state, method, damping, coupling, tolerance, driven)
+        flight = _Flight(state, maneuver, prescribed, coupling)
+        segments = split_segments(maneuver.segments(), driven.breaks)
+    driver = _driver(stepper, segments, time_step, max_halvings, count * time_step, adaptive)
     began = clock.perf_counter()
     status, history = Status.COMPLETED, tuple[float, ...]()
     try:
-        at = _start(state, maneuver, stepper, coupling, initial_velocity)
+        at = flight.start(start_velocity(state, initial_velocity))
         if isinstance(stepper, ExplicitStepper):
             stepper.check(at, time_step)
-        _record(recorder, driver, stepper.equation, at, 0, every)
+        flight.record(recorder, driver, at, 0, every)
         for step in range(1, count + 1):
             advanced = driver.advance(at, step * time_step)
             if advanced is None:
                 status, history = Status.NOT_CONVERGED, tuple(driver.failure)
                 break
             at = advanced
-            _record(recorder, driver, stepper.equation, at, step, every)
+            flight.record(recorder, driver, at, step, every)
             if progress is not None and step % max(1, count // 100) == 0:
                 progress(step / count, f"t = {at.time:.3g} s")
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
+    finally:
+        driven.release()
     stepper.collect_counts()
     statistics = stepper.equation.statistics
     statistics.seconds = clock.perf_counter() - began
     attributes = _attributes(method, maneuver, stepper.equation, status, time_step, adaptive)
-    run = Run(recorder.to_dataset(attributes), status, statistics)
+    run = Run(flight.complete(recorder.to_dataset(attributes)), status, statistics)
     if status is Status.NOT_CONVERGED and throw:
         raise NotConvergedError(f"t = {at.time:.6g} s: {status.message}", result=run, history=history)
     return run
 
 
 def _stepper(
-    state: PrestressedState, method: Method, damping: Rayleigh, coupling: Coupling, tolerance: float | None
+    state: PrestressedState,
+    method: Method,
+    damping: Rayleigh,
+    coupling: Coupling,
+    tolerance: float | None,
+    inputs: InputSet,
 ) -> Stepper | ExplicitStepper:
     """Stepper of a run; an explicit method brings its own."""
     if hasattr(method, "stepper"):
-        return method.stepper(state, damping, coupling)
-    return Stepper(state, method, damping, coupling, tolerance or method.scheme(1.0).tolerance)
+        return method.stepper(state, damping, coupling, inputs)
+    return Stepper(state, method, damping, coupling, tolerance or method.scheme(1.0).tolerance, inputs=inputs)
+
+
+def _hub_stepper(
+    state: PrestressedState,
+    hub: FreeHub,
+    method: Method,
+    damping: Rayleigh,
+    coupling: Coupling,
+    tolerance: float | None,
+    inputs: InputSet,
+    probes: ProbeSet,
+) -> HubStepper:
+    """Stepper of a run on a free hub."""
+    if hasattr(method, "stepper"):
+        raise InputError("method: expected an implicit method on a free hub, got an explicit one; use Newmark()")
+    equation = EquationOfMotion(state, damping, coupling, inputs=inputs)
+    return HubStepper(equation, hub, method, tolerance or min(1e-9, method.scheme(1.0).tolerance), probes)
 
 
 def _driver(
-    stepper: Stepper | ExplicitStepper,
+    stepper: Stepper | ExplicitStepper | HubStepper,
     segments: tuple[Segment, ...],
     time_step: float,
     max_halvings: int,
@@ -195,43 +239,46 @@ def _driver(
     return AdaptiveDriver(stepper, segments, time_step, end_time, adaptive)
 
 
-def _record(
-    recorder: Recorder, driver: GridDriver, equation: EquationOfMotion, at: MotionState, step: int, every: int
-) -> None:
-    """Store the sample and the field of a grid step."""
-    recorder.store_field(step, at.time, at.q)
-    if step % every:
-        return
-    state = equation.state
-    _, energy = state.system.force(at.q)
-    kinetic = 0.5 * float(at.v @ (state.system.inertia.mass_matrix @ at.v))
-    motion = driver.segment_at(at.time).motion(at.time)
-    strain = energy - float(state.reference_force @ at.q)
-    recorder.store(at.time, at.q, at.v, motion, (kinetic, strain))
+class _Flight:
+    """A run under prescribed rigid motion: its start and its record."""
 
+    def __init__(
+        self, state: PrestressedState, maneuver: Maneuver, stepper: Stepper | ExplicitStepper, coupling: Coupling
+    ) -> None:
+        self._state, self._maneuver, self._stepper, self._coupling = state, maneuver, stepper, coupling
 
-def _start(
-    state: PrestressedState,
-    maneuver: Maneuver,
-    stepper: Stepper | ExplicitStepper,
-    coupling: Coupling,
-    initial_velocity: InitialVelocity,
-) -> MotionState:
-    """Steady spinning equilibrium, given velocity, and the acceleration that follows."""
-    q = spinning_equilibrium(state, maneuver.start(), coupling)
-    v = start_velocity(state, initial_velocity)
-    return stepper.start(0.0, q, v, maneuver.segments()[0].motion(0.0))
+    def start(self, velocity: Array) -> MotionState:
+        """Steady spinning equilibrium, given velocity, and the acceleration that follows."""
+        q = spinning_equilibrium(self._state, self._maneuver.start(), self._coupling)
+        return self._stepper.start(0.0, q, velocity, self._maneuver.segments()[0].motion(0.0))
+
+    def record(self, recorder: Recorder, driver: GridDriver, at: MotionState, step: int, every: int) -> None:
+        """Store the sample and the field of a grid step."""
+        recorder.store_field(step, at.time, at.q)
+        if step % every:
+            return
+        state = self._state
+        self._stepper.equation.set_time(at.time)
+        _, energy = state.system.force(at.q)
+        kinetic = 0.5 * float(at.v @ (state.system.inertia.mass_matrix @ at.v))
+        motion = driver.segment_at(at.time).motion(at.time)
+        strain = energy - float(state.reference_force @ at.q)
+        recorder.store(at.time, at.q, at.v, motion, (kinetic, strain))
+
+    def complete(self, data: xr.Dataset) -> xr.Dataset:
+        """Nothing to add."""
+        return data
 
 
 def _attributes(
     method: Method,
-    maneuver: Maneuver,
+    maneuver: Maneuver | FreeHub,
     equation: EquationOfMotion,
     status: Status,
     step: float,
     adaptive: Adaptive | None,
 ) -> dict[str, Any]:
-    last = maneuver.segments()[-1].start
+    last = 0.0 if isinstance(maneuver, FreeHub) else maneuver.segments()[-1].start
     ended = {"maneuver_end": last} if last > 0.0 else {}
     return {
         **ended,

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.mechanics.damping import Rayleigh
+from tautflex.mechanics.inputs import InputSet
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.solvers.linear import SymmetricFactorization
@@ -68,12 +69,15 @@ class EquationOfMotion:
         Switches of the rotating-frame terms.
     statistics
         Where the work is counted.
+    inputs
+        Forces, tensions and temperatures in time; None is none.
     """
 
     state: PrestressedState
     damping: Rayleigh
     coupling: Coupling
     statistics: Statistics = field(default_factory=Statistics)
+    inputs: InputSet | None = None
 
     def __post_init__(self) -> None:
         self.system = self.state.system
@@ -83,6 +87,7 @@ class EquationOfMotion:
         self.damping_matrix = self.system.pattern.symmetric_matrix(self.damping_entries) if damped else None
         self._mass_factor = SymmetricFactorization(self.system.pattern)
         self._terms: MotionTerms | None = None
+        self.input_load = np.zeros(self.system.size)
 
     def motion_terms(self, motion: RigidMotion) -> MotionTerms:
         """Gyroscopic and K_T matrices and the load of a motion; kept while the motion does not change."""
@@ -96,6 +101,11 @@ class EquationOfMotion:
             self.coupling.load(motion, self.inertia),
         )
         return self._terms
+
+    def set_time(self, time: float, before: float = np.inf) -> None:
+        """Apply the inputs of an instant; a jump at ``before`` is not met yet."""
+        if self.inputs:
+            self.input_load = self.inputs.apply(min(time, float(np.nextafter(before, -np.inf))))
 
     def force(self, q: Array) -> Array:
         """Internal force above the reference."""
@@ -113,7 +123,7 @@ class EquationOfMotion:
 
     def frame_forces(self, q: Array, v: Array, terms: MotionTerms) -> Array:
         """Forces of damping and of the moving frame."""
-        total = terms.load.copy()
+        total = terms.load - self.input_load
         if self.damping_matrix is not None:
             total += self.damping_matrix @ v
         if terms.velocity.any():
@@ -124,6 +134,7 @@ class EquationOfMotion:
 
     def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> MotionState:
         """State with the acceleration that balances all forces at ``time``."""
+        self.set_time(time)
         forces = self.force(q) + self.frame_forces(q, v, self.motion_terms(motion))
         return MotionState(time, q, v, self.mass_solve(-forces), forces)
 
@@ -133,12 +144,19 @@ class EquationOfMotion:
         Only the change is solved for: re-computing the whole acceleration would throw the small imbalance that a
         collocation method leaves in the stiff directions into it.
         """
-        old = self.frame_forces(at.q, at.v, self.motion_terms(before))
-        change = self.frame_forces(at.q, at.v, self.motion_terms(after)) - old
+        self.set_time(at.time, at.time)
+        old = self._all_forces(at, before)
+        self.set_time(at.time)
+        change = self._all_forces(at, after) - old
         if not change.any():
             return at
         forces = None if at.forces is None else at.forces + change
         return MotionState(at.time, at.q, at.v, at.a + self.mass_solve(-change), forces)
+
+    def _all_forces(self, at: MotionState, motion: RigidMotion) -> Array:
+        """Forces that may jump; the internal ones do where tension or temperature does."""
+        total = self.frame_forces(at.q, at.v, self.motion_terms(motion))
+        return total + self.force(at.q) if self.inputs else total
 
     def count(self, *factors: SymmetricFactorization) -> None:
         """Bring the counters of the mass factors and of others into the statistics."""

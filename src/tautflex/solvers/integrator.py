@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from tautflex.mechanics.damping import Rayleigh
+    from tautflex.mechanics.inputs import InputSet
     from tautflex.motion.coupling import Coupling
     from tautflex.solvers.central_difference import ExplicitStepper
     from tautflex.solvers.prestress import PrestressedState
@@ -90,6 +91,8 @@ class ExplicitMethod(Protocol):
         """Name in results."""
         ...
 
-    def stepper(self, state: PrestressedState, damping: Rayleigh, coupling: Coupling) -> ExplicitStepper:
+    def stepper(
+        self, state: PrestressedState, damping: Rayleigh, coupling: Coupling, inputs: InputSet | None = None
+    ) -> ExplicitStepper:
         """Stepper of one run."""
         ...

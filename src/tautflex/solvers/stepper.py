@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.damping import Rayleigh
+from tautflex.mechanics.inputs import InputSet
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.solvers.equation import EquationOfMotion, MotionState, MotionTerms
@@ -46,6 +47,8 @@ class Stepper:
         Newton tolerance: residual norm over force scale.
     max_iterations
         Newton steps allowed in one step.
+    inputs
+        Forces, tensions and temperatures in time; None is none.
     """
 
     state: PrestressedState
@@ -54,9 +57,10 @@ class Stepper:
     coupling: Coupling
     tolerance: float
     max_iterations: int = 25
+    inputs: InputSet | None = None
 
     def __post_init__(self) -> None:
-        self.equation = EquationOfMotion(self.state, self.damping, self.coupling)
+        self.equation = EquationOfMotion(self.state, self.damping, self.coupling, inputs=self.inputs)
         system = self.state.system
         self._system, self._pattern, self._inertia = system, system.pattern, system.inertia
         self._factor = SymmetricFactorization(self._pattern)
@@ -100,7 +104,9 @@ class Stepper:
             The state at the end of the step (meaningless unless converged) and the Newton outcome.
         """
         scheme = self.method.scheme(size)
-        terms = self.equation.motion_terms(segment.motion(at.time + scheme.evaluation * size))
+        instant = at.time + scheme.evaluation * size
+        terms = self.equation.motion_terms(segment.motion(instant))
+        self.equation.set_time(instant, segment.end)
         problem = _StepProblem(self, scheme, terms, at, size)
         reach = scheme.evaluation * size
         guess = reach * at.v + 0.5 * reach**2 * at.a
@@ -202,7 +208,7 @@ class _StepProblem:
         # Gyroscopic and K_T forces are both M(Z) times something, so one product serves the increment.
         self._turning = scheme.weight * (velocity.d * terms.velocity + terms.displacement)
         self._turns = bool(self._turning.any())
-        self._load_scale = scheme.weight * float(np.linalg.norm(terms.load))
+        self._load_scale = scheme.weight * float(np.linalg.norm(terms.load - stepper.equation.input_load))
         self.scale = 0.0
 
     def residual(self, x: Array) -> tuple[Array, float]:

@@ -1,0 +1,116 @@
+"""Free rigid hub: the spacecraft body that carries the structure and is moved by it [theory.md 9]."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tautflex import checks
+from tautflex.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class HubState:
+    """What a feedback law may read.
+
+    Parameters
+    ----------
+    time
+        [s].
+    attitude
+        Unit quaternion, scalar first, floating frame -> inertial frame, shape (4,).
+    angular_velocity
+        In hub axes [rad/s], shape (3,).
+    position, velocity
+        Of the floating frame's origin, inertial axes [m], [m/s], shape (3,).
+    probe_displacement, probe_velocity
+        Elastic motion of the run's probes in hub axes [m], [m/s], shape (probe, 3).
+    """
+
+    time: float
+    attitude: Array
+    angular_velocity: Array
+    position: Array
+    velocity: Array
+    probe_displacement: Array
+    probe_velocity: Array
+
+
+Actuation = Callable[[float, HubState], ArrayLike]
+
+
+@dataclass(frozen=True)
+class FreeHub:
+    """Rigid hub that is free to move and carries the supports of the structure.
+
+    Parameters
+    ----------
+    mass
+        Mass of the hub [kg], > 0.
+    inertia
+        Inertia tensor about the hub's centre of mass in hub axes [kg m^2], shape (3,) or (3, 3).
+    center
+        Centre of mass of the hub in the floating frame [m].
+    angular_velocity
+        Spin at t = 0 in hub axes [rad/s].
+    velocity
+        Velocity of the floating frame's origin at t = 0, inertial axes [m/s].
+    attitude
+        Unit quaternion at t = 0, scalar first.
+    torque, force
+        Torque about the floating frame's origin [N m] and force at it [N], both in hub axes: None, three numbers, or
+        a function (time, HubState) -> three numbers. A table goes in as a function, e.g. through
+        `scipy.interpolate.CubicSpline`.
+    breaks
+        Instants at which torque or force jump [s]; integrators step onto them.
+
+    Raises
+    ------
+    InputError
+        If a value has the wrong shape or range.
+    """
+
+    mass: float
+    inertia: ArrayLike
+    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    angular_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    attitude: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    torque: ArrayLike | Actuation | None = None
+    force: ArrayLike | Actuation | None = None
+    breaks: tuple[float, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        checks.positive("mass", self.mass)
+        for name in ("center", "angular_velocity", "velocity"):
+            checks.vector3(name, getattr(self, name))
+        tensor = self.tensor
+        if not np.allclose(tensor, tensor.T) or np.linalg.eigvalsh(tensor)[0] <= 0.0:
+            raise InputError(f"inertia: expected a symmetric positive definite tensor, got {tensor.tolist()}")
+        if abs(float(np.linalg.norm(checks.float_array("attitude", self.attitude, (4,)))) - 1.0) > 1e-6:
+            raise InputError(f"attitude: expected a unit quaternion, scalar first, got {self.attitude!r}")
+        for name in ("torque", "force"):
+            value = getattr(self, name)
+            if value is not None and not callable(value):
+                checks.vector3(name, value)
+
+    @property
+    def tensor(self) -> Array:
+        """Inertia tensor about the hub's centre of mass [kg m^2], shape (3, 3)."""
+        given = np.asarray(self.inertia, dtype=float)
+        return checks.float_array("inertia", np.diag(given) if given.ndim == 1 else given, (3, 3))
+
+    def wrench(self, state: HubState) -> Array:
+        """Force [N] and torque [N m] in hub axes at a state, shape (6,)."""
+        return np.concatenate([_evaluate("force", self.force, state), _evaluate("torque", self.torque, state)])
+
+
+def _evaluate(name: str, given: ArrayLike | Actuation | None, state: HubState) -> Array:
+    if given is None:
+        return np.zeros(3)
+    return checks.vector3(name, given(state.time, state) if callable(given) else given)
