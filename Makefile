@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 CHECKED := src tests benchmarks
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format benchmark clean
+.PHONY: help demo test verification lint format benchmark clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -17,6 +17,9 @@ demo: $(VENV)/installed demo/m2.toml ## install into .venv, run the stop maneuve
 
 test: $(VENV)/tools lint ## install the test tools; check format, lint, types, import contract; run all tests
 	$(BIN)/pytest
+
+verification: $(VENV)/tools ## run all tests and rewrite docs/verification.md from what they measured
+	$(BIN)/pytest --verification-table=docs/verification.md
 
 lint: $(VENV)/tools ## check format, lint rules, types and the import contract
 	$(BIN)/ruff format --check $(CHECKED)

@@ -18,7 +18,8 @@ import tautflex as tf
 from tautflex.mechanics.damping import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.maneuvers import Stop
-from tautflex.solvers.dynamics import _Driver
+from tautflex.solvers.driver import GridDriver
+from tautflex.solvers.dynamics import _Flight
 from tautflex.solvers.probes import place_probes
 from tautflex.solvers.record import Recorder
 from tautflex.solvers.stepper import Stepper
@@ -59,17 +60,17 @@ def measure(name: str, divisions: tuple[int, int], rate: float, duration: float,
     state = tf.solve_prestress(antenna(name, divisions))
     stepper = Stepper(state, tf.WilsonTheta(), Rayleigh(0.001, 0.001), Coupling(), 1e-6)
     maneuver = Stop(rate, duration)
-    driver = _Driver(stepper, maneuver.segments(), step, 8)
+    driver = GridDriver(stepper, maneuver.segments(), step, 8)
+    flight = _Flight(state, maneuver, stepper, Coupling())
     count = round(seconds / step)
     recorder = Recorder(state.system, place_probes(state.system, {"A": (0.7036, 0.4267)}), count + 1, set())
-    rest = np.zeros(state.system.size)
-    at = stepper.start(0.0, rest, rest, driver.segment.motion(0.0))
+    at = flight.start(np.zeros(state.system.size))
     vector = np.random.default_rng(0).standard_normal(state.system.size)
     stepping, substitution = [], []
     for number in range(1, count + 1):
         began = time.thread_time()
         at = driver.advance(at, number * step)
-        driver.record(recorder, number, at, True)
+        flight.record(recorder, driver, at, number, 1)
         stepping.append(time.thread_time() - began)
         if number % 5 == 0:
             began = time.thread_time()

@@ -1,4 +1,4 @@
-"""The verification table: tests record rows, ``pytest --verification-table FILE`` writes them."""
+"""The verification table: tests record rows, ``pytest --verification-table=FILE`` writes them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 HEADER = """# Verification
 
-Passing tests record these rows; `pytest --verification-table docs/verification.md` rewrites this file.
+Passing tests record these rows; `make verification` rewrites this file.
 The error is relative where the expected value is a number other than zero, absolute (abs) where it is zero.
 
 | case | expected | source | got | error | test |
