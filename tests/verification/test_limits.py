@@ -75,7 +75,8 @@ def test_range_of_beam_rotations(verification_row):
         else:
             assert found == pytest.approx(exact, rel=limit)
         name = "full circle, out of range" if limit is None else f"tip turned by {angle:g} rad"
-        verification_row(f"cantilever with end moment, {name}: tip deflection / L", exact, found, "circle")
+        shown = (f"{exact:.3f}", f"{found:.3f}", "circle", f"{abs(found - exact):.2g} (abs)")
+        verification_row(f"cantilever with end moment, {name}: tip deflection / L", *shown)
 
 
 def curved_tip(load: float) -> np.ndarray:
