@@ -1,7 +1,7 @@
 r"""A structure projected on a basis, in pieces that parameters weigh [theory.md 10].
 
-On ``q = kept eta + companions p`` everything is linear in the tensions, in Young's modulus of each kind of element and in
-its density, so the pieces are computed once. `assemble` weighs them and condenses the companions: with
+On ``q = kept eta + companions p`` everything is linear in the tensions, in Young's modulus of each kind of element and
+in its density, so the pieces are computed once. `assemble` weighs them and condenses the companions: with
 ``K_pa eta + H y`` the force that coordinates put on them,
 
     p = D eta + E y,   D = -K_pp^-1 K_pa,   E = -K_pp^-1 H,
