@@ -210,8 +210,8 @@ class HubStepper:
         """All forces but those of accelerations: internal, damping, gyroscopic, centrifugal, inputs; shape (size,)."""
         equation, turning = self.equation, cross_matrix(spin)
         total = internal - equation.input_load + equation.inertia.load(turning @ turning)
-        if equation.damping_matrix is not None:
-            total += equation.damping_matrix @ v
+        if equation.products.damped:
+            total += equation.products.damping_product(v)
         if spin.any():
             total += equation.inertia.apply(2.0 * turning, v) + equation.inertia.apply(turning @ turning, q)
         return total
