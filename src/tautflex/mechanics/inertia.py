@@ -28,8 +28,8 @@ Places = NDArray[np.uint32]
 
 def cross_matrix(vector: ArrayLike) -> Array:
     """Matrix S(v) with S(v) a = v x a, shape (3, 3)."""
-    x, y, z = np.asarray(vector, dtype=float)
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    x, y, z = np.asarray(vector, dtype=float).tolist()
+    return np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
 
 
 @numba.njit(cache=True)

@@ -8,12 +8,11 @@ vector instructions. The columns are used as they are stored: nothing is copied.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numba
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csc_matrix
+from numpy.typing import NDArray
+
+from tautflex.solvers.direct.panels import PanelPattern
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -22,34 +21,73 @@ _jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, e
 
 
 @_jit
-def _find_panels(start: Indices, rows: NDArray[np.int32]) -> Indices:
-    """First columns of the panels, with the number of columns behind them."""
-    size = start.size - 1
-    first, count = np.empty(size + 1, dtype=np.int64), 0
-    for j in range(size):
-        begins = True
-        if j > 0:
-            before = start[j] - start[j - 1]
-            # The rows below a column's first one are among those of the column that this one names (its parent).
-            begins = before != start[j + 1] - start[j] + 1 or rows[start[j - 1]] != j
-        if begins:
-            first[count] = j
-            count += 1
-    first[count] = size
-    return first[: count + 1].copy()
+def _add_columns(
+    start: Indices, values: Array, x: Array, first: int, width: int, below: int, result: Array
+) -> None:
+    """Add the panel's columns below its triangle, times their unknowns."""
+    j, end = first, first + width
+    while j + 3 <= end:
+        c0, f0 = values[start[j + 1] - below : start[j + 1]], x[j]
+        c1, f1 = values[start[j + 2] - below : start[j + 2]], x[j + 1]
+        c2, f2 = values[start[j + 3] - below : start[j + 3]], x[j + 2]
+        for i in range(below):
+            result[i] += f0 * c0[i] + f1 * c1[i] + f2 * c2[i]
+        j += 3
+    while j < end:
+        column, factor = values[start[j + 1] - below : start[j + 1]], x[j]
+        for i in range(below):
+            result[i] += factor * column[i]
+        j += 1
 
 
 @_jit
-def _substitute(
-    panels: Indices, start: Indices, rows: NDArray[np.uint32], values: Array, inverse: Array,
-    order: NDArray[np.uint32], widest: int, right: Array,
-) -> Array:  # fmt: skip
+def _subtract_products(
+    start: Indices, values: Array, known: Array, first: int, width: int, below: int, x: Array
+) -> None:
+    """Subtract the products of the panel's columns below its triangle with known unknowns."""
+    j, end = first, first + width
+    while j + 3 <= end:
+        c0 = values[start[j + 1] - below : start[j + 1]]
+        c1 = values[start[j + 2] - below : start[j + 2]]
+        c2 = values[start[j + 3] - below : start[j + 3]]
+        t0, t1, t2 = 0.0, 0.0, 0.0
+        for i in range(below):
+            t0 += known[i] * c0[i]
+            t1 += known[i] * c1[i]
+            t2 += known[i] * c2[i]
+        x[j] -= t0
+        x[j + 1] -= t1
+        x[j + 2] -= t2
+        j += 3
+    while j < end:
+        column, total = values[start[j + 1] - below : start[j + 1]], 0.0
+        for i in range(below):
+            total += known[i] * column[i]
+        x[j] -= total
+        j += 1
+
+
+@_jit
+def substitute(pattern: PanelPattern, values: Array, inverse: Array, right: Array) -> Array:
+    """Solve with the factors of a matrix.
+
+    Parameters
+    ----------
+    pattern
+        Pattern of L.
+    values, inverse
+        Entries of L and reciprocal pivots, shapes (entries of L,) and (size,).
+    right
+        Right-hand side, shape (size,).
+    """
+    start, rows, panels, order = pattern.start, pattern.rows, pattern.panels, pattern.order
     size = order.size
-    x, part = np.empty(size), np.empty(widest)
+    x, part = np.empty(size), np.empty(pattern.widest)
     for i in range(size):
         x[i] = right[order[i]]
     for panel in range(panels.size - 1):
-        first, last = panels[panel], panels[panel + 1] - 1
+        first, width = panels[panel], panels[panel + 1] - panels[panel]
+        last = first + width - 1
         below = start[last + 1] - start[last]
         own = rows[start[last] : start[last + 1]]
         for j in range(first, last):
@@ -57,51 +95,45 @@ def _substitute(
             column, target = values[start[j] : start[j] + length], x[j + 1 : last + 1]
             for i in range(length):
                 target[i] -= factor * column[i]
+        if width == 3:
+            c0, f0 = values[start[first + 1] - below : start[first + 1]], x[first]
+            c1, f1 = values[start[first + 2] - below : start[first + 2]], x[first + 1]
+            c2, f2 = values[start[first + 3] - below : start[first + 3]], x[first + 2]
+            for i in range(below):
+                x[own[i]] -= f0 * c0[i] + f1 * c1[i] + f2 * c2[i]
+            continue
         result = part[:below]
-        j, left = first, (last + 1 - first) % 3
         result[:] = 0.0
-        for _ in range(left):
-            column, factor = values[start[j + 1] - below : start[j + 1]], x[j]
-            for i in range(below):
-                result[i] += factor * column[i]
-            j += 1
-        while j <= last:
-            c0, f0 = values[start[j + 1] - below : start[j + 1]], x[j]
-            c1, f1 = values[start[j + 2] - below : start[j + 2]], x[j + 1]
-            c2, f2 = values[start[j + 3] - below : start[j + 3]], x[j + 2]
-            for i in range(below):
-                result[i] += f0 * c0[i] + f1 * c1[i] + f2 * c2[i]
-            j += 3
+        _add_columns(start, values, x, first, width, below, result)
         for i in range(below):
             x[own[i]] -= result[i]
     for i in range(size):
         x[i] *= inverse[i]
     for panel in range(panels.size - 2, -1, -1):
-        first, last = panels[panel], panels[panel + 1] - 1
+        first, width = panels[panel], panels[panel + 1] - panels[panel]
+        last = first + width - 1
         below = start[last + 1] - start[last]
-        own, known = rows[start[last] : start[last + 1]], part[:below]
+        own = rows[start[last] : start[last + 1]]
+        if width == 3:
+            c0 = values[start[first + 1] - below : start[first + 1]]
+            c1 = values[start[first + 2] - below : start[first + 2]]
+            c2 = values[start[first + 3] - below : start[first + 3]]
+            t0, t1, t2 = x[first], x[first + 1], x[first + 2]
+            for i in range(below):
+                value = x[own[i]]
+                t0 -= value * c0[i]
+                t1 -= value * c1[i]
+                t2 -= value * c2[i]
+            k = start[first]
+            t1 -= values[start[first + 1]] * t2
+            x[first] = t0 - values[k] * t1 - values[k + 1] * t2
+            x[first + 1] = t1
+            x[first + 2] = t2
+            continue
+        known = part[:below]
         for i in range(below):
             known[i] = x[own[i]]
-        j, left = first, (last + 1 - first) % 3
-        for _ in range(left):
-            column, total = values[start[j + 1] - below : start[j + 1]], 0.0
-            for i in range(below):
-                total += known[i] * column[i]
-            x[j] -= total
-            j += 1
-        while j <= last:
-            c0 = values[start[j + 1] - below : start[j + 1]]
-            c1 = values[start[j + 2] - below : start[j + 2]]
-            c2 = values[start[j + 3] - below : start[j + 3]]
-            t0, t1, t2 = 0.0, 0.0, 0.0
-            for i in range(below):
-                t0 += known[i] * c0[i]
-                t1 += known[i] * c1[i]
-                t2 += known[i] * c2[i]
-            x[j] -= t0
-            x[j + 1] -= t1
-            x[j + 2] -= t2
-            j += 3
+        _subtract_products(start, values, known, first, width, below, x)
         for j in range(last - 1, first - 1, -1):
             length, total = last - j, 0.0
             column, above = values[start[j] : start[j] + length], x[j + 1 : last + 1]
@@ -112,35 +144,3 @@ def _substitute(
     for i in range(size):
         result[order[i]] = x[i]
     return result
-
-
-class Substitution:
-    """Solves with ``P L D L' P'`` whose pattern stays.
-
-    Parameters
-    ----------
-    lower
-        Strictly lower triangle of L, rows sorted within each column.
-    order
-        Row of the matrix that stands at each place of L, shape (size,).
-    """
-
-    def __init__(self, lower: csc_matrix, order: Sequence[int]) -> None:
-        self._start = lower.indptr.astype(np.int64)
-        self._panels = _find_panels(self._start, lower.indices)
-        self._rows = lower.indices.astype(np.uint32)
-        self._order = np.asarray(order, dtype=np.uint32)
-        last = self._panels[1:] - 1
-        self._widest = int((self._start[last + 1] - self._start[last]).max(initial=0))
-
-    def set(self, values: Array, diagonal: ArrayLike) -> None:
-        """Take the values of L and D, shapes (entries of L,) and (size,)."""
-        self._values, self._inverse = values, 1.0 / np.asarray(diagonal)
-
-    def solve(self, right: Array) -> Array:
-        """Solve for one right-hand side, shape (size,)."""
-        solution: Array = _substitute(
-            self._panels, self._start, self._rows, self._values, self._inverse, self._order, self._widest,
-            np.ascontiguousarray(right, dtype=float),
-        )  # fmt: skip
-        return solution
