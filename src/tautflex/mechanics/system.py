@@ -44,7 +44,7 @@ class StructuralSystem:
         self._dofs = [place[block.dofs] for block in self.blocks]
         self._places = [np.ascontiguousarray(dofs.T).astype(np.uint32) for dofs in self._dofs]
         self.pattern = SparsityPattern.from_elements(self.size, self._dofs)
-        self._slots = [self.pattern.slots(dofs.T[:, None], dofs.T[None, :]).astype(np.uint32) for dofs in self._dofs]
+        self._slots = [self.pattern.element_slots(dofs) for dofs in self._dofs]
         self._set_stress(initial_stress or [block.initial_stress for block in self.blocks])
 
     def _set_stress(self, initial_stress: list[Array]) -> None:

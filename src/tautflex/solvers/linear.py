@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from hashlib import blake2b
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,8 @@ _chosen: ContextVar[str] = ContextVar("linear_solver", default="auto")
 _LARGE = 100_000
 # Residual of a solution, relative to its right-hand side and the growth in it, that unpivoted factors may leave.
 _TRUSTED = 1e-8
+# Orders kept with a pattern: whole, reference state, mass, prestress.
+_REMEMBERED = 4
 
 
 @contextmanager
@@ -107,14 +111,14 @@ class SymmetricFactorization:
         self._ready, self._fallback = False, None
         upper = self._reduce(values[self.pattern.upper[0]])
         if self._direct is None:
-            self._direct = choose(self.pattern.size)(self.pattern.size, self._start, self._rows)
+            self._direct = choose(self.pattern.size)(self.pattern.size, self._start, self._rows, self._memo())
         try:
             self._direct.factorize(upper)
             trusted = not self._direct.negative_pivots() or self._leaves_no_residual(values)
         except np.linalg.LinAlgError:
             trusted = False
         if not trusted:
-            self._fallback = PivotedLU(self.pattern.size, self._start, self._rows)
+            self._fallback = PivotedLU(self.pattern.size, self._start, self._rows, {})
             self._fallback.factorize(upper)
         self._ready = True
 
@@ -130,6 +134,14 @@ class SymmetricFactorization:
             before = np.concatenate([[0], np.cumsum(present)])
             self._start, self._rows = before[start].astype(np.int32), rows[present]
         return upper if self._kept is None else upper[self._kept]
+
+    def _memo(self) -> dict[str, Any]:
+        """What is known about the part of the pattern that is used; kept for a few parts."""
+        part = b"" if self._kept is None else blake2b(np.packbits(self._kept).data).digest()
+        memo = self.pattern.memo
+        if part not in memo and len(memo) >= _REMEMBERED:
+            del memo[next(iter(memo))]
+        return memo.setdefault(part, {})
 
     def _leaves_no_residual(self, values: Array) -> bool:
         """Whether the factors of an indefinite matrix reproduce it: without pivoting their entries may grow."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,9 +37,9 @@ class Backend(Protocol):
         ...
 
 
-Maker = Callable[[int, NDArray[np.int32], NDArray[np.int32]], Backend]
+Maker = Callable[[int, NDArray[np.int32], NDArray[np.int32], dict[str, Any]], Backend]
 
-# Name -> class, made from size, column starts and rows of the upper triangle.
+# Name -> class, made from size, column starts and rows of the upper triangle, and a place for what it finds out.
 BACKENDS: dict[str, Maker] = {"ldl": PanelLDL, "qdldl": PlainLDL, "superlu": PivotedLU, "pardiso": Pardiso}
 
 __all__ = ["BACKENDS", "Backend", "Maker", "PanelLDL", "Pardiso", "PivotedLU", "PlainLDL"]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.solvers.direct.panels import analyse, factorize_panels
+from tautflex.solvers.direct.panels import PanelPattern, analyse, factorize_panels
 from tautflex.solvers.direct.substitution import substitute
 
 Array = NDArray[np.float64]
@@ -20,10 +22,16 @@ class PanelLDL:
         Number of unknowns.
     column_start, rows
         Compressed columns of the upper triangle.
+    memo
+        Where the order is kept for other matrices of this pattern.
     """
 
-    def __init__(self, size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32]) -> None:
-        self._pattern = analyse(size, column_start, rows)
+    def __init__(
+        self, size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32], memo: dict[str, Any]
+    ) -> None:
+        if "panels" not in memo:
+            memo["panels"] = analyse(size, column_start, rows)
+        self._pattern: PanelPattern = memo["panels"]
         self._values, self._pivots = np.empty(len(self._pattern.rows)), np.empty(size)
         self._inverse = np.empty(size)
 

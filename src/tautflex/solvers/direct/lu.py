@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array, triu
@@ -19,9 +21,13 @@ class PivotedLU:
         Number of unknowns.
     column_start, rows
         Compressed columns of the upper triangle.
+    memo
+        Not used.
     """
 
-    def __init__(self, size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32]) -> None:
+    def __init__(
+        self, size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32], memo: dict[str, Any]
+    ) -> None:
         self._size, self._start, self._rows = size, column_start, rows
         self._factors: SuperLU | None = None
 

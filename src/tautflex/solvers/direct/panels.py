@@ -1,6 +1,6 @@
 """Symbolic and numeric L D L' factorization by panels of columns with the same rows.
 
-The fill-reducing order and the pattern of L come from QDLDL, once. The numbers are then computed panel by panel (a
+The fill-reducing order and the pattern of L are found once (`ordering`). The numbers are then computed panel by panel (a
 right-looking supernodal method [Rothberg & Gupta 1993]): everything is sums of contiguous stretches of columns, which
 the compiler turns into vector instructions, where QDLDL goes entry by entry. There is no pivoting.
 """
@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-import qdldl
 from numpy.typing import NDArray
-from scipy.sparse import csc_array
+
+from tautflex.solvers.direct.ordering import order_and_fill
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -53,18 +53,11 @@ class PanelPattern(NamedTuple):
 def analyse(size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32]) -> PanelPattern:
     """Order the symmetric matrix whose upper triangle has this pattern, and find the pattern of its factor."""
     columns = np.repeat(np.arange(size, dtype=np.int32), np.diff(column_start))
-    # Any definite matrix of this pattern will do: diagonally dominant.
-    values = np.where(rows == columns, 1.0 + 2.0 * len(rows), 1.0)
-    solver = qdldl.Solver(csc_array((values, rows, column_start), shape=(size, size)), upper=True)
-    lower, _, order = solver.factors()
-    del solver
-    order = np.asarray(order, dtype=np.uint32)
-    start = lower.indptr.astype(np.int64)
-    panels = _find_panels(start, lower.indices)
+    order, start, pattern_rows = order_and_fill(size, column_start, rows)
+    panels = _find_panels(start, pattern_rows)
     member = np.repeat(np.arange(len(panels) - 1, dtype=np.uint32), np.diff(panels))
     place = np.empty(size, dtype=np.int64)
     place[order] = np.arange(size)
-    pattern_rows = lower.indices.astype(np.uint32)
     target = _find_targets(start, pattern_rows, place, rows, columns)
     last = panels[1:] - 1
     widest = int((start[last + 1] - start[last]).max(initial=0))
@@ -72,7 +65,7 @@ def analyse(size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32])
 
 
 @_jit
-def _find_panels(start: Indices, rows: NDArray[np.int32]) -> Indices:
+def _find_panels(start: Indices, rows: Rows) -> Indices:
     size = start.size - 1
     first, count = np.empty(size + 1, dtype=np.int64), 0
     for j in range(size):

@@ -33,6 +33,8 @@ class Pardiso:
         Number of unknowns.
     column_start, rows
         Compressed columns of the upper triangle.
+    memo
+        Not used.
 
     Raises
     ------
@@ -40,7 +42,9 @@ class Pardiso:
         If ``pypardiso`` is not installed.
     """
 
-    def __init__(self, size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32]) -> None:
+    def __init__(
+        self, size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32], memo: dict[str, Any]
+    ) -> None:
         try:
             from pypardiso import PyPardisoSolver
         except ImportError as error:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import qdldl
 from numpy.typing import NDArray
@@ -19,9 +21,13 @@ class PlainLDL:
         Number of unknowns.
     column_start, rows
         Compressed columns of the upper triangle.
+    memo
+        Not used.
     """
 
-    def __init__(self, size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32]) -> None:
+    def __init__(
+        self, size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32], memo: dict[str, Any]
+    ) -> None:
         self._size, self._start, self._rows = size, column_start, rows
         self._solver: qdldl.Solver | None = None
 
