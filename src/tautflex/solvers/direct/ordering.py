@@ -44,7 +44,8 @@ def order_and_fill(size: int, column_start: NDArray[np.int32], rows: NDArray[np.
     del upper, whole
     count = int(group.max(initial=-1)) + 1
     members = np.bincount(group, minlength=count)
-    pairs = np.unique(_pairs(group, rows, columns, count))
+    pairs = np.sort(_pairs(group, rows, columns, count))
+    pairs = pairs[np.concatenate([[True], np.diff(pairs) > 0])]
     row, column = pairs % count, pairs // count
     # Any definite matrix of this pattern will do: diagonally dominant.
     values = np.where(row == column, 1.0 + 2.0 * len(pairs), 1.0)
