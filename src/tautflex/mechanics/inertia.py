@@ -194,8 +194,8 @@ class InertiaOperator:
         return self.pattern.matrix(self.entries(weight))
 
     @cached_property
-    def pairs(self) -> PairProducts:
-        """All nine products by rows, for compiled code."""
+    def pairs(self) -> tuple[NDArray[Any], ...]:
+        """All nine products by rows, the parts of a `PairProducts`, for compiled code."""
         rows, columns = self.pattern.rows, self.pattern.columns
         first, lines, starts, others, values = [0], list[Places](), list[NDArray[np.int64]](), [], []
         entry = 0
@@ -210,12 +210,14 @@ class InertiaOperator:
                 values.append(self.values[b][a])
                 first.append(first[-1] + line.size)
                 entry += slot.size
-        return PairProducts(
-            np.array(first, dtype=np.int64),
-            np.concatenate(lines),
-            np.append(np.concatenate(starts), entry).astype(np.int64),
-            np.concatenate(others),
-            np.concatenate(values),
+        return tuple(
+            PairProducts(
+                np.array(first, dtype=np.int64),
+                np.concatenate(lines),
+                np.append(np.concatenate(starts), entry).astype(np.int64),
+                np.concatenate(others),
+                np.concatenate(values),
+            )
         )
 
     def apply(self, weight: ArrayLike, vector: Array) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.elements.laws import ELASTIC, SLACK, slack_factor, tension_field
-from tautflex.mechanics.store import KernelStore, block_data
+from tautflex.mechanics.store import block_data
 
 Array = NDArray[np.float64]
 
@@ -162,7 +162,7 @@ def add_forces(store: Any, q: Array, force: Array, stresses: Array, forces: bool
     Parameters
     ----------
     store
-        Blocks, a `KernelStore`.
+        Blocks, the parts of a `KernelStore`.
     q, force
         Extended vectors, shape (size + 1,).
     stresses
@@ -176,7 +176,7 @@ def add_forces(store: Any, q: Array, force: Array, stresses: Array, forces: bool
         Strain energy [J]; of nonlinear blocks alone without ``energies``.
     """
     energy, first = 0.0, 0
-    for block in range(store.table.shape[0]):
+    for block in range(store[3].shape[0]):
         data = block_data(store, block)
         size = data.initial_stress.size
         energy += _block_force(data, q, force, stresses[first : first + size], forces, energies)
@@ -238,7 +238,7 @@ def add_average_forces(store: Any, start: Array, end: Array, force: Array) -> No
     and for other laws by the discrete gradient, which corrects the average stress along the change of strain
     [Gonzalez, J. Nonlinear Sci. 6 (1996) 449].
     """
-    for block in range(store.table.shape[0]):
+    for block in range(store[3].shape[0]):
         _block_average(block_data(store, block), start, end, force)
 
 
@@ -254,7 +254,7 @@ def _store_initial_energies(store: Any, block: int) -> None:
         data.initial_energy[e] = apply_law(data, e, 1, stress, tangent)
 
 
-def restart_energy(store: KernelStore, block: int) -> None:
+def restart_energy(store: tuple[NDArray[Any], ...], block: int) -> None:
     """Let energies of a block with a nonlinear law count from zero unknowns, as those of the elastic law do."""
     if block_data.py_func(store, block).law != ELASTIC:
         _store_initial_energies(store, block)

@@ -33,16 +33,17 @@ class PairProducts(NamedTuple):
 
 @_jit
 def add_pair_products(pairs: Any, weight: Array, factor: float, vector: Array, result: Array) -> None:
-    """Add ``factor M(weight) vector`` to ``result``; weights are mostly zeros for a fixed axis."""
+    """Add ``factor M(weight) vector`` to ``result``; ``pairs`` holds the parts of a `PairProducts`."""
+    first, line, start, column, value = pairs
     for a in range(3):
         for b in range(3):
             z = factor * weight[a, b]
             if z != 0.0:
-                for k in range(pairs.first[3 * a + b], pairs.first[3 * a + b + 1]):
+                for k in range(first[3 * a + b], first[3 * a + b + 1]):
                     total = 0.0
-                    for entry in range(np.uint64(pairs.start[k]), np.uint64(pairs.start[k + 1])):
-                        total += pairs.value[entry] * vector[pairs.column[entry]]
-                    result[pairs.line[k]] += z * total
+                    for entry in range(np.uint64(start[k]), np.uint64(start[k + 1])):
+                        total += value[entry] * vector[column[entry]]
+                    result[line[k]] += z * total
 
 
 @_jit

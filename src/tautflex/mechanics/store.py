@@ -1,7 +1,8 @@
 """All element blocks of a structure in four flat arrays, so that one compiled call works through all of them.
 
-Handing dozens of arrays to a compiled function costs more than the elements of a small mesh; four arrays and a table
-of offsets cost nothing. `block_data` cuts a block's lists of non-zero terms out of them again, inside compiled code.
+Handing dozens of arrays to a compiled function costs more than the elements of a small mesh; four arrays cost nothing.
+`block_data` cuts a block's lists of non-zero terms out of them again, inside compiled code. Named tuples are handed over
+as plain ones, whose types need no look-up.
 """
 
 from __future__ import annotations
@@ -116,10 +117,11 @@ def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Slots], initial_str
     )
 
 
-@numba.njit(cache=True, inline="never")
+@numba.njit(cache=True)
 def block_data(store: Any, block: int) -> Any:
     """Views of one block's terms, a `KernelData`."""
-    row = store.table[block]
+    all_slots, terms, values, table = store
+    row = table[block]
     count, unknowns, strains = row[_ELEMENTS], row[_UNKNOWNS], row[_STRAINS]
     slot, t, v = row[_FIRST_SLOT], row[_FIRST_TERM], row[_FIRST_VALUE]
     gradient, linear, quadratic, elastic = (
@@ -139,9 +141,8 @@ def block_data(store: Any, block: int) -> Any:
     v5 = v4 + strains * count
     v6 = v5 + count
     v7 = v6 + count
-    terms, values = store.terms, store.values
     return KernelData(
-        store.slots[slot : slot + unknowns * count].reshape((unknowns, count)),
+        all_slots[slot : slot + unknowns * count].reshape((unknowns, count)),
         terms[t : t + gradient],
         terms[t + gradient : t1],
         terms[t1 : t1 + linear],
@@ -164,7 +165,7 @@ def block_data(store: Any, block: int) -> Any:
     )
 
 
-def python_view(store: KernelStore, block: int) -> KernelData:
+def python_view(store: tuple[NDArray[Any], ...], block: int) -> KernelData:
     """The same views outside compiled code: writing into them changes the store."""
     view: KernelData = block_data.py_func(store, block)
     return view

@@ -31,8 +31,9 @@ class PanelLDL:
     ) -> None:
         if "panels" not in memo:
             memo["panels"] = analyse(size, column_start, rows)
-        self._pattern: PanelPattern = memo["panels"]
-        self._values, self._pivots = np.empty(len(self._pattern.rows)), np.empty(size)
+        pattern: PanelPattern = memo["panels"]
+        self._pattern = tuple(pattern)
+        self._values, self._pivots = np.empty(len(pattern.rows)), np.empty(size)
         self._inverse = np.empty(size)
 
     def factorize(self, values: Array) -> None:

@@ -7,7 +7,7 @@ the compiler turns into vector instructions, where QDLDL goes entry by entry. Th
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -143,28 +143,28 @@ def _outer_column(start: Indices, values: Array, diagonal: Array, first: int, la
 
 
 @_jit
-def factorize_panels(pattern: PanelPattern, entries: Array, values: Array, diagonal: Array) -> bool:
+def factorize_panels(pattern: Any, entries: Array, values: Array, diagonal: Array) -> bool:
     """Fill the entries of L and D from those of the matrix's upper triangle; False at a zero pivot.
 
     Parameters
     ----------
     pattern
-        Pattern of L.
+        Pattern of L, the parts of a `PanelPattern`.
     entries
         Values of the matrix, in the order of ``pattern.target``.
     values, diagonal
         Filled, shapes (entries of L,) and (size,).
     """
-    start, rows, panels = pattern.start, pattern.rows, pattern.panels
+    _, start, rows, panels, member, target, widest = pattern
     values.fill(0.0)
     diagonal.fill(0.0)
     for k in range(entries.size):
-        place = pattern.target[k]
+        place = target[k]
         if place < values.size:
             values[place] = entries[k]
         else:
             diagonal[place - values.size] = entries[k]
-    buffer, relative = np.empty(pattern.widest), np.empty(pattern.widest, dtype=np.int64)
+    buffer, relative = np.empty(widest), np.empty(widest, dtype=np.int64)
     for panel in range(panels.size - 1):
         first, last = panels[panel], panels[panel + 1] - 1
         if not _factor_triangle(start, values, diagonal, first, last):
@@ -174,7 +174,7 @@ def factorize_panels(pattern: PanelPattern, entries: Array, values: Array, diago
         k = 0
         while k < below:
             # All columns of one ancestor panel that this panel changes: places of the rows behind that panel.
-            parent = pattern.member[own[k]]
+            parent = member[own[k]]
             end = np.int64(panels[parent + 1])
             inside = k
             while inside < below and own[inside] < end:

@@ -8,11 +8,11 @@ vector instructions. The columns are used as they are stored: nothing is copied.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
-
-from tautflex.solvers.direct.panels import PanelPattern
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -68,21 +68,21 @@ def _subtract_products(
 
 
 @_jit
-def substitute(pattern: PanelPattern, values: Array, inverse: Array, right: Array) -> Array:
+def substitute(pattern: Any, values: Array, inverse: Array, right: Array) -> Array:
     """Solve with the factors of a matrix.
 
     Parameters
     ----------
     pattern
-        Pattern of L.
+        Pattern of L, the parts of a `PanelPattern`.
     values, inverse
         Entries of L and reciprocal pivots, shapes (entries of L,) and (size,).
     right
         Right-hand side, shape (size,).
     """
-    start, rows, panels, order = pattern.start, pattern.rows, pattern.panels, pattern.order
+    order, start, rows, panels, _, _, widest = pattern
     size = order.size
-    x, part = np.empty(size), np.empty(pattern.widest)
+    x, part = np.empty(size), np.empty(widest)
     for i in range(size):
         x[i] = right[order[i]]
     for panel in range(panels.size - 1):
