@@ -105,7 +105,8 @@ class SymmetricFactorization:
         numpy.linalg.LinAlgError
             If the matrix is singular or not finite.
         """
-        if not np.all(np.isfinite(values)):
+        # The sum alone is finite unless an entry is not, or (hardly ever) it overflows.
+        if not np.isfinite(values.sum()) and not np.all(np.isfinite(values)):
             raise np.linalg.LinAlgError("matrix has entries that are not finite")
         self.factorizations += 1
         self._ready, self._fallback = False, None

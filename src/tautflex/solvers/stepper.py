@@ -64,7 +64,7 @@ class Stepper:
     damping: Rayleigh
     coupling: Coupling
     tolerance: float
-    max_iterations: int = 25
+    max_iterations: int = 40
     inputs: InputSet | None = None
 
     def __post_init__(self) -> None:
@@ -156,9 +156,8 @@ class Stepper:
         """
         tangent = self._system.tangent(q)
         self._diagonal = tangent[self._diagonal_slots]
-        values = scheme.weight * tangent + scheme.inertia.d * self._inertia.mass_entries
-        if self.equation.products.damped:
-            values += scheme.weight * scheme.velocity.d * self.equation.damping_entries
+        values = tangent if scheme.weight == 1.0 else scheme.weight * tangent
+        values += self.coefficients(size).constant_stiffness
         symmetric = 0.5 * (terms.displacement + terms.displacement.T)
         if symmetric.any():
             values += scheme.weight * self._inertia.entries(symmetric)
@@ -195,6 +194,10 @@ class _Coefficients:
         inertia, velocity = scheme.inertia, scheme.velocity
         self.known = np.array([scheme.weight, inertia.v, inertia.a, velocity.v, velocity.a])
         self.linear = equation.products.combined(inertia.d, scheme.weight * velocity.d)
+        # The same in the whole pattern, for the effective stiffness.
+        self.constant_stiffness = inertia.d * equation.inertia.mass_entries
+        if equation.products.damped:
+            self.constant_stiffness += scheme.weight * velocity.d * equation.damping_entries
 
 
 class _StepProblem:
