@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.inputs import InputSet
-from tautflex.reduction.march import Frame
+from tautflex.reduction.forces import Frame
 
 if TYPE_CHECKING:
     from tautflex.reduction.model import ReducedModel

@@ -61,7 +61,7 @@ class Run:
 class ReducedPlant(Protocol):
     """A model that brings its own time stepping."""
 
-    def simulate(self, maneuver: Maneuver | None, **options: Any) -> Run:
+    def simulate(self, maneuver: Maneuver | FreeHub | None, **options: Any) -> Run:
         """Integrate; arguments and result of `simulate`."""
         ...
 
