@@ -12,8 +12,8 @@ from tautflex.solvers.secant import SecantMemory
 
 Array = NDArray[np.float64]
 
-# A slower old tangent is given up. A refactorization costs ten iterations (40x20 film), but the rate of one iteration is
-# a pessimistic guess: the secant memory has yet to learn (measured: large amplitude, 1 ms steps, 8 to 40 tried).
+# A slower old tangent is given up. A refactorization costs ten iterations (40x20 film), but the rate of one iteration
+# is a pessimistic guess: the secant memory has yet to learn (measured: large amplitude, 1 ms steps, 8 to 40 tried).
 PATIENCE = 20
 SLOPE_ACCEPTED = 0.9
 

@@ -1,8 +1,8 @@
 """Symbolic and numeric L D L' factorization by panels of columns with the same rows.
 
-The fill-reducing order and the pattern of L are found once (`ordering`). The numbers are then computed panel by panel (a
-right-looking supernodal method [Rothberg & Gupta 1993]): everything is sums of contiguous stretches of columns, which
-the compiler turns into vector instructions, where QDLDL goes entry by entry. There is no pivoting.
+The fill-reducing order and the pattern of L are found once (`ordering`). The numbers are then computed panel by panel
+(a right-looking supernodal method [Rothberg & Gupta 1993]): everything is sums of contiguous stretches of columns,
+which the compiler turns into vector instructions, where QDLDL goes entry by entry. There is no pivoting.
 """
 
 from __future__ import annotations
@@ -81,7 +81,9 @@ def _find_panels(start: Indices, rows: Rows) -> Indices:
 
 
 @_jit
-def _find_targets(start: Indices, rows: Rows, place: Indices, row: NDArray[np.int32], column: NDArray[np.int32]):
+def _find_targets(
+    start: Indices, rows: Rows, place: Indices, row: NDArray[np.int32], column: NDArray[np.int32]
+) -> Indices:
     target = np.empty(row.size, dtype=np.int64)
     for k in range(row.size):
         i, j = place[row[k]], place[column[k]]
