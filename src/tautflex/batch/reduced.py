@@ -15,7 +15,6 @@ from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.maneuvers import unit_axis
 from tautflex.reduction.model import ReducedModel
-from tautflex.reduction.monomials import pairs
 from tautflex.reduction.pieces import Coefficients, Factors, assemble
 from tautflex.solvers.probes import ProbeSet
 
@@ -37,11 +36,6 @@ class ReducedPlant:
         self.rom, self.state, self.size = rom, rom.state, rom.size
         self.secants = _SECANTS
         self.kinds = tuple(rom.pieces.elastic)
-        first, second = pairs(rom.size)
-        self.first, self.second = first, second
-        place = np.zeros((rom.size, rom.size), dtype=np.int64)
-        place[first, second] = place[second, first] = np.arange(len(first))
-        self.place = place
 
     def equation(self, numbers: Numbers, course: Course, coupling: Coupling, probes: ProbeSet) -> ReducedEquation:
         """Equation of one run."""
@@ -90,7 +84,7 @@ class ReducedEquation:
         turn = [_turning(c, weight, origin) for weight in (spin, spin @ spin)]
         # One product for all that is linear in (q, v, swing, pull), one for what follows the companions.
         damping = self._alpha * c.mass + self._beta * c.linear
-        none = jnp.zeros((len(plant.first), plant.size))
+        none = jnp.zeros((c.cubic.shape[0], plant.size))
         self._on_coordinates = jnp.block(
             [[damping, turn[0].own, turn[1].own], [none, turn[0].companions, turn[1].companions]]
         )
@@ -101,16 +95,17 @@ class ReducedEquation:
         self._companions = jnp.asarray((probes.map @ basis.companions.T).T)
 
     def _monomials(self, q: Array) -> Array:
-        return q[self._plant.first] * q[self._plant.second]
+        """Products ``q_i q_j``, i <= j, by slices: gathers are slow on processors."""
+        return jnp.concatenate([q[i] * q[i:] for i in range(self.size)])
 
     def _rates(self, q: Array, v: Array) -> Array:
-        first, second = self._plant.first, self._plant.second
-        return q[first] * v[second] + v[first] * q[second]
+        return jnp.concatenate([q[i] * v[i:] + v[i] * q[i:] for i in range(self.size)])
 
     def _applied(self, s: Array, q: Array) -> Array:
         """Force ``Y' s`` of stresses that work on the monomials."""
-        matrix = s[self._plant.place]
-        return matrix @ q + jnp.diagonal(matrix) * q
+        starts = np.cumsum([0, *range(self.size, 1, -1)])
+        upper = jnp.stack([jnp.pad(s[k : k + self.size - i], (i, 0)) for i, k in enumerate(starts)])
+        return jnp.sum((upper + upper.T) * q, axis=1)
 
     def _scales(self, spin: Spin) -> tuple[Any, Any]:
         on = float(self._coupling.inertial_load)

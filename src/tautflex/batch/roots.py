@@ -27,12 +27,11 @@ _DENSE = 64
 
 
 class Memory(NamedTuple):
-    """Secants of earlier iterations, see :mod:`tautflex.solvers.secant`; shapes (depth, n), (depth, depth), ()."""
+    """Secants of earlier iterations, see :mod:`tautflex.solvers.secant`; shapes (depth, n), (depth, n), (depth, depth)."""
 
     changes: Array
     shifts: Array
     gram: Array
-    count: Array
 
 
 class Solution(NamedTuple):
@@ -59,26 +58,25 @@ class _Iteration(NamedTuple):
 
 def empty_memory(size: int, depth: int) -> Memory:
     """Memory without secants."""
-    return Memory(jnp.zeros((depth, size)), jnp.zeros((depth, size)), jnp.eye(depth), jnp.zeros(()))
+    return Memory(jnp.zeros((depth, size)), jnp.zeros((depth, size)), jnp.eye(depth))
 
 
 def _learn(memory: Memory, move: Array, change: Array, answer: Array, wanted: Array) -> Memory:
+    """Put a pair first and drop the last one; everything stays as it is if the pair is of no use."""
     energy = change @ answer
     good = wanted & (energy > 0.0) & jnp.isfinite(energy)
     scale = jnp.where(good, 1.0 / jnp.sqrt(jnp.where(good, energy, 1.0)), 0.0)
-    row = memory.count.astype(int) % memory.gram.shape[0]
-    changes = memory.changes.at[row].set(jnp.where(good, scale * change, memory.changes[row]))
-    shifts = memory.shifts.at[row].set(jnp.where(good, scale * (answer - move), memory.shifts[row]))
-    products = scale * (changes @ answer)
-    gram = memory.gram.at[row].set(jnp.where(good, products, memory.gram[row]))
-    gram = gram.at[:, row].set(jnp.where(good, products, gram[:, row]))
-    return Memory(changes, shifts, gram, memory.count + good)
+    changes = jnp.concatenate([scale * change[None], memory.changes[:-1]])
+    shifts = jnp.concatenate([scale * (answer - move)[None], memory.shifts[:-1]])
+    # A pair has unit energy; places without one keep the row of a unit matrix.
+    row = jnp.concatenate([jnp.ones(1), scale * (memory.changes[:-1] @ answer)])
+    gram = jnp.concatenate([row[None], jnp.concatenate([row[1:, None], memory.gram[:-1, :-1]], axis=1)])
+    learned = Memory(changes, shifts, gram)
+    return Memory(*(jnp.where(good, new, old) for new, old in zip(learned, memory, strict=True)))
 
 
 def _correct(memory: Memory, plain: Array) -> Array:
-    depth = memory.gram.shape[0]
-    used = jnp.arange(depth) < memory.count
-    gram = jnp.where(used[:, None] & used[None, :], memory.gram, jnp.eye(depth)) + _RIDGE * jnp.eye(depth)
+    gram = memory.gram + _RIDGE * jnp.eye(memory.gram.shape[0])
     return plain - _solve_small(gram, memory.changes @ plain) @ memory.shifts
 
 
