@@ -56,6 +56,8 @@ if TYPE_CHECKING:
     from tautflex.motion.sequence import Sequence
     from tautflex.motion.slew import Slew, SpinUp
     from tautflex.motion.tabulated import Tabulated
+    from tautflex.reduction.basis import ModalBasis, PodBasis
+    from tautflex.reduction.model import ReducedModel, reduce
     from tautflex.results import load, save
     from tautflex.solvers.adaptive import Adaptive
     from tautflex.solvers.campbell import campbell
@@ -97,13 +99,16 @@ __all__ = [
     "MeshData",
     "MeshError",
     "MissingExtraError",
+    "ModalBasis",
     "Model",
     "Newmark",
     "NodalForce",
     "NotConvergedError",
+    "PodBasis",
     "PressureLoad",
     "PrestressError",
     "Rayleigh",
+    "ReducedModel",
     "Sequence",
     "Slew",
     "SpinUp",
@@ -131,6 +136,7 @@ __all__ = [
     "maneuver_end",
     "pod",
     "read_mesh",
+    "reduce",
     "save",
     "save_appendage",
     "scalogram",
@@ -210,6 +216,14 @@ _NAMES_OF_MODULE = {
         "SpinUp",
     ),
     "motion.tabulated": ("Tabulated",),
+    "reduction.basis": (
+        "ModalBasis",
+        "PodBasis",
+    ),
+    "reduction.model": (
+        "ReducedModel",
+        "reduce",
+    ),
     "results": (
         "load",
         "save",

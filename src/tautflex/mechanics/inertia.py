@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numba
 import numpy as np
@@ -30,6 +31,19 @@ def cross_matrix(vector: ArrayLike) -> Array:
     """Matrix S(v) with S(v) a = v x a, shape (3, 3)."""
     x, y, z = np.asarray(vector, dtype=float)
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+class LoadMoments(Protocol):
+    """What turns accelerations of the frame into loads, of a structure or of a reduced model."""
+
+    @property
+    def size(self) -> int:
+        """Length of the load."""
+        ...
+
+    def load(self, weight: ArrayLike, acceleration: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+        """Load ``int rho N' (Z x + a)``, shape (size,)."""
+        ...
 
 
 @numba.njit(cache=True)
@@ -112,6 +126,11 @@ class InertiaOperator:
             moment,
             second,
         )
+
+    @property
+    def size(self) -> int:
+        """Number of free unknowns."""
+        return self.pattern.size
 
     def entries(self, weight: ArrayLike) -> Array:
         """Values of ``M(Z)`` in the pattern.

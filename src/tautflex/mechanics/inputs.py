@@ -256,6 +256,10 @@ class InputSet:
         self._system.change_initial_stress(change)
         return load
 
+    def changes_stress(self) -> bool:
+        """Whether an input acts through the initial stress."""
+        return any(bool(item.stress(0.0)) for item in self._inputs)
+
     def release(self) -> None:
         """Take all stress changes back."""
         self._system.change_initial_stress({})

@@ -98,6 +98,11 @@ class StructuralSystem:
         ]
 
     @property
+    def element_places(self) -> list[NDArray[np.int64]]:
+        """Place of every element unknown among the free ones, ``size`` where it is held, shapes (element, dof)."""
+        return self._dofs
+
+    @property
     def stress(self) -> list[Array]:
         """Stress of each block at the last `force` call, shapes (element, strain)."""
         return [stress.T for stress in self._stress]

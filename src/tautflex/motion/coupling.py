@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.inertia import InertiaOperator, cross_matrix
+from tautflex.mechanics.inertia import LoadMoments, cross_matrix
 from tautflex.motion.kinematics import RigidMotion
 
 Array = NDArray[np.float64]
@@ -42,8 +42,8 @@ class Coupling:
         """Matrix Z of K_T = M(Z), shape (3, 3) [1/s^2]."""
         return motion.euler * float(self.euler) + motion.centrifugal * float(self.centrifugal)
 
-    def load(self, motion: RigidMotion, inertia: InertiaOperator) -> Array:
+    def load(self, motion: RigidMotion, inertia: LoadMoments) -> Array:
         """Load Q_T on the free unknowns [N, N m], shape (size,); it stands on the left of equation (49)."""
         if not self.inertial_load:
-            return np.zeros(inertia.pattern.size)
+            return np.zeros(inertia.size)
         return inertia.load(motion.euler + motion.centrifugal, motion.origin_acceleration)

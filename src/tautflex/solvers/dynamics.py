@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
@@ -58,8 +58,16 @@ class Run:
     stats: Statistics
 
 
+class ReducedPlant(Protocol):
+    """A model that brings its own time stepping."""
+
+    def simulate(self, maneuver: Maneuver | None, **options: Any) -> Run:
+        """Integrate; arguments and result of `simulate`."""
+        ...
+
+
 def simulate(
-    state: PrestressedState,
+    state: PrestressedState | ReducedPlant,
     maneuver: Maneuver | FreeHub | None = None,
     *,
     method: Method | None = None,
@@ -84,7 +92,8 @@ def simulate(
     Parameters
     ----------
     state
-        Prestressed state; the run starts from its steady spinning equilibrium at the maneuver's start.
+        Prestressed state, or a reduced model of one (`reduce`); the run starts from its steady spinning equilibrium at
+        the maneuver's start.
     maneuver
         Prescribed rigid motion, or a `FreeHub` whose motion is part of the answer; None is none.
     method
@@ -132,6 +141,27 @@ def simulate(
     NotConvergedError
         If a step fails and ``throw`` is set; ``.result`` holds the partial run.
     """
+    if hasattr(state, "simulate"):
+        # A reduced model brings its own stepping.
+        return state.simulate(
+            maneuver,
+            method=method,
+            time_step=time_step,
+            end_time=end_time,
+            adaptive=adaptive,
+            damping=damping,
+            coupling=coupling,
+            inputs=inputs,
+            probes=probes,
+            probe_reading=probe_reading,
+            initial_velocity=initial_velocity,
+            every=every,
+            fields=fields,
+            tolerance=tolerance,
+            max_halvings=max_halvings,
+            progress=progress,
+            throw=throw,
+        )
     count = step_count(time_step, end_time, every)
     if tolerance is not None:
         checks.positive("tolerance", tolerance)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -47,6 +47,30 @@ def mesh_variables(model: Model) -> dict[str, tuple[Any, ...]]:
         about = {"long_name": f"nodes of each {name}", "units": "1"}
         variables[name] = ((f"{name}_element", corner), elements, about)
     return variables
+
+
+class Samples(NamedTuple):
+    """Stored instants of a run.
+
+    Parameters
+    ----------
+    time
+        [s], shape (sample,).
+    probe
+        Displacement and velocity of the probes [m, m/s], shape (sample, 2, probe, 3).
+    spin
+        Angular velocity and acceleration of the frame, shape (sample, 2, 3).
+    scalar
+        Columns of `SCALARS`, shape (sample, column).
+    fields
+        Time [s], displacement of all nodes (node, 3) [m] and state of the film's elements, of every stored field.
+    """
+
+    time: Array
+    probe: Array
+    spin: Array
+    scalar: Array
+    fields: list[tuple[float, Array, NDArray[np.int8]]]
 
 
 class Recorder:
@@ -95,44 +119,51 @@ class Recorder:
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""
         n = self._count
-        model = self._system.model
-        data: dict[str, tuple[Any, ...]] = {}
-        for kind, (suffix, units, words) in enumerate(
-            (("", "m", "elastic displacement"), ("_velocity", "m s-1", "elastic velocity"))
-        ):
-            for axis, name in enumerate("uvw"):
-                about = {"long_name": f"{words} along {COMPONENTS[axis]}", "units": units}
-                data[name + suffix] = (("time", "probe"), self._probe[:n, kind, :, axis], about)
-        for kind, (name, units) in enumerate((("angular_velocity", "rad s-1"), ("angular_acceleration", "rad s-2"))):
-            about = {"long_name": name.replace("_", " ") + " of the floating frame", "units": units}
-            data[name] = (("time", "component"), self._spin[:n, kind], about)
-        for column, (name, units, words) in enumerate(SCALARS):
-            data[name] = ("time", self._scalar[:n, column], {"long_name": words, "units": units})
-        fields = np.array([field for _, field, _ in self._fields]).reshape(-1, len(model.nodes), 3)
-        about = {"long_name": "elastic displacement of all nodes", "units": "m"}
-        data["displacement"] = (("field_time", "node", "component"), fields, about)
-        states = np.array([state for _, _, state in self._fields], dtype=np.int8).reshape(
-            len(self._fields), len(model.triangles)
+        samples = Samples(self._time[:n], self._probe[:n], self._spin[:n], self._scalar[:n], self._fields)
+        return run_dataset(
+            self._system.model, self._probes, samples, {**attributes, "warnings": self._watch.warnings()}
         )
-        flags: dict[str, Any] = {
-            "flag_values": np.arange(len(FILM_STATES), dtype=np.int8),
-            "flag_meanings": " ".join(FILM_STATES),
-        }
-        flags |= {"long_name": "state of each film element", "units": "1"}
-        data["film_state"] = (("field_time", "triangle_element"), states, flags)
-        about = {"long_name": "reference position of the probe", "units": "m"}
-        data["probe_position"] = (("probe", "component"), self._probes.positions, about)
-        return xr.Dataset(
-            {**data, **mesh_variables(model)},
-            coords={
-                "time": ("time", self._time[:n], {"long_name": "time", "units": "s"}),
-                "probe": list(self._probes.names),
-                "component": COMPONENTS,
-                "field_time": (
-                    "field_time",
-                    np.array([time for time, *_ in self._fields]),
-                    {"long_name": "time of stored fields", "units": "s"},
-                ),
-            },
-            attrs={**attributes, "warnings": self._watch.warnings()},
-        )
+
+
+def run_dataset(model: Model, probes: ProbeSet, samples: Samples, attributes: dict[str, Any]) -> xr.Dataset:
+    """Dataset of the samples of a run, with the mesh."""
+    data: dict[str, tuple[Any, ...]] = {}
+    for kind, (suffix, units, words) in enumerate(
+        (("", "m", "elastic displacement"), ("_velocity", "m s-1", "elastic velocity"))
+    ):
+        for axis, name in enumerate("uvw"):
+            about = {"long_name": f"{words} along {COMPONENTS[axis]}", "units": units}
+            data[name + suffix] = (("time", "probe"), samples.probe[:, kind, :, axis], about)
+    for kind, (name, units) in enumerate((("angular_velocity", "rad s-1"), ("angular_acceleration", "rad s-2"))):
+        about = {"long_name": name.replace("_", " ") + " of the floating frame", "units": units}
+        data[name] = (("time", "component"), samples.spin[:, kind], about)
+    for column, (name, units, words) in enumerate(SCALARS):
+        data[name] = ("time", samples.scalar[:, column], {"long_name": words, "units": units})
+    fields = np.array([field for _, field, _ in samples.fields]).reshape(-1, len(model.nodes), 3)
+    about = {"long_name": "elastic displacement of all nodes", "units": "m"}
+    data["displacement"] = (("field_time", "node", "component"), fields, about)
+    states = np.array([state for _, _, state in samples.fields], dtype=np.int8).reshape(
+        len(samples.fields), len(model.triangles)
+    )
+    flags: dict[str, Any] = {
+        "flag_values": np.arange(len(FILM_STATES), dtype=np.int8),
+        "flag_meanings": " ".join(FILM_STATES),
+    }
+    flags |= {"long_name": "state of each film element", "units": "1"}
+    data["film_state"] = (("field_time", "triangle_element"), states, flags)
+    about = {"long_name": "reference position of the probe", "units": "m"}
+    data["probe_position"] = (("probe", "component"), probes.positions, about)
+    return xr.Dataset(
+        {**data, **mesh_variables(model)},
+        coords={
+            "time": ("time", samples.time, {"long_name": "time", "units": "s"}),
+            "probe": list(probes.names),
+            "component": COMPONENTS,
+            "field_time": (
+                "field_time",
+                np.array([time for time, *_ in samples.fields]),
+                {"long_name": "time of stored fields", "units": "s"},
+            ),
+        },
+        attrs=attributes,
+    )

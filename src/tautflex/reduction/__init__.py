@@ -1,0 +1,1 @@
+"""Reduced models: bases, exact polynomial forces, compiled time stepping."""

@@ -1,0 +1,149 @@
+"""Reduced model: a few coordinates with exact polynomial forces in place of all unknowns [theory.md 10]."""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.errors import InputError, UnsupportedError
+from tautflex.reduction.basis import Basis, BasisVectors, ModalBasis, ReferenceSolver
+from tautflex.reduction.monomials import monomials
+from tautflex.reduction.pieces import Coefficients, Pieces, assemble, project
+from tautflex.solvers.prestress import PrestressedState
+from tautflex.structure.model import Model
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ReducedModel:
+    """Structure on a basis; `simulate` takes it in place of a prestressed state.
+
+    Parameters
+    ----------
+    state
+        The prestressed state that was reduced.
+    basis
+        Vectors: displacement = eta kept + (E y + load response) companions.
+    pieces
+        Projected structure, in pieces that parameters weigh.
+    seconds
+        What the reduction cost [s].
+    """
+
+    state: PrestressedState
+    basis: BasisVectors
+    pieces: Pieces
+    seconds: float
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return len(self.basis.kept)
+
+    @property
+    def model(self) -> Model:
+        """The structure."""
+        return self.state.model
+
+    @cached_property
+    def coefficients(self) -> Coefficients:
+        """Equation of motion of the coordinates at the parameters of the state."""
+        return assemble(self.pieces)
+
+    @cached_property
+    def reference(self) -> ReferenceSolver:
+        """Static solver of the full reference."""
+        return ReferenceSolver(self.state)
+
+    @property
+    def memory(self) -> int:
+        """Bytes of basis and pieces."""
+        arrays = [self.basis.kept, self.basis.companions, *self.pieces.stress.values()]
+        arrays += [*self.pieces.elastic.values()]
+        arrays += [array for part in self.pieces.higher.values() for array in (part.quadratic, part.cubic)]
+        arrays += [array for part in self.pieces.inertia.values() for array in (part.pair, part.first, part.zeroth)]
+        return sum(array.nbytes for array in arrays)
+
+    def displacement(self, eta: Array, pulled: Array | None = None) -> Array:
+        """Free unknowns [m, rad] from coordinates.
+
+        Parameters
+        ----------
+        eta
+            Coordinates, shape (..., r).
+        pulled
+            Companions that the load holds off, shape (..., p); None is none.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (..., size).
+        """
+        follow = monomials(eta) @ self.coefficients.follow_quadratic.T
+        if pulled is not None:
+            follow = follow + pulled
+        return eta @ self.basis.kept + follow @ self.basis.companions
+
+    def coordinates(self, q: Array) -> Array:
+        """Coordinates of free unknowns by mass projection, shape (..., size) -> (..., r)."""
+        mass = self.state.system.inertia.mass_matrix
+        return (mass @ q.T).T @ self.basis.kept.T
+
+    def simulate(self, *args: Any, **options: Any) -> Any:
+        """`tautflex.simulate` of this model; same arguments, same result type."""
+        from tautflex.reduction.simulation import simulate_reduced
+
+        return simulate_reduced(self, *args, **options)
+
+    def __repr__(self) -> str:
+        return (
+            f"ReducedModel({self.size} coordinates for {self.state.system.size} unknowns: {self.basis.description}; "
+            f"{self.memory / 1e6:.3g} MB, made in {self.seconds:.3g} s)"
+        )
+
+
+def reduce(state: PrestressedState, basis: Basis | None = None) -> ReducedModel:
+    """Reduce a prestressed structure to a few coordinates.
+
+    Parameters
+    ----------
+    state
+        Prestressed state; laws must be elastic (for wrinkling film see `hyper_reduce`).
+    basis
+        `ModalBasis` (default: all transverse rigid accelerations), `PodBasis`, or anything that finds vectors.
+
+    Returns
+    -------
+    ReducedModel
+
+    Raises
+    ------
+    InputError
+        If ``basis`` is not a basis.
+    UnsupportedError
+        If the structure has nonlinear laws or can drift away as a rigid body.
+    """
+    began = clock.perf_counter()
+    basis = basis or ModalBasis()
+    if not hasattr(basis, "vectors"):
+        raise InputError(f"basis: expected an object such as ModalBasis(directions=('rx',)), got {basis!r}")
+    laws = sorted({block.law for block in state.system.blocks} - {"elastic"})
+    if laws:
+        raise UnsupportedError(
+            f"law: expected elastic film and cables, whose forces are polynomials, got {', '.join(laws)}; use "
+            "hyper_reduce(state, run), or law = 'elastic'"
+        )
+    if state.model.rigid_freedom:
+        raise UnsupportedError(
+            f"supports: expected a structure held against rigid motion, {state.model.rigid_freedom} rigid motion(s) "
+            "are free; hold the frame (frame.support = 'corners')"
+        )
+    vectors = basis.vectors(state)
+    pieces = project(state, vectors)
+    return ReducedModel(state, vectors, pieces, clock.perf_counter() - began)

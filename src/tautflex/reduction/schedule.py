@@ -1,0 +1,73 @@
+"""Which steps a run takes: on the time grid, and onto the limits of segments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.motion.kinematics import Segment
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Steps of equal size inside one segment.
+
+    Parameters
+    ----------
+    segment
+        Number of the segment.
+    size
+        Step [s].
+    starts
+        Where each step starts [s], shape (n,).
+    grid
+        Number of the grid instant at the end of each step, -1 where it ends between two, shape (n,).
+    """
+
+    segment: int
+    size: float
+    starts: Array
+    grid: NDArray[np.int64]
+
+
+def stretches(segments: tuple[Segment, ...], step: float, count: int, longest: int) -> Iterator[Stretch]:
+    """Steps from 0 to ``count * step`` in order.
+
+    Parameters
+    ----------
+    segments
+        Segments of the maneuver.
+    step, count
+        Grid [s].
+    longest
+        Largest number of steps in one stretch.
+    """
+    slack = 1e-9 * step
+    done, time = 0, 0.0
+    for number, segment in enumerate(segments):
+        if done >= count:
+            return
+        if segment.end <= time + slack:
+            continue
+        # Grid instants up to the segment's limit; a limit on an instant belongs to the segment before it.
+        last = count if not np.isfinite(segment.end) else min(count, int(np.floor((segment.end + slack) / step)))
+        ends = np.arange(done + 1, last + 1) * step
+        grid = np.arange(done + 1, last + 1)
+        if last < count and segment.end > last * step + slack:
+            ends, grid = np.append(ends, segment.end), np.append(grid, -1)
+        starts = np.concatenate([[time], ends[:-1]])
+        sizes = ends - starts
+        sizes[np.abs(sizes - step) < slack] = step
+        changes = np.flatnonzero(np.diff(sizes)) + 1
+        for part in np.split(np.arange(len(ends)), changes):
+            for first in range(0, len(part), longest):
+                piece = part[first : first + longest]
+                if piece.size:
+                    yield Stretch(number, float(sizes[piece[0]]), starts[piece], grid[piece])
+        if len(ends):
+            time, done = float(ends[-1]), last
