@@ -15,12 +15,14 @@ from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.maneuvers import unit_axis
 from tautflex.reduction.model import ReducedModel
+from tautflex.reduction.monomials import pairs
 from tautflex.reduction.pieces import Coefficients, Factors, assemble
 from tautflex.solvers.probes import ProbeSet
 
 Array = jax.Array
 
-_SECANTS = 2
+_SECANTS = 1
+_ROUND_OFF = 1e-12
 
 
 class ReducedPlant:
@@ -36,6 +38,11 @@ class ReducedPlant:
         self.rom, self.state, self.size = rom, rom.state, rom.size
         self.secants = _SECANTS
         self.kinds = tuple(rom.pieces.elastic)
+        first, second = pairs(rom.size)
+        nominal = rom.coefficients
+        # Second-degree forces of a flat structure are round-off.
+        self.curved = bool(np.abs(nominal.quadratic).max(initial=0.0) > _ROUND_OFF * np.abs(nominal.linear).max())
+        self.pick = jnp.asarray(np.eye(rom.size)[np.concatenate([first, second])])
 
     def equation(self, numbers: Numbers, course: Course, coupling: Coupling, probes: ProbeSet) -> ReducedEquation:
         """Equation of one run."""
@@ -76,66 +83,71 @@ class ReducedEquation:
             by_kind("density"),
         )
         c = self._c = assemble(plant.rom.pieces, factors, jnp)
+        self._count = c.cubic.shape[0]
+        self._pick = plant.pick
         self._mass_inverse = jnp.linalg.inv(c.mass)
         self._modes = _natural_modes(jax.lax.stop_gradient(c.mass), jax.lax.stop_gradient(c.linear))
         self._cubic, self._viscous = 0.25 * c.cubic, self._beta * c.viscous
-        self._stiffness = jnp.concatenate([c.linear, c.quadratic], axis=1)
-        self._viscous_stiffness = jnp.concatenate([self._cubic, self._viscous], axis=1)
         turn = [_turning(c, weight, origin) for weight in (spin, spin @ spin)]
-        # One product for all that is linear in (q, v, swing, pull), one for what follows the companions.
-        damping = self._alpha * c.mass + self._beta * c.linear
-        none = jnp.zeros((c.cubic.shape[0], plant.size))
-        self._on_coordinates = jnp.block(
-            [[damping, turn[0].own, turn[1].own], [none, turn[0].companions, turn[1].companions]]
-        )
-        self._on_monomials = jnp.concatenate([turn[0].back.T, turn[1].back.T], axis=1)
+        self._turn = turn
+        self._damping = self._alpha * c.mass + self._beta * c.linear
         self._load, self._follow = [part.load for part in turn], [part.follow for part in turn]
         basis = plant.rom.basis
         self._kept = jnp.asarray((probes.map @ basis.kept.T).T)
         self._companions = jnp.asarray((probes.map @ basis.companions.T).T)
 
     def _monomials(self, q: Array) -> Array:
-        """Products ``q_i q_j``, i <= j, by slices: gathers are slow on processors."""
-        return jnp.concatenate([q[i] * q[i:] for i in range(self.size)])
+        """Products ``q_i q_j``, i <= j; selection by small matrices is faster than by index, here and on a GPU."""
+        both = self._pick @ q
+        return both[: self._count] * both[self._count :]
 
-    def _rates(self, q: Array, v: Array) -> Array:
-        return jnp.concatenate([q[i] * v[i:] + v[i] * q[i:] for i in range(self.size)])
+    def _pairs(self, q: Array, v: Array) -> tuple[Array, Array, Array]:
+        """Monomials, their rates, and the factors ``(q_j, q_i)`` of every monomial."""
+        m = self._count
+        place, rate = self._pick @ q, self._pick @ v
+        swapped = jnp.concatenate([place[m:], place[:m]])
+        both = rate * swapped
+        return place[:m] * place[m:], both[:m] + both[m:], swapped
 
-    def _applied(self, s: Array, q: Array) -> Array:
+    def _applied(self, s: Array, swapped: Array) -> Array:
         """Force ``Y' s`` of stresses that work on the monomials."""
-        starts = np.cumsum([0, *range(self.size, 1, -1)])
-        upper = jnp.stack([jnp.pad(s[k : k + self.size - i], (i, 0)) for i, k in enumerate(starts)])
-        return jnp.sum((upper + upper.T) * q, axis=1)
+        return (jnp.concatenate([s, s]) * swapped) @ self._pick
 
     def _scales(self, spin: Spin) -> tuple[Any, Any]:
         on = float(self._coupling.inertial_load)
         return on * spin.acceleration, on * spin.square
 
-    def _frame_parts(self, q: Array, v: Array, y: Array, rate: Array, spin: Spin) -> tuple[Array, Array, Array]:
-        """Force of damping and of the moving frame, stress of the latter, and its load."""
+    def _frame_parts(
+        self, damped: Array, q: Array, v: Array, y: Array, rate: Array, spin: Spin
+    ) -> tuple[Array, Array, Array]:
+        """Force of damping on ``damped`` and of the moving frame, stress of the latter, and its load."""
         c, r = self._coupling, self.size
         euler, square = self._scales(spin)
         load = euler * self._load[0] + square * self._load[1]
         gyro, turn = 2.0 * spin.rate * float(c.gyroscopic), spin.acceleration * float(c.euler)
         pull = spin.square * float(c.centrifugal)
-        both = load + self._on_coordinates @ jnp.concatenate([v, gyro * v + turn * q, pull * q])
-        follow = self._on_monomials @ jnp.concatenate([gyro * rate + turn * y, pull * y])
-        return both[:r] + follow, both[r:], load[:r]
+        swing, follow = gyro * v + turn * q, gyro * rate + turn * y
+        first, second = self._turn
+        force = load[:r] + self._damping @ damped + first.own @ swing + pull * (second.own @ q)
+        force += follow @ first.back + pull * (y @ second.back)
+        stress = load[r:] + first.companions @ swing + pull * (second.companions @ q)
+        return force, stress, load[:r]
 
     def frame(self, q: Array, v: Array, spin: Spin) -> Array:
         """Part of the forces that jumps with the motion, shape (r,)."""
-        force, stress, _ = self._frame_parts(q, jnp.zeros_like(v), self._monomials(q), self._rates(q, v), spin)
-        gyro = 2.0 * spin.rate * float(self._coupling.gyroscopic)
-        both = self._on_coordinates[:, self.size : 2 * self.size] @ (gyro * v)
-        return force + both[: self.size] + self._applied(stress + both[self.size :], q)
+        y, rate, swapped = self._pairs(q, v)
+        force, stress, _ = self._frame_parts(jnp.zeros_like(v), q, v, y, rate, spin)
+        return force + self._applied(stress, swapped)
 
     def forces(self, q: Array, v: Array, spin: Spin) -> Forces:
         """All forces but inertia; the internal norm counts what the companions feel, as the single run does."""
         c = self._c
-        y, rate = self._monomials(q), self._rates(q, v)
-        force, stress, load = self._frame_parts(q, v, y, rate, spin)
-        stress = stress + self._viscous_stiffness @ jnp.concatenate([y, rate])
-        internal = self._stiffness @ jnp.concatenate([q, y]) + self._applied(stress, q)
+        y, rate, swapped = self._pairs(q, v)
+        force, stress, load = self._frame_parts(v, q, v, y, rate, spin)
+        stress = stress + self._cubic @ y + self._viscous @ rate
+        internal = c.linear @ q + self._applied(stress, swapped)
+        if self._plant.curved:
+            internal += c.quadratic @ y
         return Forces(internal + force, jnp.linalg.norm(internal), jnp.linalg.norm(load))
 
     def mass(self, a: Array) -> Array:
@@ -161,7 +173,7 @@ class ReducedEquation:
             follow = c.follow_quadratic @ y + euler * self._follow[0] + square * self._follow[1]
             found["displacement"] = (q @ self._kept + follow @ self._companions).reshape(-1, 3)
         if "velocity" in store:
-            follow = c.follow_quadratic @ self._rates(q, v)
+            follow = c.follow_quadratic @ self._pairs(q, v)[1]
             found["velocity"] = (v @ self._kept + follow @ self._companions).reshape(-1, 3)
         if "energy" in store:
             strain = 0.5 * q @ c.linear @ q + q @ (c.quadratic @ y) / 3.0 + 0.5 * y @ self._cubic @ y

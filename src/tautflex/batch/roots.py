@@ -76,6 +76,8 @@ def _learn(memory: Memory, move: Array, change: Array, answer: Array, wanted: Ar
 
 
 def _correct(memory: Memory, plain: Array) -> Array:
+    if len(memory.gram) == 1:
+        return plain - (memory.changes[0] @ plain) * memory.shifts[0]
     gram = memory.gram + _RIDGE * jnp.eye(memory.gram.shape[0])
     return plain - _solve_small(gram, memory.changes @ plain) @ memory.shifts
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
@@ -34,8 +33,10 @@ from tautflex.solvers.probes import ProbeSet, place_probes
 from tautflex.solvers.status import Status
 from tautflex.solvers.wilson import WilsonTheta
 
-# Runs that are computed side by side unless told otherwise: what fits the cache of a processor core.
-_CHUNK = {"full": 16, "reduced": 4096}
+# Runs that are computed side by side unless told otherwise: on a processor what fits the cache of a core, on a GPU what
+# keeps it busy; (full, reduced).
+_CHUNK = {"cpu": (16, 128)}
+_CHUNK_ELSEWHERE = (64, 4096)
 
 
 class Batch:
@@ -59,7 +60,6 @@ class Batch:
     def __init__(self, plant: PrestressedState | ReducedModel) -> None:
         if not isinstance(plant, PrestressedState | ReducedModel):
             raise InputError(f"plant: expected a prestressed state or a reduced model, got {plant!r}")
-        self._reduced = isinstance(plant, ReducedModel)
         self._plant: Plant = ReducedPlant(plant) if isinstance(plant, ReducedModel) else FullPlant(plant)
         self._state = self._plant.state
         self._compiled: dict[Hashable, Callable[..., Response]] = {}
@@ -188,7 +188,8 @@ class Batch:
         _check_maneuvers(maneuver, arrays, axes, runs)
         numbers = {**{name: np.asarray(value, dtype=float) for name, value in defaults.items()}, **arrays}
         every = {name: axes.get(name) for name in numbers}
-        at_once = min(runs, checks.whole("chunk", chunk, 1) if chunk else _CHUNK["reduced" if self._reduced else "full"])
+        usual = _CHUNK.get(jax.default_backend(), _CHUNK_ELSEWHERE)[int(isinstance(self._plant, ReducedPlant))]
+        at_once = min(runs, usual if chunk is None else checks.whole("chunk", chunk, 1))
         record = self._run_chunks(function, key, numbers, every, runs, at_once)
         data = to_dataset(record, arrays, axes, runs, placed, method or WilsonTheta(), maneuver, time_step)
         failed = int(np.sum(data["status"].values != Status.COMPLETED.value))
@@ -216,10 +217,9 @@ class Batch:
         parts = []
         for first in range(0, runs, at_once):
             rows = np.minimum(np.arange(first, first + at_once), runs - 1)
-            some = {name: value[rows] if name in batched else value for name, value in numbers.items()}
-            kept = min(at_once, runs - first)
-            parts.append(jax.tree.map(lambda part, kept=kept: np.asarray(part)[:kept], compiled(some)))
-        return jax.tree.map(lambda *pieces: np.concatenate(pieces), *parts)
+            # Calls return before they are done, so that processor cores work on several chunks.
+            parts.append(compiled({name: value[rows] if name in batched else value for name, value in numbers.items()}))
+        return jax.tree.map(lambda *pieces: np.concatenate([np.asarray(piece) for piece in pieces])[:runs], *parts)
 
     def _function(
         self,
