@@ -57,7 +57,7 @@ def batch_seconds(batch: tf.Batch, runs: int, options: dict[str, Any]) -> tuple[
 
 def rows(rom: tf.ReducedModel, sizes: list[int], options: dict[str, Any]) -> list[dict[str, Any]]:
     """One row per device and batch size."""
-    devices = [jax.devices("cpu")[0]] + [d for d in jax.devices() if d.platform != "cpu"][:1]
+    devices = [jax.devices("cpu")[0], *[d for d in jax.devices() if d.platform != "cpu"][:1]]
     simulated, found = float(options["end_time"]), []
     loop_seconds(rom, options)
     reference: dict[int, Any] = {}

@@ -129,7 +129,7 @@ def optimal_rates(rom: ReducedModel, turn: Turn, iterations: int) -> Array:
                 respond({"maneuver.rates": profile, "tension_x": factor, "tension_y": factor}), turn.duration
             )
         )(TENSIONS)
-        excess = jnp.maximum(jnp.abs(between @ profile) / (0.999 * turn.largest_rate) - 1.0, 0.0)
+        excess = jnp.maximum(jnp.abs(between @ profile) / (0.99 * turn.largest_rate) - 1.0, 0.0)
         return jnp.log(jnp.mean(left)) + 1e5 * jnp.mean(excess**2)
 
     found = minimize(
@@ -185,7 +185,9 @@ def draw(runs: dict[str, Run], maneuvers: dict[str, object], turn: Turn, path: P
     plt.close(figure)
 
 
-def compare(turn: Turn, iterations: int = 60) -> tuple[dict[str, tuple[float, float]], dict[str, Run], dict[str, object]]:
+def compare(
+    turn: Turn, iterations: int = 60
+) -> tuple[dict[str, tuple[float, float]], dict[str, Run], dict[str, object]]:
     """Residual energy and rms of each profile in the full model, the runs, and the maneuvers."""
     state = tf.solve_prestress(antenna())
     rates = optimal_rates(tf.reduce(state, tf.ModalBasis(directions=("rx",))), turn, iterations)

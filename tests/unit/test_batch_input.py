@@ -7,7 +7,6 @@ import sys
 
 import numpy as np
 import pytest
-from verification.dynamic_cases import small_antenna
 
 import tautflex as tf
 from tautflex.batch.course import course_of
@@ -15,6 +14,7 @@ from tautflex.batch.grid import steps_of_run
 from tautflex.batch.numbers import checked_numbers
 from tautflex.batch.tables import gather_table, multiply, shared_rows
 from tautflex.errors import InputError, UnsupportedError
+from verification.dynamic_cases import small_antenna
 
 KINDS = ("membrane", "cable", "beam")
 GRID = {"time_step": 1e-3, "end_time": 0.01}
@@ -95,7 +95,9 @@ def test_missing_jax_is_said_in_one_line():
         "try:\n    tf.Batch\nexcept tf.MissingExtraError as error:\n    print(error)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "batch: expected the package jax, which is not installed; pip install 'tautflex[batch]'"
+    assert (
+        done.stdout.strip() == "batch: expected the package jax, which is not installed; pip install 'tautflex[batch]'"
+    )
 
 
 @pytest.mark.parametrize(

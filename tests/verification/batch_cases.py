@@ -22,7 +22,9 @@ def changed_state(state: PrestressedState, numbers: dict[str, float]) -> Prestre
     system = state.system
     fields = prestress_fields(state)
     x, y = factor(numbers, "tension_x"), factor(numbers, "tension_y")
-    stress = [x * a + y * b + (x * y) ** 0.5 * c for a, b, c in zip(*(fields[k] for k in ("x", "y", "xy")), strict=True)]
+    stress = [
+        x * a + y * b + (x * y) ** 0.5 * c for a, b, c in zip(*(fields[k] for k in ("x", "y", "xy")), strict=True)
+    ]
     blocks = tuple(
         replace(
             block,

@@ -6,12 +6,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from verification.batch_cases import changed_rom, changed_state, damping_of, stop_of
-from verification.dynamic_cases import small_antenna
 
 import tautflex as tf
 from tautflex.batch import Response, final_energy, history, peak, residual_energy, residual_rms
 from tautflex.errors import NotConvergedError
+from verification.batch_cases import changed_rom, changed_state, damping_of, stop_of
+from verification.dynamic_cases import small_antenna
 
 PROBES = {"A": (0.6, 0.3), "B": (-0.2, 0.1)}
 VARIABLES = ("u", "v", "w", "u_velocity", "w_velocity", "kinetic_energy", "strain_energy")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -132,12 +133,13 @@ def _corners(pieces: tuple[Piece, ...]) -> list[Any]:
 
 def _along(pieces: tuple[Piece, ...], time: Any, inside: Any) -> tuple[Any, Any, Any]:
     """Unit step and its derivatives: 0 before the pieces, 1 after them."""
-    total = (jnp.where(inside >= pieces[-1].end, 1.0, 0.0), 0.0, 0.0)
+    total: tuple[Any, ...] = (jnp.where(inside >= pieces[-1].end, 1.0, 0.0), 0.0, 0.0)
     for piece in pieces:
         here = (inside >= piece.start) & (inside < piece.end)
         parts = piece.values(time)
-        total = tuple(a + jnp.where(here, b, 0.0) for a, b in zip(total, parts, strict=True))  # type: ignore[assignment]
-    return total
+        total = tuple(a + jnp.where(here, b, 0.0) for a, b in zip(total, parts, strict=True))
+    value, slope, curvature = total
+    return value, slope, curvature
 
 
 def _slew(maneuver: Slew) -> Course:
@@ -201,8 +203,9 @@ def _tabulated(maneuver: Tabulated) -> Course:
     times = np.asarray(maneuver.times)
     twice = np.flatnonzero(np.diff(times) == 0.0) + 1
     bounds = [0, *twice.tolist(), len(times)]
-    starts, matrices, first, last, ends = [], [], [], [], []
-    for begin, stop in zip(bounds[:-1], bounds[1:], strict=True):
+    starts: list[float] = []
+    matrices, first, last, ends = [], [], [], []
+    for begin, stop in pairwise(bounds):
         spline = CubicSpline(times[begin:stop], np.eye(len(times))[begin:stop])
         first.append(len(starts))
         starts += spline.x[:-1].tolist()

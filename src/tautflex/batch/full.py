@@ -136,9 +136,7 @@ class _Inertia:
                 operator.load(spin @ spin, -spin @ spin @ origin),
             )
         self.columns, values = shared_rows(matrices)
-        self.values = {
-            kind: tuple(values[3 * i : 3 * i + 3]) for i, kind in enumerate(plant.kinds)
-        }
+        self.values = {kind: tuple(values[3 * i : 3 * i + 3]) for i, kind in enumerate(plant.kinds)}
 
 
 class FullEquation:
@@ -170,9 +168,7 @@ class FullEquation:
             sum((tension[name] * part for name, part in block.stress.items()), jnp.zeros(block.elasticity.shape[:2]))
             for block in plant.blocks
         ]
-        self._stiff = [
-            block.elasticity * numbers.get(f"youngs_modulus.{block.kind}", 1.0) for block in plant.blocks
-        ]
+        self._stiff = [block.elasticity * numbers.get(f"youngs_modulus.{block.kind}", 1.0) for block in plant.blocks]
         density = {kind: numbers.get(f"density.{kind}", 1.0) for kind in plant.kinds}
         self._columns = inertia.columns
         self._mass, self._turn, self._pull = (
@@ -186,7 +182,7 @@ class FullEquation:
     def _internal(self, q: Array, v: Array) -> tuple[Array, Array, Array]:
         """Internal force above the reference, stiffness damping ``K v``, and strain energy above the reference."""
         place, rate = jnp.append(q, 0.0), jnp.append(v, 0.0)
-        elastic, viscous, energy = [], [], 0.0
+        elastic, viscous, energy = [], [], jnp.zeros(())
         for block, stress, stiff in zip(self._plant.blocks, self._stress, self._stiff, strict=True):
             g = jnp.einsum("egd,ed->eg", block.gradient, place[block.places])
             slope = jnp.einsum("sij,ej->esi", block.quadratic, g)
@@ -236,7 +232,10 @@ class FullEquation:
 
     def mass_solve(self, force: Array) -> Array:
         """Acceleration of a force, shape (n,); conjugate gradients, because it is asked for rarely."""
-        return cg(self.mass, force, tol=1e-14, maxiter=500, M=lambda r: r / self._mass_diagonal)[0]
+        found, _ = cg(  # type: ignore[no-untyped-call]
+            self.mass, force, tol=1e-14, maxiter=500, M=lambda r: r / self._mass_diagonal
+        )
+        return found
 
     def inverse(self, mass: Any, damping: Any, stiffness: Any) -> Callable[[Array], Array]:
         """Symmetric approximate inverse of ``mass M + damping C + stiffness K`` at the nominal reference."""

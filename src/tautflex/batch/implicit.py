@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import jax.numpy as jnp
+import numpy as np
 
 from tautflex.batch.course import Course, Numbers
 from tautflex.batch.equation import Equation
@@ -17,7 +18,7 @@ Array = jax.Array
 
 # As in the single run: the force scale never falls below this part of the largest one met.
 _SCALE_FLOOR = 1e-3
-_ROUND_OFF = 100.0 * float(jnp.finfo(float).eps)
+_ROUND_OFF = 100.0 * float(np.finfo(float).eps)
 
 
 class Walker(NamedTuple):
@@ -94,7 +95,8 @@ class ImplicitWalk:
         e = self._equation
         real = step.size > SLACK * self._time_step
         h = jnp.where(real, step.size, self._time_step)
-        scheme = self._method.scheme(h)
+        # The coefficients are plain arithmetic of the step, which may be traced.
+        scheme = self._method.scheme(cast(float, h))
         edge = step.start + step.size
         middle = jnp.minimum(step.start + 0.5 * step.size, edge - SLACK * self._time_step)
         spin = self._course.spin(self._numbers, step.start + scheme.evaluation * h, middle)

@@ -12,6 +12,6 @@ except ImportError as error:
     ) from error
 
 # Stiff films lose everything in single precision. The switch is JAX's own and holds for the whole process.
-jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_enable_x64", True)  # type: ignore[no-untyped-call]
 
 __all__ = ["jax"]

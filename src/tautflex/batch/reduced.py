@@ -82,7 +82,9 @@ class ReducedEquation:
             by_kind("youngs_modulus"),
             by_kind("density"),
         )
-        c = self._c = assemble(plant.rom.pieces, factors, jnp)
+        # Its fields are arrays of the library it was assembled with.
+        c: Any = assemble(plant.rom.pieces, factors, jnp)
+        self._c = c
         self._count = c.cubic.shape[0]
         self._pick = plant.pick
         self._mass_inverse = jnp.linalg.inv(c.mass)

@@ -18,7 +18,7 @@ from tautflex.solvers.probes import ProbeSet
 
 Array = jax.Array
 
-# Reverse derivatives keep the state at the ends of blocks of this many steps and walk through one block again at a time.
+# Reverse derivatives keep the state at the ends of blocks of so many steps and walk through one block at a time again.
 _BLOCK = 64
 _START_TOLERANCE = 1e-10
 
@@ -123,15 +123,14 @@ def response_function(
         steps, place = steps_of_run(course.breaks(turn), time_step, count, block)
         blocks = Steps(*(part.reshape(-1, block) for part in steps))
         first = sample(at, jnp.zeros(()), jnp.asarray(SLACK * time_step))
-        last, record = lax.scan(
-            jax.checkpoint(lambda at, some: lax.scan(jax.checkpoint(step), at, some)), at, blocks
-        )
+        last, record = lax.scan(jax.checkpoint(lambda at, some: lax.scan(jax.checkpoint(step), at, some)), at, blocks)
         parts = {
             name: jnp.concatenate([begin[None], record[name].reshape(-1, *begin.shape)[place]])
             for name, begin in first.items()
         }
         times = time_step * jnp.arange(count + 1)
         end = jnp.asarray(course.end(turn))
-        return Response(times, *(parts.get(name) for name in STORED), last.alive, last.iterations, end)
+        stored = {name: parts.get(name) for name in STORED}
+        return Response(times, converged=last.alive, iterations=last.iterations, maneuver_end=end, **stored)
 
     return respond

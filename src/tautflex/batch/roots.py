@@ -27,7 +27,7 @@ _DENSE = 64
 
 
 class Memory(NamedTuple):
-    """Secants of earlier iterations, see :mod:`tautflex.solvers.secant`; shapes (depth, n), (depth, n), (depth, depth)."""
+    """Secants of earlier iterations, see :mod:`tautflex.solvers.secant`; shapes (depth, n) twice, (depth, depth)."""
 
     changes: Array
     shifts: Array
@@ -35,7 +35,7 @@ class Memory(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """Root, memory for the next one, what is left of the residual, its scale, and how the iteration went."""
+    """Root, memory for the next one, residual left and its scale, and how the iteration went."""
 
     x: Array
     memory: Memory
@@ -52,7 +52,7 @@ class _Iteration(NamedTuple):
     error: Array
     plain: Array
     move: Array
-    count: Array
+    turn: Array
     memory: Memory
 
 
@@ -83,7 +83,7 @@ def _correct(memory: Memory, plain: Array) -> Array:
 
 
 def _solve_small(matrix: Array, right: Array) -> Array:
-    """Solve with a small positive definite matrix by elimination, unrolled so that it runs side by side for all runs."""
+    """Solve with a small positive definite matrix by elimination, unrolled so that all runs go side by side."""
     rows = [jnp.append(matrix[i], right[i]) for i in range(right.size)]
     for i, pivot in enumerate(rows):
         for j in range(i + 1, len(rows)):
@@ -132,11 +132,11 @@ def find_root(
         error = jnp.where(norm == 0.0, 0.0, norm / scale)
         plain = -inverse(value)
         change, answer = value - state.residual, state.plain - plain
-        known = _learn(state.memory, state.move, change, answer, state.count >= 0.0)
-        return _Iteration(x, value, scale, error, plain, _correct(known, plain), state.count + 1.0, known)
+        known = _learn(state.memory, state.move, change, answer, state.turn >= 0.0)
+        return _Iteration(x, value, scale, error, plain, _correct(known, plain), state.turn + 1.0, known)
 
     def going(state: _Iteration) -> Array:
-        return active & ~(state.error <= tolerance) & (state.count < _MOST_ITERATIONS)
+        return active & ~(state.error <= tolerance) & (state.turn < _MOST_ITERATIONS)
 
     def solve(function: Any, start: Array) -> tuple[Array, tuple[Memory, Array, Array, Array, Array]]:
         # The first turn does not move: it measures the guess. One residual in the loop keeps compiling short.
@@ -144,12 +144,13 @@ def find_root(
         first = _Iteration(start, zero, jnp.ones(()), far, zero, zero, -jnp.ones(()), memory)
         last = lax.while_loop(going, iterate, first)
         done = (last.error <= tolerance).astype(float)
-        return last.x, (last.memory, last.residual, last.scale, done, last.count)
+        return last.x, (last.memory, last.residual, last.scale, done, last.turn)
 
     def tangent_solve(linear: Callable[[Array], Array], right: Array) -> Array:
         if right.size <= _DENSE:
             return jnp.linalg.solve(jax.vmap(linear)(jnp.eye(right.size)).T, right)
-        return bicgstab(linear, right, tol=1e-12, maxiter=400, M=inverse)[0]
+        found, _ = bicgstab(linear, right, tol=1e-12, maxiter=400, M=inverse)  # type: ignore[no-untyped-call]
+        return found
 
     x, (after, left, scale, converged, count) = lax.custom_root(
         lambda x: residual(x)[0], guess, solve, tangent_solve, has_aux=True

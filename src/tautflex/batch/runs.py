@@ -235,7 +235,7 @@ class Batch:
         store: Sequence[str],
         tolerance: float | None,
     ) -> tuple[Course, Numbers, Callable[[Numbers], Response], ProbeSet, Hashable]:
-        """Course, default numbers, the run as a function of all numbers, probes, and what its compilation depends on."""
+        """Course, default numbers, the run as a function of all numbers, probes, and the key of its compilation."""
         count = step_count(time_step, end_time, 1)
         maneuver, method = maneuver or AtRest(), method or WilsonTheta()
         damping, coupling = damping or Rayleigh(), coupling or Coupling()

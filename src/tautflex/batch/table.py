@@ -50,7 +50,10 @@ def to_dataset(
                 data[name + suffix] = (("run", "time", "probe"), np.asarray(values)[..., axis], about)
     if record.energy is not None:
         for column, (name, words) in enumerate(
-            (("kinetic_energy", "kinetic energy of the elastic motion"), ("strain_energy", "strain energy above the reference"))
+            (
+                ("kinetic_energy", "kinetic energy of the elastic motion"),
+                ("strain_energy", "strain energy above the reference"),
+            )
         ):
             about = {"long_name": words, "units": "J"}
             data[name] = (("run", "time"), np.asarray(record.energy)[..., column], about)
@@ -67,9 +70,9 @@ def to_dataset(
         "component": COMPONENTS,
         "run": np.arange(runs),
     }
-    for name, values in parameters.items():
+    for name, given in parameters.items():
         if axes[name] == 0:
-            dims = ("run",) if values.ndim == 1 else ("run", f"{name}.row")
-            coordinates[name] = (dims, values)
+            dims = ("run",) if given.ndim == 1 else ("run", f"{name}.row")
+            coordinates[name] = (dims, given)
     attributes = {"method": method.name, "maneuver": repr(maneuver), "time_step": time_step}
     return xr.Dataset(data, coords=coordinates, attrs=attributes)

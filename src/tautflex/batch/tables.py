@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
+from operator import add
 
 import jax.numpy as jnp
 import numpy as np
@@ -16,7 +18,7 @@ Indices = NDArray[np.int64]
 
 
 def gather_table(places: Indices, size: int) -> Indices:
-    """For every unknown the positions in ``places`` that hold it, filled up with ``places.size``, shape (size, width)."""
+    """Positions in ``places`` that hold each unknown, filled up with ``places.size``, shape (size, width)."""
     order = np.argsort(places, kind="stable")
     counts = np.bincount(places, minlength=size)[:size]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
@@ -36,7 +38,7 @@ def shared_rows(matrices: Sequence[csr_array]) -> tuple[Indices, list[NDArray[np
     Places that a row does not fill have column ``size`` and value 0.
     """
     size = matrices[0].shape[0]
-    union = csr_array(sum(abs(matrix) for matrix in matrices))
+    union = csr_array(reduce(add, (abs(matrix) for matrix in matrices)))
     union.sort_indices()
     counts = np.diff(union.indptr)
     column = np.arange(counts.max(initial=1))
