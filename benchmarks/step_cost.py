@@ -2,7 +2,8 @@
 
 Run ``python benchmarks/step_cost.py`` (or ``make benchmark``). Both are processor times of one process: after every
 fifth step, recording included, the factorized effective stiffness is applied to a vector. The ratio is what counts;
-the milliseconds depend on the machine.
+the milliseconds depend on the machine. ``--growth`` runs fewer steps on meshes from 10x5 to 320x160 instead and prints
+how step time and factor entries grow with the number of unknowns.
 """
 
 from __future__ import annotations
@@ -87,6 +88,7 @@ def measure(name: str, divisions: tuple[int, int], rate: float, duration: float,
         "steps": count,
         "iterations_per_step": stepper.statistics.iterations / count,
         "factorizations": stepper.statistics.factorizations,
+        "fill": stepper._factor.fill,
         "milliseconds_per_step": 1e3 * float(np.mean(stepping)),
         "milliseconds_per_back_substitution": 1e3 * float(np.mean(substitution)),
         "back_substitutions_per_step": float(np.mean(stepping) / np.mean(substitution)),
@@ -94,12 +96,34 @@ def measure(name: str, divisions: tuple[int, int], rate: float, duration: float,
     }
 
 
+def measure_growth(largest: int) -> None:
+    """Print one line per mesh, then the exponents between neighbouring meshes and over all."""
+    rows = []
+    for cells in (5, 10, 20, 40, 80, 160):
+        if cells <= largest:
+            rows.append(measure("M2", (2 * cells, cells), np.pi / 5, 1.0, 0.1, 1e-3))
+            print(json.dumps(rows[-1]), flush=True)
+    size, time_, fill, solve = (
+        np.log([row[key] for row in rows])
+        for key in ("unknowns", "milliseconds_per_step", "fill", "milliseconds_per_back_substitution")
+    )
+    for name, values in (("step time", time_), ("back-substitution", solve), ("factor entries", fill)):
+        slopes = np.diff(values) / np.diff(size)
+        overall = (values[-1] - values[0]) / (size[-1] - size[0])
+        print(json.dumps({"exponent": name, "between": slopes.round(2).tolist(), "overall": round(float(overall), 2)}))
+
+
 def main() -> None:
     """Print one JSON line per case."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=2.0, help="simulated time [s]")
+    parser.add_argument("--growth", action="store_true", help="grow the mesh instead")
+    parser.add_argument("--largest", type=int, default=160, help="cells along the short side of the last mesh")
     arguments = parser.parse_args()
     print(json.dumps({"machine": platform.processor() or platform.machine(), "python": platform.python_version()}))
+    if arguments.growth:
+        measure_growth(arguments.largest)
+        return
     for name, rate, duration in (("M2", np.pi / 5, 1.0), ("M3", np.pi / 5, 0.1), ("M1", np.pi / 2, 0.1)):
         print(json.dumps(measure(name, (40, 20), rate, duration, arguments.seconds, 1e-3)))
 

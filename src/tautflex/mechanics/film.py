@@ -77,17 +77,15 @@ def survey_film(system: StructuralSystem) -> FilmSurvey:
     """Extreme resultants and area fractions at the last force evaluation."""
     smallest, largest, element = np.inf, -np.inf, -1
     areas, first = np.zeros(3), 0
-    for index in system.block_index("membrane"):
-        block, section = system.blocks[index], system.model.groups[index].section
-        thickness = section.thickness  # type: ignore[union-attr]
-        low, high, worst = _survey(system.stress[index].T, block.law_parameters[1], block.measure / thickness, areas)
+    for stress, poisson_ratio, area, thickness in system.films:
+        low, high, worst = _survey(stress, poisson_ratio, area, areas)
         if low * thickness < smallest:
             smallest, element = low * thickness, first + worst
         largest = max(largest, high * thickness)
-        first += len(block.measure)
+        first += len(area)
     if element < 0:
         return FilmSurvey(np.nan, np.nan, -1, np.nan, np.nan)
-    total = areas.sum()
+    total = areas[0] + areas[1] + areas[2]
     return FilmSurvey(smallest, largest, element, areas[1] / total, areas[2] / total)
 
 

@@ -9,6 +9,7 @@ r"""One inertia operator for all elements [theory.md 3].
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -20,17 +21,16 @@ from scipy.sparse import csc_array, csr_array
 
 from tautflex.elements.block import ElementBlock
 from tautflex.mechanics.pattern import SparsityPattern
+from tautflex.mechanics.products import PairProducts, add_moments, add_pair_products
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.int32]
-
-_CHUNK = 4096
+Places = NDArray[np.uint32]
 
 
 def cross_matrix(vector: ArrayLike) -> Array:
     """Matrix S(v) with S(v) a = v x a, shape (3, 3)."""
-    x, y, z = np.asarray(vector, dtype=float)
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    x, y, z = np.asarray(vector, dtype=float).tolist()
+    return np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
 
 
 class LoadMoments(Protocol):
@@ -47,9 +47,36 @@ class LoadMoments(Protocol):
 
 
 @numba.njit(cache=True)
-def _add_product(factor: float, rows: Indices, columns: Indices, values: Array, vector: Array, result: Array) -> None:
-    for k in range(values.size):
-        result[rows[k]] += factor * values[k] * vector[columns[k]]
+def _collect_moments(
+    mass: Array, interpolation: Array, position: Array, places: Places, zeroth: Array, first: Array
+) -> None:
+    """Add ``int rho N_a'`` and ``int rho N_a' x_b`` of a block to arrays (3, size + 1) and (3, 3, size + 1)."""
+    own = interpolation.shape[0] > 1
+    for e in range(mass.shape[0]):
+        for p in range(mass.shape[1]):
+            shape = interpolation[e if own else 0, p]
+            for a in range(3):
+                for i in range(shape.shape[1]):
+                    value = mass[e, p] * shape[a, i]
+                    if value != 0.0:
+                        zeroth[a, places[i, e]] += value
+                        for b in range(3):
+                            first[a, b, places[i, e]] += value * position[e, p, b]
+
+
+@numba.njit(cache=True)
+def _collect_products(mass: Array, interpolation: Array, slots: Places, a: int, b: int, values: Array) -> None:
+    """Add ``int rho N_a' N_b`` of a block to values in the pattern, shape (entries + 1,)."""
+    own = interpolation.shape[0] > 1
+    for e in range(mass.shape[0]):
+        for p in range(mass.shape[1]):
+            shape = interpolation[e if own else 0, p]
+            for i in range(shape.shape[1]):
+                weight = mass[e, p] * shape[a, i]
+                if weight != 0.0:
+                    for j in range(shape.shape[1]):
+                        if shape[b, j] != 0.0:
+                            values[slots[i, j, e]] += weight * shape[b, j]
 
 
 @dataclass(frozen=True)
@@ -75,7 +102,7 @@ class InertiaOperator:
     """
 
     pattern: SparsityPattern
-    slots: tuple[tuple[NDArray[np.int64], ...], ...]
+    slots: tuple[tuple[NDArray[np.int32], ...], ...]
     values: tuple[tuple[Array, ...], ...]
     first_moment: Array
     zeroth_moment: Array
@@ -85,41 +112,50 @@ class InertiaOperator:
 
     @classmethod
     def from_blocks(
-        cls, blocks: tuple[ElementBlock, ...], dofs: list[NDArray[np.int64]], pattern: SparsityPattern
+        cls,
+        blocks: Sequence[ElementBlock],
+        places: Sequence[Places],
+        slots: Sequence[Places],
+        pattern: SparsityPattern,
     ) -> InertiaOperator:
-        """Collect the mass points of all blocks; ``dofs`` maps element unknowns to extended slots."""
+        """Collect the mass points of all blocks.
+
+        Parameters
+        ----------
+        blocks
+            Element blocks.
+        places
+            Slots of the unknowns in extended vectors, shapes (dof, element).
+        slots
+            Positions of the element matrices' entries in the pattern, shapes (dof, dof, element).
+        pattern
+            Sparsity pattern of the free unknowns.
+        """
         size = pattern.size
         first, zeroth = np.zeros((3, 3, size + 1)), np.zeros((3, size + 1))
-        sums = [[np.zeros(pattern.entries + 1) for _ in range(3)] for _ in range(3)]
         mass, moment, second = 0.0, np.zeros(3), np.zeros((3, 3))
-        for block, block_dofs in zip(blocks, dofs, strict=True):
+        for block, where in zip(blocks, places, strict=True):
             points = block.inertia
             mass += float(points.mass.sum())
             moment += np.einsum("np,npk->k", points.mass, points.position)
             second += np.einsum("np,npk,npl->kl", points.mass, points.position, points.position)
-            used = [np.flatnonzero(np.any(points.interpolation[:, :, a] != 0.0, axis=(0, 1))) for a in range(3)]
-            for start in range(0, len(block_dofs), _CHUNK):
-                part = slice(start, start + _CHUNK)
-                weight, places = points.mass[part], block_dofs[part]
-                shapes = points.interpolation
-                shapes = shapes if len(shapes) == 1 else shapes[part]
-                shapes = np.broadcast_to(shapes, (len(places), *shapes.shape[1:]))
-                for a in range(3):
-                    row = shapes[:, :, a][:, :, used[a]]
-                    row_dofs = places[:, used[a]]
-                    np.add.at(zeroth[a], row_dofs, np.einsum("np,npi->ni", weight, row))
-                    for b in range(3):
-                        lever = weight * points.position[part, :, b]
-                        np.add.at(first[a, b], row_dofs, np.einsum("np,npi->ni", lever, row))
-                        column = shapes[:, :, b][:, :, used[b]]
-                        product = np.einsum("np,npi,npj->nij", weight, row, column)
-                        slot = pattern.slots(row_dofs[:, :, None], places[:, used[b]][:, None, :])
-                        np.add.at(sums[a][b], slot.ravel(), product.ravel())
-        kept = [[np.flatnonzero(sums[a][b][:-1]) for b in range(3)] for a in range(3)]
+            _collect_moments(points.mass, points.interpolation, points.position, where, zeroth, first)
+        kept, values = list[tuple[NDArray[np.int32], ...]](), list[tuple[Array, ...]]()
+        total = np.empty(pattern.entries + 1)
+        for a in range(3):
+            line = list[tuple[NDArray[np.int32], Array]]()
+            for b in range(3):
+                total.fill(0.0)
+                for block, where in zip(blocks, slots, strict=True):
+                    _collect_products(block.inertia.mass, block.inertia.interpolation, where, a, b, total)
+                slot = np.flatnonzero(total[:-1])
+                line.append((slot.astype(np.int32), total[slot]))
+            kept.append(tuple(slot for slot, _ in line))
+            values.append(tuple(value for _, value in line))
         return cls(
             pattern,
-            tuple(tuple(row) for row in kept),
-            tuple(tuple(sums[a][b][kept[a][b]] for b in range(3)) for a in range(3)),
+            tuple(kept),
+            tuple(values),
             first[:, :, :-1].copy(),
             zeroth[:, :-1].copy(),
             mass,
@@ -158,18 +194,36 @@ class InertiaOperator:
         return self.pattern.matrix(self.entries(weight))
 
     @cached_property
-    def _rows_and_columns(self) -> tuple[tuple[tuple[NDArray[np.int32], NDArray[np.int32]], ...], ...]:
+    def pairs(self) -> tuple[NDArray[Any], ...]:
+        """All nine products by rows, the parts of a `PairProducts`, for compiled code."""
         rows, columns = self.pattern.rows, self.pattern.columns
-        return tuple(tuple((rows[slot], columns[slot]) for slot in line) for line in self.slots)
+        first, lines, starts, others, values = [0], list[Places](), list[NDArray[np.int64]](), [], []
+        entry = 0
+        for a in range(3):
+            for b in range(3):
+                # M_ab is the transpose of M_ba, so the columns of that one, in which it is sorted, are rows here.
+                slot = self.slots[b][a]
+                line, begin = np.unique(columns[slot], return_index=True)
+                lines.append(line.astype(np.uint32))
+                starts.append(begin + entry)
+                others.append(rows[slot].astype(np.uint32))
+                values.append(self.values[b][a])
+                first.append(first[-1] + line.size)
+                entry += slot.size
+        return tuple(
+            PairProducts(
+                np.array(first, dtype=np.int64),
+                np.concatenate(lines),
+                np.append(np.concatenate(starts), entry).astype(np.int64),
+                np.concatenate(others),
+                np.concatenate(values),
+            )
+        )
 
     def apply(self, weight: ArrayLike, vector: Array) -> Array:
         """``M(Z) vector`` without forming the matrix, shape (size,); Z is mostly zeros for a fixed axis."""
         result = np.zeros(self.pattern.size)
-        z = np.asarray(weight, dtype=float)
-        for a in range(3):
-            for b in range(3):
-                if z[a, b] != 0.0:
-                    _add_product(z[a, b], *self._rows_and_columns[a][b], self.values[a][b], vector, result)
+        add_pair_products(self.pairs, np.asarray(weight, dtype=float), 1.0, np.ascontiguousarray(vector), result)
         return result
 
     @cached_property
@@ -194,5 +248,9 @@ class InertiaOperator:
         acceleration
             Acceleration of the frame's origin in its own axes [m/s^2], shape (3,).
         """
-        z = np.asarray(weight, dtype=float)
-        return np.einsum("ab,abi->i", z, self.first_moment) + np.asarray(acceleration) @ self.zeroth_moment
+        result = np.zeros(self.pattern.size)
+        add_moments(self.first_moment, np.asarray(weight, dtype=float), 1.0, result)
+        for push, moment in zip(np.asarray(acceleration, dtype=float), self.zeroth_moment, strict=True):
+            if push != 0.0:
+                result += push * moment
+        return result

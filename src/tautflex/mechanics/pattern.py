@@ -2,14 +2,96 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+_jit = numba.njit(cache=True)
+
+
+@_jit
+def _elements_of_unknowns(size: int, first: Indices, dofs: Indices) -> tuple[Indices, Indices]:
+    """Elements that each unknown belongs to, as starts and element numbers."""
+    start = np.zeros(size + 2, dtype=np.int64)
+    for dof in dofs:
+        if dof < size:
+            start[dof + 2] += 1
+    start = np.cumsum(start)
+    owner = np.empty(start[-1], dtype=np.int64)
+    for element in range(first.size - 1):
+        for k in range(first[element], first[element + 1]):
+            if dofs[k] < size:
+                owner[start[dofs[k] + 1]] = element
+                start[dofs[k] + 1] += 1
+    return start[:-1].copy(), owner
+
+
+@_jit
+def _merge_elements(
+    size: int, first: Indices, dofs: Indices, owner_start: Indices, owner: Indices, rows: NDArray[np.int32]
+) -> Indices:
+    """Column starts of the union of element blocks; sorted rows are filled in unless ``rows`` is empty."""
+    start, seen = np.zeros(size + 1, dtype=np.int64), np.full(size, -1, dtype=np.int64)
+    for column in range(size):
+        count = start[column]
+        # The diagonal is always there, even of an unknown without elements.
+        seen[column] = column
+        if rows.size:
+            rows[count] = column
+        count += 1
+        for k in range(owner_start[column], owner_start[column + 1]):
+            for m in range(first[owner[k]], first[owner[k] + 1]):
+                row = dofs[m]
+                if row < size and seen[row] != column:
+                    seen[row] = column
+                    if rows.size:
+                        rows[count] = row
+                    count += 1
+        if rows.size:
+            rows[start[column] : count].sort()
+        start[column + 1] = count
+    return start
+
+
+@_jit
+def _find_slot(size: int, start: NDArray[np.int32], rows: NDArray[np.int32], row: int, column: int) -> int:
+    if row >= size or column >= size:
+        return rows.size
+    low, high = start[column], start[column + 1]
+    while low < high:
+        middle = (low + high) // 2
+        if rows[middle] < row:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@_jit
+def _find_slots(
+    size: int, start: NDArray[np.int32], rows: NDArray[np.int32], row: Indices, column: Indices,
+    slots: NDArray[np.uint32],
+) -> None:  # fmt: skip
+    for k in range(slots.size):
+        slots[k] = _find_slot(size, start, rows, row[k], column[k])
+
+
+@_jit
+def _find_element_slots(
+    size: int, start: NDArray[np.int32], rows: NDArray[np.int32], dofs: Indices, slots: NDArray[np.uint32]
+) -> None:
+    for e in range(dofs.shape[0]):
+        for i in range(dofs.shape[1]):
+            for j in range(dofs.shape[1]):
+                slots[i, j, e] = _find_slot(size, start, rows, dofs[e, i], dofs[e, j])
 
 
 @dataclass(frozen=True)
@@ -22,24 +104,26 @@ class SparsityPattern:
         Number of free unknowns.
     column_start, rows
         Compressed-column index arrays, shapes (size + 1,) and (entries,).
+    memo
+        What solvers found out about parts of the pattern (fill-reducing orders), for all who share it.
     """
 
     size: int
     column_start: NDArray[np.int32]
     rows: NDArray[np.int32]
+    memo: dict[bytes, dict[str, Any]] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
     def from_elements(cls, size: int, element_dofs: list[NDArray[np.int64]]) -> SparsityPattern:
         """Union of the dense blocks of all elements; slots equal to ``size`` (supported unknowns) are left out."""
-        keys = [np.arange(size, dtype=np.int64) * (size + 1)]
-        for dofs in element_dofs:
-            row, column = dofs[:, :, None], dofs[:, None, :]
-            inside = (row < size) & (column < size)
-            keys.append(np.unique((column * np.int64(size) + row)[inside]))
-        entries = np.unique(np.concatenate(keys))
-        columns, rows = entries // size, entries % size
-        start = np.searchsorted(columns, np.arange(size + 1))
-        return cls(size, start.astype(np.int32), rows.astype(np.int32))
+        widths = np.concatenate([[0], *(np.full(len(dofs), dofs.shape[1]) for dofs in element_dofs)])
+        first = np.cumsum(widths, dtype=np.int64)
+        dofs = np.concatenate([np.zeros(0, dtype=np.int64), *(dofs.ravel() for dofs in element_dofs)])
+        owner_start, owner = _elements_of_unknowns(size, first, dofs)
+        start = _merge_elements(size, first, dofs, owner_start, owner, np.zeros(0, dtype=np.int32))
+        rows = np.empty(start[-1], dtype=np.int32)
+        _merge_elements(size, first, dofs, owner_start, owner, rows)
+        return cls(size, start.astype(np.int32), rows)
 
     @property
     def entries(self) -> int:
@@ -51,16 +135,20 @@ class SparsityPattern:
         """Column of every stored entry, shape (entries,)."""
         return np.repeat(np.arange(self.size, dtype=np.int32), np.diff(self.column_start))
 
-    @cached_property
-    def _keys(self) -> NDArray[np.int64]:
-        return self.columns.astype(np.int64) * self.size + self.rows
+    def slots(self, row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint32]:
+        """Position of entries (row, column) in the value array; ``entries`` where either is supported.
 
-    def slots(self, row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Position of entries (row, column) in the value array; ``entries`` where either is supported."""
+        Entries that the pattern does not have are an error of the caller; their position is meaningless.
+        """
         row, column = np.broadcast_arrays(row, column)
-        inside = (row < self.size) & (column < self.size)
-        slots = np.full(row.shape, self.entries, dtype=np.int64)
-        slots[inside] = np.searchsorted(self._keys, column[inside] * np.int64(self.size) + row[inside])
+        slots = np.empty(row.shape, dtype=np.uint32)
+        _find_slots(self.size, self.column_start, self.rows, row.reshape(-1), column.reshape(-1), slots.reshape(-1))
+        return slots
+
+    def element_slots(self, dofs: NDArray[np.int64]) -> NDArray[np.uint32]:
+        """Positions of the element matrices' entries, shape (dof, dof, element), for dofs (element, dof)."""
+        slots = np.empty((dofs.shape[1], dofs.shape[1], len(dofs)), dtype=np.uint32)
+        _find_element_slots(self.size, self.column_start, self.rows, dofs, slots)
         return slots
 
     def matrix(self, values: Array) -> csc_array:
@@ -78,9 +166,9 @@ class SparsityPattern:
         return result
 
     @cached_property
-    def transpose_slots(self) -> NDArray[np.int64]:
+    def transpose_slots(self) -> NDArray[np.uint32]:
         """Position of (j, i) for every stored (i, j)."""
-        return self.slots(self.columns.astype(np.int64), self.rows.astype(np.int64))
+        return self.slots(self.columns, self.rows)
 
     @cached_property
     def upper(self) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32]]:

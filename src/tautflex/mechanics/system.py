@@ -10,16 +10,10 @@ from scipy.sparse import csc_array
 
 from tautflex.elements import ElementBlock, element_blocks
 from tautflex.mechanics.inertia import InertiaOperator
-from tautflex.mechanics.kernel import (
-    KernelData,
-    add_average_force,
-    add_force,
-    add_tangent,
-    kernel_data,
-    restart_energy,
-    smallest_principal_value,
-)
+from tautflex.mechanics.kernel import add_average_forces, add_forces, restart_energy, smallest_principal_value
 from tautflex.mechanics.pattern import SparsityPattern
+from tautflex.mechanics.store import build_store, python_view
+from tautflex.mechanics.tangent import add_tangent
 from tautflex.structure.model import Model
 
 Array = NDArray[np.float64]
@@ -48,19 +42,33 @@ class StructuralSystem:
         place[model.free_dofs] = np.arange(self.size)
         self.place = place
         self._dofs = [place[block.dofs] for block in self.blocks]
+        self._places = [np.ascontiguousarray(dofs.T).astype(np.uint32) for dofs in self._dofs]
         self.pattern = SparsityPattern.from_elements(self.size, self._dofs)
-        self._slots = [self.pattern.slots(dofs.T[:, None], dofs.T[None, :]) for dofs in self._dofs]
+        self._slots = [self.pattern.element_slots(dofs) for dofs in self._dofs]
         self._set_stress(initial_stress or [block.initial_stress for block in self.blocks])
 
     def _set_stress(self, initial_stress: list[Array]) -> None:
         self.initial_stress = initial_stress
-        self._data: list[KernelData] = [
-            kernel_data(block, dofs, stress)
-            for block, dofs, stress in zip(self.blocks, self._dofs, initial_stress, strict=True)
-        ]
-        self._stress = [data.initial_stress.copy() for data in self._data]
+        self.store = tuple(build_store(self.blocks, self._places, initial_stress))
+        self._current_stress = [python_view(self.store, block).initial_stress for block in range(len(self.blocks))]
+        for block in range(len(self.blocks)):
+            restart_energy(self.store, block)
+        self.stresses = np.concatenate([np.zeros(0), *(stress.ravel() for stress in self._current_stress)])
+        ends = np.cumsum([stress.size for stress in self._current_stress])[:-1]
+        pieces = np.split(self.stresses, ends) if self.blocks else []
+        self._stress = [piece.reshape(stress.shape) for piece, stress in zip(pieces, self._current_stress, strict=True)]
         self._extended = np.zeros(self.size + 1)
         self._changed: set[int] = set()
+        # What samples of a run look at: current stresses, as views, and constants of the films and cables.
+        self.films = [
+            (self._stress[i], self.blocks[i].law_parameters[1], self.blocks[i].measure / thickness, thickness)
+            for i in self.block_index("membrane")
+            for thickness in (self.model.groups[i].section.thickness,)  # type: ignore[union-attr]
+        ]
+        self.cables = [
+            (self._stress[i][0], self.model.groups[i].section.area, self.blocks[i].law == "elastic")  # type: ignore[union-attr]
+            for i in self.block_index("cable")
+        ]
 
     def with_initial_stress(
         self, initial_stress: list[Array], blocks: tuple[ElementBlock, ...] | None = None
@@ -82,11 +90,11 @@ class StructuralSystem:
             their initial stress back.
         """
         for index in self._changed | set(change):
-            data = self._data[index]
-            data.initial_stress[:] = self.initial_stress[index].T
+            current = self._current_stress[index]
+            current[:] = self.initial_stress[index].T
             if index in change:
-                data.initial_stress[:] += change[index].T
-            restart_energy(data)
+                current += change[index].T
+            restart_energy(self.store, index)
         self._changed = set(change)
 
     def linear_strain(self, q: Array) -> list[Array]:
@@ -110,7 +118,13 @@ class StructuralSystem:
     @cached_property
     def inertia(self) -> InertiaOperator:
         """Inertia operator on the free unknowns."""
-        return InertiaOperator.from_blocks(self.blocks, self._dofs, self.pattern)
+        return InertiaOperator.from_blocks(self.blocks, self._places, self._slots, self.pattern)
+
+    def inertia_of(self, kind: str) -> InertiaOperator:
+        """Inertia operator of the blocks of one kind, on all free unknowns."""
+        chosen = self.block_index(kind)
+        blocks, places = [self.blocks[i] for i in chosen], [self._places[i] for i in chosen]
+        return InertiaOperator.from_blocks(blocks, places, [self._slots[i] for i in chosen], self.pattern)
 
     def extended(self, q: Array) -> Array:
         """Free unknowns with the zero of all supported ones behind them (a reused buffer)."""
@@ -132,10 +146,13 @@ class StructuralSystem:
         energy
             Work of the stresses from zero unknowns [J].
         """
-        extended, force, energy = self.extended(q), np.zeros(self.size + 1), 0.0
-        for data, stress in zip(self._data, self._stress, strict=True):
-            energy += add_force(data, extended, force, stress)
+        force = np.zeros(self.size + 1)
+        energy = add_forces(self.store, self.extended(q), force, self.stresses, True, True)
         return force[:-1], energy
+
+    def strain_energy(self, q: Array) -> float:
+        """Work of the stresses from zero unknowns [J]; the stresses of all elements are then in ``stress``."""
+        return float(add_forces(self.store, self.extended(q), self._extended, self.stresses, False, True))
 
     def average_force(self, start: Array, end: Array) -> Array:
         """Internal force [N, N m] of the average stress between two states, shape (size,).
@@ -144,15 +161,14 @@ class StructuralSystem:
         """
         before, after = np.append(start, 0.0), np.append(end, 0.0)
         force = np.zeros(self.size + 1)
-        for data in self._data:
-            add_average_force(data, before, after, force)
+        add_average_forces(self.store, before, after, force)
         return force[:-1]
 
     def tangent(self, q: Array) -> Array:
         """Values of the tangent stiffness [N/m ...] at free unknowns ``q`` in the pattern, shape (entries,)."""
         extended, values = self.extended(q), np.zeros(self.pattern.entries + 1)
-        for data, slots in zip(self._data, self._slots, strict=True):
-            add_tangent(data, extended, slots, values)
+        for block, slots in enumerate(self._slots):
+            add_tangent(self.store, block, extended, slots, values)
         return values[:-1]
 
     def matrix(self, values: Array) -> csc_array:

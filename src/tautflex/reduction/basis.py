@@ -2,7 +2,7 @@ r"""Bases of reduced models: what the structure may do, as vectors [theory.md 10
 
 A basis has two parts. *Kept* vectors carry the unknowns ``eta``. *Companions* are displacements that follow at once,
 ``p = E y(eta)``: stretching a film in its plane is far stiffer than moving it sideways, so the in-plane fields that
-a deflection calls for (static modal derivatives, [Idelsohn & Cardona 1985]) are in equilibrium at every instant. Companions
+a deflection calls for (static modal derivatives [Idelsohn & Cardona 1985]) are in equilibrium at every instant. Those
 that are not much faster than the kept motion, such as the bending of the frame in its plane, become unknowns.
 """
 
@@ -15,7 +15,6 @@ from typing import Protocol
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from tautflex import checks
 from tautflex.errors import InputError
@@ -34,8 +33,8 @@ COMPANIONS = ("condensed", "unknowns", "none")
 _NEGLIGIBLE = 1e-12
 # Coordinates below this part of the largest do not set the pace of the companions.
 _NOTABLE = 0.05
-# A companion is in equilibrium at every instant if its frequency is this many times the highest forcing.
-_FAST = 10.0
+# A companion is in equilibrium at every instant if its frequency is this many times the fastest forcing.
+_FAST = 2.0
 
 
 @dataclass(frozen=True)
@@ -48,12 +47,15 @@ class BasisVectors:
         Mass-normalised Ritz vectors, shape (r, size).
     companions
         Statically condensed vectors, stiffness-orthogonal to the kept ones, shape (p, size).
+    amplitude
+        Typical size of each coordinate, shape (r,): it weighs what may be left out.
     description
         One line for reports.
     """
 
     kept: Array
     companions: Array
+    amplitude: Array
     description: str
 
 
@@ -75,7 +77,7 @@ class ModalBasis:
         Rigid accelerations that load the structure, of ``"x", "y", "z", "rx", "ry", "rz"``. The paper's antenna turns
         about x: ``("rx",)``. Fewer directions make a smaller model.
     count
-        Number of modes; None takes every mode with a part of at least ``threshold`` in the static strain energy of a load.
+        Number of modes; None takes every mode with a part of at least ``threshold`` in a load's static strain energy.
     threshold
         Smallest part that counts.
     candidates
@@ -273,10 +275,10 @@ def add_companions(
     """
     nothing = np.zeros((0, state.system.size))
     if mode == "none":
-        return BasisVectors(kept, nothing, f"{text}, no companions")
+        return BasisVectors(kept, nothing, amplitude, f"{text}, no companions")
     first, second = pairs(len(kept))
-    scale = amplitude / amplitude.max()
-    forces = quadratic_forces(state.system, kept) * np.maximum(scale[first] * scale[second], 1e-4)[:, None]
+    sizes = np.maximum(amplitude, 1e-2 * amplitude.max())
+    forces = quadratic_forces(state.system, kept) * (sizes[first] * sizes[second])[:, None]
     fields = np.array([-solver.solve(force) for force in forces])
     # Responses to the centrifugal loads carry the stiffening by spin.
     inertia = state.system.inertia
@@ -289,16 +291,20 @@ def add_companions(
     values, turn = np.linalg.eigh(0.5 * (gram + gram.T))
     keep = values > _NEGLIGIBLE * max(values[-1], 0.0)
     if not keep.any() or values[-1] <= 0.0:
-        return BasisVectors(kept, nothing, f"{text}, no companions")
+        return BasisVectors(kept, nothing, amplitude, f"{text}, no companions")
     span = (turn[:, keep] / np.sqrt(values[keep])).T @ fields
     if mode == "unknowns":
-        return BasisVectors(
-            ritz(state, np.concatenate([kept, span])), nothing, f"{text}, {len(span)} moving companions"
-        )
-    # Natural frequencies of the companions among themselves: stiffness is the identity in this span.
-    inverse, turn = eigh(span @ (inertia.mass_matrix @ span.T))
-    highest = 2.0 * np.sqrt(solver.energies(kept)[scale > _NOTABLE].max())
-    slow = inverse > 1.0 / (_FAST * highest) ** 2
-    fast = turn.T[~slow] @ span
-    joined = ritz(state, np.concatenate([kept, turn.T[slow] @ span]))
-    return BasisVectors(joined, fast, f"{text}, {int(slow.sum())} moving and {len(fast)} condensed companions")
+        joined = ritz(state, np.concatenate([kept, span]))
+        fast, moving = nothing, len(span)
+    else:
+        # Natural frequencies of the companions among themselves: stiffness is the identity in this span.
+        inverse, turn = np.linalg.eigh(span @ (inertia.mass_matrix @ span.T))
+        highest = 2.0 * np.sqrt(solver.energies(kept)[amplitude > _NOTABLE * amplitude.max()].max())
+        slow = inverse > 1.0 / (_FAST * highest) ** 2
+        joined = ritz(state, np.concatenate([kept, turn.T[slow] @ span]))
+        fast, moving = turn.T[~slow] @ span, int(slow.sum())
+    text = f"{text}, {moving} moving and {len(fast)} condensed companions"
+    # What a coordinate is worth, from the kept vectors and from the fields that they call for.
+    parts = np.concatenate([kept * amplitude[:, None], fields]) @ (inertia.mass_matrix @ joined.T)
+    worth = np.sqrt(np.sum(parts**2, axis=0))
+    return BasisVectors(joined, fast, worth, text)

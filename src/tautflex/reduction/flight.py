@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
-from tautflex.errors import NotConvergedError
+from tautflex.errors import InputError, NotConvergedError, UnsupportedError
 from tautflex.mechanics.damping import Rayleigh
 from tautflex.mechanics.inputs import InputSet, TimeInput
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Maneuver, RigidMotion, Segment
 from tautflex.reduction import march
+from tautflex.reduction.forces import Frame, companion_forces, internal_force, rows_from, tangent, total_force
 from tautflex.reduction.frame import ReducedMoments, frame_at, frame_terms, sample
 from tautflex.reduction.inputs import InputLoads
-from tautflex.reduction.monomials import monomial_rates, monomials, pairs
+from tautflex.reduction.monomials import monomial_rates, monomials
 from tautflex.reduction.schedule import Stretch, stretches
-from tautflex.solvers.integrator import ImplicitMethod
+from tautflex.solvers.central_difference import CentralDifference
+from tautflex.solvers.integrator import ExplicitMethod, ImplicitMethod
 from tautflex.solvers.status import Statistics
 
 if TYPE_CHECKING:
@@ -28,29 +31,6 @@ Array = NDArray[np.float64]
 
 # Steps between two looks at the keyboard and the progress bar; bounds the memory of sampled frame terms.
 _LONGEST = 4096
-_MOST_ITERATIONS = 40
-# Second-degree forces below this part of the linear ones are round-off of a flat reference.
-_ROUND_OFF = 1e-12
-
-
-def plant_of(rom: ReducedModel, damping: Rayleigh) -> march.Plant:
-    """Arrays for the compiled stepper."""
-    c = rom.coefficients
-    first, second = pairs(rom.size)
-    return march.Plant(
-        first,
-        second,
-        c.mass,
-        damping.entries(c.mass, c.linear),
-        c.linear,
-        np.ascontiguousarray(c.quadratic),
-        bool(np.abs(c.quadratic).max(initial=0.0) > _ROUND_OFF * np.abs(c.linear).max()),
-        0.25 * c.cubic,
-        # Companions have no mass here, so only the stiffness part of the damping acts on them.
-        damping.entries(np.zeros_like(c.viscous), c.viscous),
-        np.ascontiguousarray(c.turning),
-        np.ascontiguousarray(c.turning_companions),
-    )
 
 
 class ReducedFlight:
@@ -61,7 +41,7 @@ class ReducedFlight:
     rom
         Reduced model.
     method
-        Implicit method.
+        Implicit method, or central differences.
     damping, coupling, inputs
         As for `simulate`.
     tolerance
@@ -73,7 +53,7 @@ class ReducedFlight:
     def __init__(
         self,
         rom: ReducedModel,
-        method: ImplicitMethod,
+        method: ImplicitMethod | ExplicitMethod,
         damping: Rayleigh,
         coupling: Coupling,
         inputs: Sequence[TimeInput],
@@ -81,18 +61,21 @@ class ReducedFlight:
         stored: NDArray[np.int64],
     ) -> None:
         self.rom, self.method, self.coupling, self.damping = rom, method, coupling, damping
-        self.plant = plant_of(rom, damping)
+        self.plant = rom.plant(damping)
         c = rom.coefficients
         self.moments = ReducedMoments(
             np.concatenate([c.first, c.first_stress], axis=2), np.concatenate([c.zeroth, c.zeroth_stress], axis=1)
         )
         self.inputs = InputLoads(rom, InputSet(rom.state.system, inputs))
-        self.tolerance = tolerance or method.scheme(1.0).tolerance
+        self.explicit = not hasattr(method, "scheme")
+        if self.explicit and not isinstance(method, CentralDifference):
+            raise UnsupportedError(f"method: expected an implicit method or CentralDifference(), got {method!r}")
+        self.tolerance = tolerance or (1.0 if self.explicit else _implicit(method).scheme(1.0).tolerance)
         self.stored = stored
         self.eta, self.rate = np.zeros((2, len(stored), rom.size))
         self.reached = 0
         r = rom.size
-        self._work = march.Work(*np.zeros((5, r)), np.zeros((r, r)), np.zeros(3), np.zeros(4, dtype=np.int64))
+        self._work = march.new_work(r)
         self._halvings = 0
 
     @property
@@ -133,7 +116,7 @@ class ReducedFlight:
 
     def _fly_stretch(self, segment: Segment, stretch: Stretch, halvings: int) -> bool:
         """Steps of equal size; those that fail are halved."""
-        scheme = march.coefficients(self.method.scheme(stretch.size), stretch.size)
+        scheme = self._scheme(stretch.size)
         instants = stretch.starts + scheme.evaluation * stretch.size
         frame = self.inputs.added(
             frame_terms(self.coupling, self.moments, segment, instants, self.rom.size), instants, segment.end
@@ -141,16 +124,9 @@ class ReducedFlight:
         rows = self._rows(stretch.grid)
         first = 0
         while first < len(rows):
-            part = march.rows_from(frame, first)
+            part, stored = rows_from(frame, first), (self.eta, self.rate)
             first += march.march(
-                self.plant,
-                part,
-                scheme,
-                self._work,
-                rows[first:],
-                (self.eta, self.rate),
-                self.tolerance,
-                _MOST_ITERATIONS,
+                self.plant, part, scheme, self.explicit, self._work, rows[first:], stored, self.tolerance
             )
             if first < len(rows):
                 if not self._halve(segment, float(stretch.starts[first]), stretch.size, halvings):
@@ -175,38 +151,62 @@ class ReducedFlight:
         if left == 0:
             return False
         self._halvings += 1
+        scheme, stored = self._scheme(0.5 * size), (self.eta, self.rate)
+        nowhere = np.full(1, -1)
         for begin in (start, start + 0.5 * size):
-            scheme = march.coefficients(self.method.scheme(0.5 * size), 0.5 * size)
             instant = np.array([begin + scheme.evaluation * 0.5 * size])
-            frame = self.inputs.added(
-                frame_terms(self.coupling, self.moments, segment, instant, self.rom.size), instant, segment.end
-            )
-            if not march.step(self.plant, frame, 0, scheme, self._work, self.tolerance, _MOST_ITERATIONS):
-                if not self._halve(segment, begin, 0.5 * size, left - 1):
-                    return False
+            frame = frame_terms(self.coupling, self.moments, segment, instant, self.rom.size)
+            frame = self.inputs.added(frame, instant, segment.end)
+            done = march.march(self.plant, frame, scheme, self.explicit, self._work, nowhere, stored, self.tolerance)
+            if not done and not self._halve(segment, begin, 0.5 * size, left - 1):
+                return False
         return True
 
-    def _frame(self, segment: Segment, time: float, before: float = np.inf) -> march.Frame:
+    def _scheme(self, size: float) -> march.Coefficients:
+        return (
+            march.EXPLICIT._replace(size=size)
+            if self.explicit
+            else march.coefficients(_implicit(self.method).scheme(size), size)
+        )
+
+    def _frame(self, segment: Segment, time: float, before: float = np.inf) -> Frame:
         """Terms of the moving frame and inputs at one instant."""
         frame = frame_at(self.coupling, self.moments, segment.motion(time), self.rom.size)
         return self.inputs.added(frame, np.array([time]), before)
 
-    def _balance(self, frame: march.Frame) -> None:
+    def _balance(self, frame: Frame) -> None:
         """Acceleration that balances all forces at the present state."""
         work = self._work
-        march.total_force(self.plant, frame, 0, work.q, work.v, work.forces)
+        total_force(self.plant, frame, 0, work.q, work.v, work.forces)
         work.a[:] = -np.linalg.solve(self.plant.mass, work.forces)
         work.numbers[2] = 0.0
+        if self.explicit:
+            stress, other = np.empty(len(self.plant.first)), np.empty(self.rom.size)
+            companion_forces(self.plant, frame, 0, work.q, work.v, stress, other)
+            internal_force(self.plant, work.q, work.v, stress, work.forces)
+
+    def check_step(self, time_step: float) -> None:
+        """Raise InputError if the step [s] of an explicit method is not stable at the start of the run."""
+        if not self.explicit:
+            return
+        stiffness = tangent(self.plant, self._work.q, np.zeros(len(self.plant.first)))
+        limit = 2.0 / float(np.sqrt(eigh(stiffness, self.plant.mass, eigvals_only=True)[-1]))
+        if time_step > limit:
+            raise InputError(
+                f"time_step: expected at most the stable step {limit:.3g} s of the explicit method, got {time_step:g}; "
+                "use a smaller one, or an implicit method"
+            )
 
     def _jump(self, segments: tuple[Segment, ...], current: int, time: float) -> None:
         """Let the rigid motion jump; the acceleration takes up the change of the forces."""
         work = self._work
         before, after = np.empty(self.rom.size), np.empty(self.rom.size)
-        march.total_force(self.plant, self._frame(segments[current], time, time), 0, work.q, work.v, before)
-        march.total_force(self.plant, self._frame(segments[current + 1], time), 0, work.q, work.v, after)
+        total_force(self.plant, self._frame(segments[current], time, time), 0, work.q, work.v, before)
+        total_force(self.plant, self._frame(segments[current + 1], time), 0, work.q, work.v, after)
         change = after - before
         if change.any():
-            work.forces[:] += change
+            if not self.explicit:
+                work.forces[:] += change
             work.a[:] -= np.linalg.solve(self.plant.mass, change)
             work.numbers[2] = 0.0
 
@@ -214,24 +214,24 @@ class ReducedFlight:
         """Steady equilibrium of the coordinates under a constant motion, by Newton's method, shape (r,)."""
         frame = frame_at(self.coupling, self.moments, motion, self.rom.size)
         q, v = np.zeros(self.rom.size), np.zeros(self.rom.size)
+        stress, other = np.empty(len(self.plant.first)), np.empty(self.rom.size)
         if not (frame.load.any() or frame.turns):
             return q
         turning = np.einsum("ab,abij->ij", frame.displacement[0], self.plant.turning)
         force = np.empty(self.rom.size)
         for _ in range(50):
-            march.total_force(self.plant, frame, 0, q, v, force)
+            total_force(self.plant, frame, 0, q, v, force)
             scale = max(float(np.linalg.norm(frame.load)), 1e-300)
             if float(np.linalg.norm(force)) <= 1e-9 * scale:
                 return q
-            stress, none = np.zeros(len(self.plant.first)), np.zeros(self.rom.size)
-            march.add_frame_forces(self.plant, frame, 0, q, v, stress, none)
-            q = q - np.linalg.solve(march.tangent(self.plant, q, stress) + turning, force)
+            companion_forces(self.plant, frame, 0, q, v, stress, other)
+            q = q - np.linalg.solve(tangent(self.plant, q, stress) + turning, force)
         raise NotConvergedError(
             "spinning equilibrium of the reduced model: Newton's method failed; reduce the angular rate or raise the "
             "pretension"
         )
 
-    def frame_now(self, segments: tuple[Segment, ...], time: float) -> march.Frame:
+    def frame_now(self, segments: tuple[Segment, ...], time: float) -> Frame:
         """Terms of the moving frame and inputs at a sample."""
         return self._frame(segments[int(_place(segments, np.array([time]))[0])], time)
 
@@ -261,12 +261,18 @@ class ReducedFlight:
 
     def read(self, probes: Any, eta: Array, rate: Array, motions: Array) -> Array:
         """Displacements and velocities of probes, shape (time, 2, probe, 3)."""
-        c, basis = self.rom.coefficients, self.rom.basis
+        if not probes.names:
+            return np.zeros((len(eta), 2, 0, 3))
+        basis = self.rom.basis
         kept, companions = (probes.map @ basis.kept.T).T, (probes.map @ basis.companions.T).T
-        follow = c.follow_quadratic.T @ companions
+        follow = (probes.map @ self.rom.monomial_vectors.T).T
         place = eta @ kept + monomials(eta) @ follow + self.pulled(motions) @ companions
         speed = rate @ kept + monomial_rates(eta, rate) @ follow
         return np.stack([place, speed], axis=1).reshape(len(eta), 2, -1, 3)
+
+
+def _implicit(method: ImplicitMethod | ExplicitMethod) -> ImplicitMethod:
+    return cast(ImplicitMethod, method)
 
 
 def _place(segments: tuple[Segment, ...], times: Array) -> NDArray[np.int64]:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
-from tautflex.reduction.march import Frame
+from tautflex.reduction.forces import Frame
 
 Array = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ def sample(function: Callable[[float], Array], times: Array) -> Array:
         if np.all(np.abs(chebyshev.chebval(finer, series).T - checks) <= _ACCURACY * scale * degree):
             if np.all(values == values[0]) and np.all(checks == values[0]):
                 return values[:1]
-            return chebyshev.chebval(2.0 * (times - low) / (high - low) - 1.0, series).T
+            return np.asarray(chebyshev.chebval(2.0 * (times - low) / (high - low) - 1.0, series).T, dtype=np.float64)
     return np.array([function(time) for time in times])
 
 
@@ -99,7 +99,7 @@ def frame_terms(coupling: Coupling, moments: ReducedMoments, segment: Segment, t
     velocity, displacement = values[:, :9].reshape(-1, 3, 3), values[:, 9:18].reshape(-1, 3, 3)
     load, stress = values[:, 18 : 18 + coordinates], values[:, 18 + coordinates :]
     turns = bool(np.any(values[:, :18]))
-    return Frame(*(np.ascontiguousarray(part) for part in (velocity, displacement, load, stress)), turns)
+    return Frame(velocity.copy(), displacement.copy(), load.copy(), stress.copy(), turns)
 
 
 def frame_at(coupling: Coupling, moments: ReducedMoments, motion: RigidMotion, coordinates: int) -> Frame:

@@ -11,13 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import InputError, UnsupportedError
+from tautflex.mechanics.damping import Rayleigh
 from tautflex.reduction.basis import Basis, BasisVectors, ModalBasis, ReferenceSolver
-from tautflex.reduction.monomials import monomials
+from tautflex.reduction.forces import Plant
+from tautflex.reduction.monomials import monomials, pairs, stress_fields
 from tautflex.reduction.pieces import Coefficients, Pieces, assemble, project
 from tautflex.solvers.prestress import PrestressedState
 from tautflex.structure.model import Model
 
 Array = NDArray[np.float64]
+
+# Fields of the companions' damping, itself a small force, may be coarser than those of the stiffness.
+_WEAK_DAMPING = 1e-3
+# Second-degree forces below this part of the linear ones are round-off of a flat reference.
+_ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
@@ -57,9 +64,42 @@ class ReducedModel:
         return assemble(self.pieces)
 
     @cached_property
+    def monomial_vectors(self) -> Array:
+        """Displacement that follows each monomial, shape (m, size)."""
+        return self.coefficients.follow_quadratic.T @ self.basis.companions
+
+    @cached_property
     def reference(self) -> ReferenceSolver:
         """Static solver of the full reference."""
         return ReferenceSolver(self.state)
+
+    def plant(self, damping: Rayleigh) -> Plant:
+        """Arrays for the compiled stepper under a damping model."""
+        c = self.coefficients
+        first, second = pairs(self.size)
+        largest = float(np.abs(c.quadratic).max(initial=0.0) * self.basis.amplitude.max())
+        curved = largest > _ROUND_OFF * float(np.abs(c.linear).max())
+        fields, viscous = self._fields
+        # Companions have no mass here, so only the stiffness part of the damping acts on them.
+        share = float(damping.entries(np.zeros(1), np.ones(1))[0])
+        return Plant(
+            first,
+            second,
+            c.mass,
+            damping.entries(c.mass, c.linear),
+            c.linear,
+            np.ascontiguousarray(c.quadratic if curved else c.quadratic[:0]),
+            fields,
+            np.sqrt(share) * viscous if share > 0.0 else viscous[:0],
+            np.ascontiguousarray(c.turning),
+            np.ascontiguousarray(c.turning_companions),
+        )
+
+    @cached_property
+    def _fields(self) -> tuple[Array, Array]:
+        """Stress fields of the third-degree force, and of the companions' damping."""
+        c, amplitude = self.coefficients, self.basis.amplitude
+        return stress_fields(0.25 * c.cubic, amplitude), stress_fields(c.viscous, amplitude, _WEAK_DAMPING)
 
     @property
     def memory(self) -> int:
@@ -85,10 +125,8 @@ class ReducedModel:
         numpy.ndarray
             Shape (..., size).
         """
-        follow = monomials(eta) @ self.coefficients.follow_quadratic.T
-        if pulled is not None:
-            follow = follow + pulled
-        return eta @ self.basis.kept + follow @ self.basis.companions
+        result = eta @ self.basis.kept + monomials(eta) @ self.monomial_vectors
+        return result if pulled is None else result + pulled @ self.basis.companions
 
     def coordinates(self, q: Array) -> Array:
         """Coordinates of free unknowns by mass projection, shape (..., size) -> (..., r)."""

@@ -8,23 +8,37 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+# Stress fields that store less than this part of the energy of the strongest one are left out.
+_WEAK_FIELD = 1e-5
+
 
 def pairs(count: int) -> tuple[Indices, Indices]:
-    """Indices (i, j), i <= j, of the packed monomials ``y_ij = eta_i eta_j``, each of shape (count (count + 1) / 2,)."""
+    """Indices (i, j), i <= j, of the packed monomials ``y_ij = eta_i eta_j``, shapes (count (count + 1) / 2,)."""
     first, second = np.triu_indices(count)
     return first.astype(np.int64), second.astype(np.int64)
 
 
+def _products(a: Array, b: Array) -> Array:
+    """Packed products ``a_i b_j``, i <= j: (..., r) -> (..., m)."""
+    count = a.shape[-1]
+    # Row by row of the transposed table: fancy indices or short slices would cost several times as much.
+    left, right = (np.ascontiguousarray(np.moveaxis(part, -1, 0)) for part in (a, b))
+    result = np.empty((count * (count + 1) // 2, *a.shape[:-1]))
+    first = 0
+    for i in range(count):
+        np.multiply(left[i], right[i:], out=result[first : first + count - i])
+        first += count - i
+    return np.moveaxis(result, 0, -1)
+
+
 def monomials(eta: Array) -> Array:
     """Packed products ``eta_i eta_j``, i <= j, over the last axis: (..., r) -> (..., m)."""
-    first, second = pairs(eta.shape[-1])
-    return eta[..., first] * eta[..., second]
+    return _products(eta, eta)
 
 
 def monomial_rates(eta: Array, rate: Array) -> Array:
     """Time derivatives of `monomials`: (..., r), (..., r) -> (..., m)."""
-    first, second = pairs(eta.shape[-1])
-    return eta[..., first] * rate[..., second] + rate[..., first] * eta[..., second]
+    return _products(eta, rate) + _products(rate, eta)
 
 
 def packed(table: Array) -> Array:
@@ -43,3 +57,25 @@ def unpacked(coefficients: Array, count: int) -> Array:
     result[..., first, second] = 0.5 * coefficients
     result[..., second, first] += 0.5 * coefficients
     return result
+
+
+def stress_fields(matrix: Array, amplitude: Array, weak: float = _WEAK_FIELD) -> Array:
+    """Factor F with few rows such that ``F'F`` is a positive semidefinite matrix over monomials, shape (k, m).
+
+    Parameters
+    ----------
+    matrix
+        Symmetric matrix over monomials, shape (m, m).
+    amplitude
+        Typical size of each coordinate, shape (r,): what is weak is judged at these sizes.
+    weak
+        Fields with less than this part of the strongest one's energy are left out.
+    """
+    first, second = pairs(len(amplitude))
+    size = amplitude[first] * amplitude[second]
+    size = np.maximum(size, 1e-8 * size.max())
+    values, vectors = np.linalg.eigh(size[:, None] * matrix * size)
+    keep = values > weak * max(float(values[-1]), 0.0)
+    if not np.any(matrix):
+        keep[:] = False
+    return np.ascontiguousarray((np.sqrt(values[keep])[:, None] * vectors.T[keep]) / size)

@@ -1,7 +1,7 @@
 r"""A structure projected on a basis, in pieces that parameters weigh [theory.md 10].
 
-On ``q = kept eta + companions p`` everything is linear in the tensions, in Young's modulus of each kind of element and in
-its density, so the pieces are computed once. `assemble` weighs them and condenses the companions: with
+On ``q = kept eta + companions p`` everything is linear in the tensions, in Young's modulus of each kind of element and
+in its density, so the pieces are computed once. `assemble` weighs them and condenses the companions: with
 ``K_pa eta + H y`` the force that coordinates put on them,
 
     p = D eta + E y,   D = -K_pp^-1 K_pa,   E = -K_pp^-1 H,
@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.reduction.basis import BasisVectors
 from tautflex.reduction.monomials import pairs
@@ -199,9 +198,7 @@ def _projected(system: StructuralSystem, vectors: Array) -> Array:
 
 
 def _moments(system: StructuralSystem, kind: str, vectors: Array) -> Moments:
-    index = system.block_index(kind)
-    blocks, places = tuple(system.blocks[i] for i in index), [system.element_places[i] for i in index]
-    inertia = InertiaOperator.from_blocks(blocks, places, system.pattern)
+    inertia = system.inertia_of(kind)
     pair = np.zeros((3, 3, len(vectors), len(vectors)))
     unit = np.eye(3)
     for a in range(3):

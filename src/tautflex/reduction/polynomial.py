@@ -1,6 +1,6 @@
 r"""Exact polynomial of the internal force on a basis, from the element data [theory.md 10].
 
-With ``q = V eta`` an element's strains are ``eps = A eta + B y / 2``: ``A = L G V``, the columns of ``B`` are the packed
+With ``q = V eta`` an element's strains are ``eps = A eta + B y / 2``: ``A = L G V``, columns of ``B`` are the packed
 coefficients of ``g Q g``, and ``y`` are the monomials ``eta_i eta_j`` (i <= j). Its energy
 
     U = V_e (s0 . eps + eps D eps / 2) = V_e [ s0 A eta + (s0 B y + eta A'DA eta) / 2 + eta A'DB y / 2 + y B'DB y / 8 ]
@@ -134,4 +134,4 @@ def _scatter(forces: Array, places: NDArray[np.int64], size: int) -> Array:
     """Sum element forces (element, dof, m) on the free unknowns, shape (size, m)."""
     flat = places.ravel()
     selection = csr_array((np.ones(flat.size), (flat, np.arange(flat.size))), shape=(size + 1, flat.size))
-    return (selection @ forces.reshape(flat.size, -1))[:-1]
+    return np.asarray(selection @ forces.reshape(flat.size, -1))[:-1]

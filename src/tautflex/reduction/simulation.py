@@ -16,11 +16,13 @@ from tautflex.mechanics.damping import Rayleigh
 from tautflex.mechanics.film import current_film_states
 from tautflex.mechanics.inputs import TimeInput
 from tautflex.motion.coupling import Coupling
+from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import Maneuver, Segment, split_segments
 from tautflex.motion.maneuvers import AtRest
 from tautflex.reduction.flight import ReducedFlight
-from tautflex.reduction.march import energies
+from tautflex.reduction.forces import energies
 from tautflex.reduction.validity import ABOUT, check_validity
+from tautflex.solvers.adaptive import Adaptive
 from tautflex.solvers.arguments import InitialVelocity, check_parts, field_steps, start_velocity, step_count
 from tautflex.solvers.dynamics import Method, Run
 from tautflex.solvers.probes import ProbeSet, place_probes
@@ -36,12 +38,12 @@ Array = NDArray[np.float64]
 
 def simulate_reduced(
     rom: ReducedModel,
-    maneuver: Maneuver | None = None,
+    maneuver: Maneuver | FreeHub | None = None,
     *,
     method: Method | None = None,
     time_step: float,
     end_time: float,
-    adaptive: None = None,
+    adaptive: Adaptive | None = None,
     damping: Rayleigh | None = None,
     coupling: Coupling | None = None,
     inputs: Sequence[TimeInput] = (),
@@ -73,10 +75,9 @@ def simulate_reduced(
     if tolerance is not None:
         checks.positive("tolerance", tolerance)
     checks.whole("max_halvings", max_halvings, 0)
-    maneuver = maneuver or AtRest()
     method, coupling, damping = method or WilsonTheta(), coupling or Coupling(), damping or Rayleigh()
-    check_parts(maneuver, method, coupling, damping, adaptive)
-    _check_supported(maneuver, method, adaptive)
+    check_parts(maneuver or AtRest(), method, coupling, damping, adaptive)
+    maneuver = _prescribed(maneuver, adaptive)
     state = rom.state
     placed = place_probes(state.system, probes or {}, probe_reading)
     steps = field_steps(fields, time_step, count, every)
@@ -87,6 +88,7 @@ def simulate_reduced(
     status, history = Status.COMPLETED, tuple[float, ...]()
     try:
         flight.start(maneuver, segments, start_velocity(state, initial_velocity))
+        flight.check_step(time_step)
         if not flight.fly(segments, time_step, count, max_halvings, progress):
             status = Status.NOT_CONVERGED
     except KeyboardInterrupt:
@@ -103,17 +105,15 @@ def simulate_reduced(
     return run
 
 
-def _check_supported(maneuver: object, method: object, adaptive: object) -> None:
+def _prescribed(maneuver: Maneuver | FreeHub | None, adaptive: object) -> Maneuver:
+    """Prescribed motion of a run; UnsupportedError for what reduced models do not do."""
     if adaptive is not None:
         raise UnsupportedError("adaptive: expected None for a reduced model, whose steps cost next to nothing")
-    if hasattr(maneuver, "wrench"):
+    if isinstance(maneuver, FreeHub):
         raise UnsupportedError(
             "maneuver: expected a prescribed motion for a reduced model, got a free hub; simulate the full state"
         )
-    if not hasattr(method, "scheme"):
-        raise UnsupportedError(
-            f"method: expected an implicit method for a reduced model, got {method!r}; use Newmark() or leave it out"
-        )
+    return maneuver or AtRest()
 
 
 def _attributes(
@@ -144,22 +144,23 @@ def _dataset(
 ) -> xr.Dataset:
     """Everything a full run stores, from the stored coordinates."""
     rows = np.arange(0, flight.reached + 1, every)
+    times = np.asarray(rows * step, dtype=np.float64)
     place = np.searchsorted(flight.stored, rows)
     eta, rate = flight.eta[place], flight.rate[place]
-    motions = flight.motions(segments, rows * step)
+    motions = flight.motions(segments, times)
     scalar = np.full((len(rows), len(SCALARS)), np.nan)
     scalar[:, :2] = energies(flight.plant, eta, rate)
-    checked = check_validity(flight, segments, rows * step, eta, rate, motions, scalar[:, :2].sum(axis=1))
+    checked = check_validity(flight, segments, times, eta, rate, motions, scalar[:, :2].sum(axis=1))
     scalar[checked.samples, 2:] = checked.scalars
     fields = [_field(flight, segments, row, step) for row in sorted(field_steps) if row <= flight.reached]
     spin = motions[:, :6].reshape(-1, 2, 3)
-    samples = Samples(rows * step, flight.read(probes, eta, rate, motions), spin, scalar, fields)
+    samples = Samples(times, flight.read(probes, eta, rate, motions), spin, scalar, fields)
     data = run_dataset(rom.model, probes, samples, {**attributes, "warnings": checked.warnings})
     about = {"long_name": "coordinate of the reduced model", "units": "kg^1/2 m"}
     return data.assign(
         coordinate=(("time", "basis_vector"), eta, about), truncated_energy=("check_time", checked.truncated, ABOUT)
     ).assign_coords(
-        check_time=("check_time", rows[checked.samples] * step, {"long_name": "instant of a check", "units": "s"})
+        check_time=("check_time", times[checked.samples], {"long_name": "instant of a check", "units": "s"})
     )
 
 

@@ -54,8 +54,8 @@ def full_snapshots(state: PrestressedState, data: xr.Dataset) -> Array:
 def transverse_unknowns(state: PrestressedState) -> NDArray[np.bool_]:
     """Unknowns that the film's normal displacements move without stretching anything, shape (size,).
 
-    About a flat reference the stiffness couples them with bending of the frame out of its plane, and with nothing in the
-    plane; what lies in the plane follows from them in second order. About a curved reference all unknowns are coupled.
+    About a flat reference the stiffness couples them with bending of the frame out of its plane, and with nothing in
+    the plane, which follows from them in second order. About a curved reference all unknowns are coupled.
     """
     system = state.system
     matrix = system.matrix(np.where(np.abs(state.tangent_entries) > 0.0, state.tangent_entries, 0.0)).copy()

@@ -6,18 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from tautflex.mechanics.film import survey_film
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.reduction.flight import ReducedFlight
-from tautflex.reduction.march import total_force
+from tautflex.reduction.forces import total_force
 from tautflex.reduction.monomials import monomial_rates, monomials
 from tautflex.solvers.compression import CompressionWatch
 
 Array = NDArray[np.float64]
 
 # Windows of a run; each is checked where its coordinates store most energy.
-_WINDOWS = 12
+_WINDOWS = 8
 # Part of the run's energy beyond which the truncated directions are worth a warning.
 _NOTABLE = 0.05
 ABOUT = {
@@ -58,8 +59,8 @@ def check_validity(
 ) -> Checked:
     """Look at the full field at the largest motion of every window of a run.
 
-    The force that the full equation of motion leaves unbalanced at the reduced solution is what the basis cannot answer;
-    the strain energy of its static response measures the motion that is missing.
+    The force that the full equation of motion leaves unbalanced at the reduced solution is what the basis cannot
+    answer; the strain energy of its static response measures the motion that is missing.
 
     Parameters
     ----------
@@ -76,10 +77,14 @@ def check_validity(
         [part[np.argmax(size[part])] for part in np.array_split(np.arange(len(times)), _WINDOWS) if part.size]
     )
     watch = CompressionWatch(system)
+    inertia = system.inertia
+    damping = system.pattern.symmetric_matrix(
+        flight.damping.entries(inertia.mass_entries, flight.rom.state.tangent_entries)
+    )
     scalars, left = [], []
     for row, pulled in zip(chosen, flight.pulled(motions[chosen]), strict=True):
         motion = RigidMotion(motions[row, :3], motions[row, 3:6], motions[row, 6:])
-        unbalanced = _unbalanced(flight, segments, float(times[row]), eta[row], rate[row], pulled, motion)
+        unbalanced = _unbalanced(flight, segments, float(times[row]), eta[row], rate[row], pulled, motion, damping)
         survey = survey_film(system)
         slack = sum(int((system.stress[i] < 0.0).sum()) for i in system.block_index("cable"))
         scalars.append((survey.smallest, survey.largest, survey.wrinkled, survey.slack, slack))
@@ -107,20 +112,20 @@ def _unbalanced(
     rate: Array,
     pulled: Array,
     motion: RigidMotion,
+    damping: csr_array,
 ) -> Array:
     """Force that the full equation of motion leaves unbalanced [N, N m], shape (size,)."""
     rom, plant, state = flight.rom, flight.plant, flight.rom.state
     system, inertia = state.system, state.system.inertia
     force = np.empty(rom.size)
     total_force(plant, flight.frame_now(segments, time), 0, eta, rate, force)
-    acceleration = -np.linalg.solve(plant.mass, force)
-    follow = rom.coefficients.follow_quadratic.T @ rom.basis.companions
+    acceleration = np.asarray(-np.linalg.solve(plant.mass, force), dtype=np.float64)
+    follow = rom.monomial_vectors
     q = rom.displacement(eta, pulled)
     v = rate @ rom.basis.kept + monomial_rates(eta, rate) @ follow
-    a = acceleration @ rom.basis.kept + (monomial_rates(eta, acceleration) + 2.0 * monomials(rate)) @ follow
-    damping = flight.damping.entries(inertia.mass_entries, state.tangent_entries)
+    a: Array = acceleration @ rom.basis.kept + (monomial_rates(eta, acceleration) + 2.0 * monomials(rate)) @ follow
     result, _ = system.force(q)
-    result = result - state.reference_force + inertia.mass_matrix @ a + system.pattern.symmetric_matrix(damping) @ v
+    result = result - state.reference_force + inertia.mass_matrix @ a + damping @ v
     result += inertia.apply(flight.coupling.velocity_weight(motion), v)
     result += inertia.apply(flight.coupling.displacement_weight(motion), q)
     return result + flight.coupling.load(motion, inertia) - flight.inputs.full_load(time)

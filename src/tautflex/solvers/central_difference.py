@@ -172,7 +172,7 @@ class ExplicitStepper:
 
     def _factor(self, size: float) -> SymmetricFactorization:
         """Factors of ``M + h C / 2``; without damping one serves all step sizes."""
-        key = size if self.equation.damping_matrix is not None else 0.0
+        key = size if self.equation.products.damped else 0.0
         if key not in self._factors:
             if len(self._factors) > 16:
                 self._factors.clear()

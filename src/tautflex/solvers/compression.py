@@ -53,12 +53,11 @@ class CompressionWatch:
         if self._film_elastic and survey.smallest < -_NOTABLE * max(survey.largest, 0.0):
             self._film.see(survey.smallest, time, survey.element, survey.wrinkled + survey.slack)
         first = 0
-        for index in self._system.block_index("cable"):
-            stress = self._system.stress[index][:, 0]
-            element = int(stress.argmin())
-            if self._system.blocks[index].law == "elastic" and stress[element] < 0.0:
-                area = self._system.model.groups[index].section.area  # type: ignore[union-attr]
-                self._cable.see(float(stress[element]) * area, time, first + element, 0.0)
+        for stress, area, elastic in self._system.cables:
+            if elastic:
+                element = int(stress.argmin())
+                if stress[element] < 0.0:
+                    self._cable.see(float(stress[element]) * area, time, first + element, 0.0)
             first += len(stress)
 
     def warnings(self) -> list[str]:

@@ -61,7 +61,7 @@ class Run:
 class ReducedPlant(Protocol):
     """A model that brings its own time stepping."""
 
-    def simulate(self, maneuver: Maneuver | None, **options: Any) -> Run:
+    def simulate(self, maneuver: Maneuver | FreeHub | None, **options: Any) -> Run:
         """Integrate; arguments and result of `simulate`."""
         ...
 
@@ -289,8 +289,8 @@ class _Flight:
             return
         state = self._state
         self._stepper.equation.set_time(at.time)
-        _, energy = state.system.force(at.q)
-        kinetic = 0.5 * float(at.v @ (state.system.inertia.mass_matrix @ at.v))
+        energy = state.system.strain_energy(at.q)
+        kinetic = 0.5 * self._stepper.equation.products.mass_norm(at.v)
         motion = driver.segment_at(at.time).motion(at.time)
         strain = energy - float(state.reference_force @ at.q)
         recorder.store(at.time, at.q, at.v, motion, (kinetic, strain))

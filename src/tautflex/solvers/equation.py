@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tautflex.mechanics.damping import Rayleigh
 from tautflex.mechanics.inputs import InputSet
+from tautflex.mechanics.mass_damping import MassDamping
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.solvers.linear import SymmetricFactorization
@@ -83,8 +84,7 @@ class EquationOfMotion:
         self.system = self.state.system
         self.inertia = self.system.inertia
         self.damping_entries = self.damping.entries(self.inertia.mass_entries, self.state.tangent_entries)
-        damped = bool(self.damping_entries.any())
-        self.damping_matrix = self.system.pattern.symmetric_matrix(self.damping_entries) if damped else None
+        self.products = MassDamping(self.system.pattern, self.inertia.mass_entries, self.damping_entries)
         self._mass_factor = SymmetricFactorization(self.system.pattern)
         self._terms: MotionTerms | None = None
         self.input_load = np.zeros(self.system.size)
@@ -124,8 +124,8 @@ class EquationOfMotion:
     def frame_forces(self, q: Array, v: Array, terms: MotionTerms) -> Array:
         """Forces of damping and of the moving frame."""
         total = terms.load - self.input_load
-        if self.damping_matrix is not None:
-            total += self.damping_matrix @ v
+        if self.products.damped:
+            total += self.products.damping_product(v)
         if terms.velocity.any():
             total += self.inertia.apply(terms.velocity, v)
         if terms.displacement.any():

@@ -210,8 +210,8 @@ class HubStepper:
         """All forces but those of accelerations: internal, damping, gyroscopic, centrifugal, inputs; shape (size,)."""
         equation, turning = self.equation, cross_matrix(spin)
         total = internal - equation.input_load + equation.inertia.load(turning @ turning)
-        if equation.damping_matrix is not None:
-            total += equation.damping_matrix @ v
+        if equation.products.damped:
+            total += equation.products.damping_product(v)
         if spin.any():
             total += equation.inertia.apply(2.0 * turning, v) + equation.inertia.apply(turning @ turning, q)
         return total
@@ -265,9 +265,8 @@ class HubStepper:
     def energy(self, at: HubMotion) -> float:
         """Kinetic energy of hub and structure in the inertial frame [J]."""
         blocks = self._balance.blocks(at.q)
-        inertia = self.equation.inertia.mass_matrix
         rigid = 0.5 * float(at.twist @ blocks.mass @ at.twist) + float(at.twist @ (blocks.coupling @ at.v))
-        return rigid + 0.5 * float(at.v @ (inertia @ at.v))
+        return rigid + 0.5 * self.equation.products.mass_norm(at.v)
 
 
 class _HubProblem:
@@ -288,7 +287,7 @@ class _HubProblem:
             internal = stepper.equation.force(q)
         rigid = blocks.coupling.T @ stepper.rates(blocks, end, v, a)
         forces = stepper.forces(q, v, end.twist[3:], internal)
-        inertia = stepper.equation.inertia.mass_matrix @ a
+        inertia = stepper.equation.products.mass_product(a)
         norms = [float(np.linalg.norm(part)) for part in (internal, rigid, inertia)]
         self.scale = max(norms[0], norms[1])
         lost = 100.0 * float(np.finfo(float).eps) / stepper._tolerance * sum(norms)

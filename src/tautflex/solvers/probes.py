@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +12,7 @@ from scipy.sparse import csr_array
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.mechanics.products import product
 from tautflex.mechanics.system import StructuralSystem
 
 Array = NDArray[np.float64]
@@ -38,7 +40,11 @@ class ProbeSet:
 
     def read(self, q: Array) -> Array:
         """Displacements (or velocities) of the probes, shape (probe, 3)."""
-        return np.asarray(self.map @ q).reshape(-1, 3)
+        return product(*self._rows, q).reshape(-1, 3)
+
+    @cached_property
+    def _rows(self) -> tuple[NDArray[np.int64], NDArray[np.uint32], Array]:
+        return self.map.indptr.astype(np.int64), self.map.indices.astype(np.uint32), self.map.data
 
 
 def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], reading: str = "interpolate") -> ProbeSet:

@@ -197,8 +197,8 @@ def _rayleigh_functional(pencil: QuadraticPencil, raw: Complex, vectors: Complex
     middle = -0.5 * (c + 1j * g)
     half = np.sqrt(middle**2 - k)
     if pencil.undamped:
-        # Growth within round-off of a double root is none.
-        half = np.where((half.real != 0.0) & (np.abs(half.real) <= noise), 1j * half.imag, half)
+        # Growth, or a split of frequencies, within round-off of a double root is none.
+        half = np.where(np.abs(half) <= noise, 0.0, half)
     roots = np.stack([middle + half, middle - half])
     nearest = np.abs(roots - raw).argmin(axis=0)
     return roots[nearest, np.arange(len(raw))], noise

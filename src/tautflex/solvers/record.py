@@ -105,7 +105,7 @@ class Recorder:
         self._probe[row] = self._probes.read(q), self._probes.read(v)
         self._spin[row] = motion.angular_velocity, motion.angular_acceleration
         survey = survey_film(self._system)
-        slack = sum(int((self._system.stress[i] < 0.0).sum()) for i in self._system.block_index("cable"))
+        slack = sum(int(np.count_nonzero(stress < 0.0)) for stress, _, _ in self._system.cables)
         self._scalar[row] = *energies, survey.smallest, survey.largest, survey.wrinkled, survey.slack, slack
         self._watch.see(time, survey)
         self._count += 1

@@ -2,10 +2,70 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+# Keeps nearly parallel pairs from cancelling each other with huge weights.
+_RIDGE = 1e-8
+
+_jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, error_model="numpy")
+
+
+@_jit
+def _learn(
+    changes: Array, shifts: Array, gram: Array, row: int, used: int, move: Array, change: Array, answer: Array
+) -> bool:
+    """Put a pair, scaled to unit energy, into a row; False if its energy is not positive."""
+    energy = 0.0
+    for i in range(move.size):
+        energy += change[i] * answer[i]
+    if not energy > 0.0 or not np.isfinite(energy):
+        return False
+    scale = 1.0 / np.sqrt(energy)
+    for i in range(move.size):
+        changes[row, i] = scale * change[i]
+        shifts[row, i] = scale * (answer[i] - move[i])
+    for k in range(used):
+        total, other = 0.0, changes[k]
+        for i in range(move.size):
+            total += other[i] * answer[i]
+        gram[row, k] = gram[k, row] = scale * total
+    return True
+
+
+@_jit
+def _correct(changes: Array, shifts: Array, gram: Array, used: int, step: Array) -> Array:
+    """Solve ``(gram + ridge) gamma = -changes . step`` by Cholesky and add ``gamma . shifts`` to the step."""
+    gamma, factor = np.empty(used), np.empty((used, used))
+    for k in range(used):
+        total, other = 0.0, changes[k]
+        for i in range(step.size):
+            total += other[i] * step[i]
+        gamma[k] = -total
+    for k in range(used):
+        for m in range(k + 1):
+            value = gram[k, m]
+            for i in range(m):
+                value -= factor[k, i] * factor[m, i]
+            # Round-off of nearly parallel pairs must not make the square root's argument negative.
+            factor[k, m] = value / factor[m, m] if m < k else np.sqrt(max(value + _RIDGE, 1e-2 * _RIDGE))
+    for k in range(used):
+        for i in range(k):
+            gamma[k] -= factor[k, i] * gamma[i]
+        gamma[k] /= factor[k, k]
+    for k in range(used - 1, -1, -1):
+        for i in range(k + 1, used):
+            gamma[k] -= factor[i, k] * gamma[i]
+        gamma[k] /= factor[k, k]
+    result = step.copy()
+    for k in range(used):
+        weight, shift = gamma[k], shifts[k]
+        for i in range(step.size):
+            result[i] += weight * shift[i]
+    return result
 
 
 class SecantMemory:
@@ -40,29 +100,20 @@ class SecantMemory:
         answer
             ``K^-1 change``, shape (size,).
         """
-        energy = float(change @ answer) if self._depth else 0.0
-        if not energy > 0.0 or not np.isfinite(energy):
+        if not self._depth:
             return
         if not self._count:
             self._changes, self._shifts = np.empty((2, self._depth, move.size))
             self._gram = np.eye(self._depth)
         # Scaled to unit energy, so that the Gram matrix has a unit diagonal.
-        scale = 1.0 / np.sqrt(energy)
-        row = self._count % self._depth
-        np.multiply(change, scale, out=self._changes[row])
-        np.subtract(answer, move, out=self._shifts[row])
-        self._shifts[row] *= scale
-        self._count += 1
-        used = min(self._count, self._depth)
-        products = scale * (self._changes[:used] @ answer)
-        self._gram[row, :used] = self._gram[:used, row] = products
+        row, used = self._count % self._depth, min(self._count + 1, self._depth)
+        if _learn(self._changes, self._shifts, self._gram, row, used, move, change, answer):
+            self._count += 1
 
     def correct(self, step: Array) -> Array:
         """Corrected step from ``step = -K^-1 r``, shape (size,)."""
         used = min(self._count, self._depth)
         if not used:
             return step
-        right = -(self._changes[:used] @ step)
-        # The ridge keeps nearly parallel pairs from cancelling each other with huge weights.
-        gamma = np.linalg.solve(self._gram[:used, :used] + 1e-8 * np.eye(used), right)
-        return step + gamma @ self._shifts[:used]
+        corrected: Array = _correct(self._changes, self._shifts, self._gram, used, step)
+        return corrected

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from tautflex.mechanics.damping import Rayleigh
 from tautflex.mechanics.inputs import InputSet
@@ -19,6 +18,14 @@ from tautflex.solvers.newton import NewtonOutcome, solve_newton
 from tautflex.solvers.prestress import PrestressedState
 from tautflex.solvers.secant import SecantMemory
 from tautflex.solvers.status import Statistics
+from tautflex.solvers.step_kernel import (
+    assemble_residual,
+    end_of_step,
+    first_guess,
+    known_forces,
+    scaled_norm,
+    step_residual,
+)
 
 Array = NDArray[np.float64]
 
@@ -27,6 +34,7 @@ Array = NDArray[np.float64]
 _SCALE_FLOOR = 1e-3
 # Iterations lost to an old factorization, summed over steps, that pay for a new one (measured: 40x20 antenna).
 _REFRESH_COST = 16
+_NONE = np.zeros(0)
 
 
 @dataclass
@@ -67,7 +75,7 @@ class Stepper:
         self._factor_size, self._factor_inertia = 0.0, 0.0
         self._fewest_iterations, self._lost_iterations, self._judged = 0, 0, 0
         self._memory = SecantMemory()
-        self._linear: tuple[float, csr_array] | None = None
+        self._scheme: tuple[float, _Coefficients] | None = None
         self._largest_scale = 0.0
         unknowns = np.arange(self._pattern.size)
         self._diagonal_slots = self._pattern.slots(unknowns, unknowns)
@@ -103,27 +111,19 @@ class Stepper:
         tuple
             The state at the end of the step (meaningless unless converged) and the Newton outcome.
         """
-        scheme = self.method.scheme(size)
+        coefficients = self.coefficients(size)
+        scheme = coefficients.scheme
         instant = at.time + scheme.evaluation * size
         terms = self.equation.motion_terms(segment.motion(instant))
         self.equation.set_time(instant, segment.end)
-        problem = _StepProblem(self, scheme, terms, at, size)
-        reach = scheme.evaluation * size
-        guess = reach * at.v + 0.5 * reach**2 * at.a
-        if at.jerk is not None:
-            guess += reach**3 / 6.0 * at.jerk
+        problem = _StepProblem(self, coefficients, terms, at, size)
+        guess = first_guess(scheme.evaluation * size, at.v, at.a, _NONE if at.jerk is None else at.jerk)
         outcome = solve_newton(problem, guess, self.tolerance, self.max_iterations, self._memory)
         self.statistics.iterations += outcome.iterations
-        d = outcome.x
-        end = MotionState(
-            at.time + size,
-            at.q + _combine(scheme.end_displacement, d, at),
-            _combine(scheme.end_velocity, d, at),
-            _combine(scheme.end_acceleration, d, at),
-        )
-        end.jerk = (end.a - at.a) / size
+        q, v, a, jerk = end_of_step(coefficients.end, size, outcome.x, at.q, at.v, at.a)
+        end = MotionState(at.time + size, q, v, a, jerk=jerk)
         if scheme.weight < 1.0 and outcome.converged:
-            inertia_force = self._inertia.mass_matrix @ _combine(scheme.inertia, d, at)
+            inertia_force = self.equation.products.mass_product(_combine(scheme.inertia, outcome.x, at))
             history = (1.0 - scheme.weight) * problem.history
             end.forces = (outcome.residual - inertia_force - history) / scheme.weight
         self._judge_factor(outcome.iterations)
@@ -142,13 +142,11 @@ class Stepper:
         if self._lost_iterations > _REFRESH_COST:
             self._factor_size = 0.0
 
-    def linear_matrix(self, scheme: StepScheme, size: float) -> csr_array:
-        """Inertia and damping that multiply the increment in the residual; kept while the step size stays."""
-        if self._linear is None or self._linear[0] != size:
-            values = scheme.inertia.d * self._inertia.mass_entries
-            values = values + scheme.weight * scheme.velocity.d * self.equation.damping_entries
-            self._linear = size, self._pattern.symmetric_matrix(values)
-        return self._linear[1]
+    def coefficients(self, size: float) -> _Coefficients:
+        """What follows from the step size alone; kept while it stays."""
+        if self._scheme is None or self._scheme[0] != size:
+            self._scheme = size, _Coefficients(self.method.scheme(size), self.equation)
+        return self._scheme[1]
 
     def refresh(self, q: Array, scheme: StepScheme, terms: MotionTerms, size: float) -> None:
         """Factorize the symmetric part of the effective stiffness at ``q``.
@@ -158,7 +156,9 @@ class Stepper:
         """
         tangent = self._system.tangent(q)
         self._diagonal = tangent[self._diagonal_slots]
-        values = scheme.weight * tangent + self.linear_matrix(scheme, size).data
+        values = scheme.weight * tangent + scheme.inertia.d * self._inertia.mass_entries
+        if self.equation.products.damped:
+            values += scheme.weight * scheme.velocity.d * self.equation.damping_entries
         symmetric = 0.5 * (terms.displacement + terms.displacement.T)
         if symmetric.any():
             values += scheme.weight * self._inertia.entries(symmetric)
@@ -178,57 +178,74 @@ class Stepper:
         """
         if not self._factor.ready:
             return error
-        return self._factor.solve(self._factor_inertia * (self._inertia.mass_matrix @ error))
+        return self._factor.solve(self._factor_inertia * self.equation.products.mass_product(error))
 
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
         self.equation.count(self._factor)
 
 
+class _Coefficients:
+    """Scheme of one step size as compiled code reads it."""
+
+    def __init__(self, scheme: StepScheme, equation: EquationOfMotion) -> None:
+        self.scheme = scheme
+        ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
+        self.end = np.array([(part.d, part.v, part.a) for part in ends])
+        inertia, velocity = scheme.inertia, scheme.velocity
+        self.known = np.array([scheme.weight, inertia.v, inertia.a, velocity.v, velocity.a])
+        self.linear = equation.products.combined(inertia.d, scheme.weight * velocity.d)
+
+
 class _StepProblem:
     """Residual of one step as a function of the increment."""
 
-    def __init__(self, stepper: Stepper, scheme: StepScheme, terms: MotionTerms, at: MotionState, size: float) -> None:
-        self._stepper, self._scheme, self._terms, self._at, self._size = stepper, scheme, terms, at, size
-        self._linear = stepper.linear_matrix(scheme, size)
-        inertia, velocity = scheme.inertia, scheme.velocity
-        known = stepper._inertia.mass_matrix @ (inertia.v * at.v + inertia.a * at.a)
-        known += scheme.weight * stepper.equation.frame_forces(at.q, velocity.v * at.v + velocity.a * at.a, terms)
-        self.history = np.zeros(0)
+    def __init__(
+        self, stepper: Stepper, coefficients: _Coefficients, terms: MotionTerms, at: MotionState, size: float
+    ) -> None:
+        self._stepper, self._at, self._size, self._terms = stepper, at, size, terms
+        self._scheme, self._linear = coefficients.scheme, coefficients.linear
+        scheme, equation = self._scheme, stepper.equation
+        products = equation.products
+        load = terms.load - equation.input_load
+        self._known = np.empty(load.size)
+        self._matrix = products.start, products.column
+        self._pairs, self._reference = stepper._inertia.pairs, stepper.state.reference_force
+        self._known_norm = known_forces(
+            *self._matrix, products.mass, products.damping, self._pairs, coefficients.known, at.q, at.v, at.a,
+            load, terms.velocity, terms.displacement, self._known,
+        )  # fmt: skip
+        self.history = _NONE
         if scheme.weight < 1.0:
             if at.forces is None:
                 raise RuntimeError("the method needs the forces at the start of the step")
             self.history = at.forces
-            known += (1.0 - scheme.weight) * at.forces
-        self._known = known
-        self._known_norm = float(np.linalg.norm(known))
+            self._known += (1.0 - scheme.weight) * at.forces
+            self._known_norm = float(np.linalg.norm(self._known))
         self._round_off = 100.0 * float(np.finfo(float).eps) / stepper.tolerance
         # Stiff elements far from their reference position: the round-off of q alone makes forces of this size.
-        self._lost_force = 0.1 * self._round_off * float(np.linalg.norm(stepper._diagonal * at.q))
+        self._lost_force = 0.1 * self._round_off * scaled_norm(stepper._diagonal, at.q)
         # Gyroscopic and K_T forces are both M(Z) times something, so one product serves the increment.
-        self._turning = scheme.weight * (velocity.d * terms.velocity + terms.displacement)
-        self._turns = bool(self._turning.any())
-        self._load_scale = scheme.weight * float(np.linalg.norm(terms.load - stepper.equation.input_load))
+        self._turning = scheme.weight * (scheme.velocity.d * terms.velocity + terms.displacement)
+        self._load_scale = scheme.weight * float(np.sqrt(load @ load))
         self.scale = 0.0
 
     def residual(self, x: Array) -> tuple[Array, float]:
-        force = self._internal_force(x)
-        force *= self._scheme.weight
-        norm = float(np.sqrt(force @ force))
-        self.scale = max(norm, self._load_scale)
-        inertia = self._linear @ x
+        scheme, start, system = self._scheme, self._at.q, self._stepper._system
+        self._stepper.statistics.force_evaluations += 1
+        residual = np.empty(x.size)
+        linear = (*self._matrix, self._linear, self._pairs, self._turning, scheme.weight)
+        if scheme.average_stress:
+            force = system.average_force(start, start + x / scheme.evaluation)
+            internal, inertia = assemble_residual(*linear, x, self._reference, self._known, force, residual)
+        else:
+            internal, inertia = step_residual(
+                system.store, system.stresses, start, *linear, x, self._reference, self._known, residual
+            )
+        self.scale = max(internal, self._load_scale)
         # Inertia forces of a tiny step cancel each other; nothing below their round-off can be asked for.
-        lost = self._round_off * (self._known_norm + float(np.sqrt(inertia @ inertia))) + self._lost_force
-        force += self._known
-        force += inertia
-        if self._turns:
-            force += self._stepper._inertia.apply(self._turning, x)
-        return force, max(self.scale, lost, _SCALE_FLOOR * self._stepper._largest_scale)
-
-    def _internal_force(self, x: Array) -> Array:
-        if self._scheme.average_stress:
-            return self._stepper.equation.average_force(self._at.q, self._at.q + x / self._scheme.evaluation)
-        return self._stepper.equation.force(self._at.q + x)
+        lost = self._round_off * (self._known_norm + inertia) + self._lost_force
+        return residual, max(self.scale, lost, _SCALE_FLOOR * self._stepper._largest_scale)
 
     def refresh(self, x: Array) -> None:
         self._stepper.refresh(self._at.q + x, self._scheme, self._terms, self._size)
@@ -241,9 +258,4 @@ class _StepProblem:
 
 
 def _combine(c: Combination, d: Array, at: MotionState) -> Array:
-    result = c.d * d
-    if c.v:
-        result += c.v * at.v
-    if c.a:
-        result += c.a * at.a
-    return result
+    return c.d * d + c.v * at.v + c.a * at.a

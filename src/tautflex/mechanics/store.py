@@ -1,0 +1,171 @@
+"""All element blocks of a structure in four flat arrays, so that one compiled call works through all of them.
+
+Handing dozens of arrays to a compiled function costs more than the elements of a small mesh; four arrays cost nothing.
+`block_data` cuts a block's lists of non-zero terms out of them again, inside compiled code. Named tuples are handed over
+as plain ones, whose types need no look-up.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.elements.block import ElementBlock
+from tautflex.elements.laws import LAWS
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Slots = NDArray[np.uint32]
+
+
+class KernelStore(NamedTuple):
+    """Blocks as compiled code reads them; `block_data` says what is where."""
+
+    slots: Slots
+    terms: Indices
+    values: Array
+    table: Indices
+
+
+class KernelData(NamedTuple):
+    """One block as the kernel reads it: lists of non-zero terms; the element is always the last axis."""
+
+    dofs: Slots
+    gradient_row: Indices
+    gradient_column: Indices
+    linear_strain: Indices
+    linear_gradient: Indices
+    quadratic_strain: Indices
+    quadratic_first: Indices
+    quadratic_second: Indices
+    elastic_row: Indices
+    elastic_column: Indices
+    gradient_value: Array
+    linear_value: Array
+    quadratic_value: Array
+    elastic_value: Array
+    initial_stress: Array
+    measure: Array
+    initial_energy: Array
+    law_parameters: Array
+    gradients: int
+    law: int
+
+
+# Columns of the table: sizes of a block and where its parts begin in the three flat arrays.
+_ELEMENTS, _UNKNOWNS, _STRAINS, _GRADIENTS, _LAW = range(5)
+_GRADIENT_TERMS, _LINEAR_TERMS, _QUADRATIC_TERMS, _ELASTIC_TERMS = range(5, 9)
+_FIRST_SLOT, _FIRST_TERM, _FIRST_VALUE = range(9, 12)
+_COLUMNS = 12
+
+
+def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Slots], initial_stress: list[Array]) -> KernelStore:
+    """Compress blocks for the kernel.
+
+    Parameters
+    ----------
+    blocks
+        Element blocks.
+    dofs
+        Slot of every unknown in the extended vector, shapes (dof, element).
+    initial_stress
+        Stress at zero unknowns, shapes (element, strain), units of the blocks.
+
+    Returns
+    -------
+    KernelStore
+    """
+    slots, terms, values = list[Slots](), list[Indices](), list[Array]()
+    table = np.zeros((len(blocks), _COLUMNS), dtype=np.int64)
+    starts = np.zeros(3, dtype=np.int64)
+    for row, block, places, stress in zip(table, blocks, dofs, initial_stress, strict=True):
+        gradient = np.nonzero(np.any(block.gradient != 0.0, axis=0))
+        linear, quadratic = np.nonzero(block.linear), np.nonzero(block.quadratic)
+        elastic = np.nonzero(np.any(block.elasticity != 0.0, axis=0))
+        count, unknowns = places.shape[1], places.shape[0]
+        row[:_FIRST_SLOT] = (
+            (count, unknowns, len(block.linear), block.gradient.shape[1], LAWS[block.law])
+            + (gradient[0].size, linear[0].size, quadratic[0].size, elastic[0].size)
+        )  # fmt: skip
+        row[_FIRST_SLOT:] = starts
+        parts = (
+            [np.ascontiguousarray(places).ravel()],
+            [*gradient, *linear, *quadratic, *elastic],
+            [
+                block.gradient[:, gradient[0], gradient[1]].T.ravel(),
+                block.linear[linear],
+                block.quadratic[quadratic],
+                block.elasticity[:, elastic[0], elastic[1]].T.ravel(),
+                np.asarray(stress).T.ravel(),
+                block.measure,
+                np.zeros(count),
+                np.array(block.law_parameters),
+            ],
+        )
+        for kind, (target, pieces) in enumerate(zip((slots, terms, values), parts, strict=True)):
+            target.extend(pieces)  # type: ignore[arg-type]
+            starts[kind] += sum(piece.size for piece in pieces)
+    none = np.zeros(0)
+    return KernelStore(
+        np.concatenate([none.astype(np.uint32), *slots]),
+        np.concatenate([none.astype(np.int64), *terms]),
+        np.concatenate([none, *values]),
+        table,
+    )
+
+
+@numba.njit(cache=True)
+def block_data(store: Any, block: int) -> Any:
+    """Views of one block's terms, a `KernelData`."""
+    all_slots, terms, values, table = store
+    row = table[block]
+    count, unknowns, strains = row[_ELEMENTS], row[_UNKNOWNS], row[_STRAINS]
+    slot, t, v = row[_FIRST_SLOT], row[_FIRST_TERM], row[_FIRST_VALUE]
+    gradient, linear, quadratic, elastic = (
+        row[_GRADIENT_TERMS],
+        row[_LINEAR_TERMS],
+        row[_QUADRATIC_TERMS],
+        row[_ELASTIC_TERMS],
+    )
+    t1 = t + 2 * gradient
+    t2 = t1 + 2 * linear
+    t3 = t2 + 3 * quadratic
+    t4 = t3 + 2 * elastic
+    v1 = v + gradient * count
+    v2 = v1 + linear
+    v3 = v2 + quadratic
+    v4 = v3 + elastic * count
+    v5 = v4 + strains * count
+    v6 = v5 + count
+    v7 = v6 + count
+    return KernelData(
+        all_slots[slot : slot + unknowns * count].reshape((unknowns, count)),
+        terms[t : t + gradient],
+        terms[t + gradient : t1],
+        terms[t1 : t1 + linear],
+        terms[t1 + linear : t2],
+        terms[t2 : t2 + quadratic],
+        terms[t2 + quadratic : t2 + 2 * quadratic],
+        terms[t2 + 2 * quadratic : t3],
+        terms[t3 : t3 + elastic],
+        terms[t3 + elastic : t4],
+        values[v:v1].reshape((gradient, count)),
+        values[v1:v2],
+        values[v2:v3],
+        values[v3:v4].reshape((elastic, count)),
+        values[v4:v5].reshape((strains, count)),
+        values[v5:v6],
+        values[v6:v7],
+        values[v7 : v7 + 3],
+        row[_GRADIENTS],
+        row[_LAW],
+    )
+
+
+def python_view(store: tuple[NDArray[Any], ...], block: int) -> KernelData:
+    """The same views outside compiled code: writing into them changes the store."""
+    view: KernelData = block_data.py_func(store, block)
+    return view

@@ -1,0 +1,136 @@
+"""Compiled tangents of any element block, added straight into the values of the sparsity pattern [theory.md 2]."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.elements.laws import ELASTIC
+from tautflex.mechanics.kernel import FASTMATH, apply_law, pack_strain, pack_stress
+from tautflex.mechanics.store import block_data
+
+Array = NDArray[np.float64]
+
+# Smaller than the kernel's: the element matrices of a pack must stay in the first-level cache.
+PACK = 32
+
+_jit = numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
+
+
+@_jit
+def _core(data: Any, first: int, width: int, g: Array, stress: Array, tangent: Array, b: Array, db: Array, core: Array):
+    """``B' D B + sigma.Q`` of a pack, shape (gradient, gradient, pack)."""
+    b.fill(0.0)
+    db.fill(0.0)
+    core.fill(0.0)
+    strains, gradients = b.shape[0], b.shape[1]
+    for t in range(data.linear_value.size):
+        result, value = b[data.linear_strain[t], data.linear_gradient[t]], data.linear_value[t]
+        for e in range(width):
+            result[e] += value
+    for t in range(data.quadratic_value.size):
+        s, i, j, value = (
+            data.quadratic_strain[t],
+            data.quadratic_first[t],
+            data.quadratic_second[t],
+            data.quadratic_value[t],
+        )
+        slope, result, factor, row = b[s, i], core[i, j], g[j], stress[s]
+        for e in range(width):
+            slope[e] += value * factor[e]
+            result[e] += value * row[e]
+    if data.law == ELASTIC:
+        for t in range(data.elastic_row.size):
+            row, column = data.elastic_row[t], data.elastic_column[t]
+            values = data.elastic_value[t, first : first + width]
+            for i in range(gradients):
+                result, factor = db[row, i], b[column, i]
+                for e in range(width):
+                    result[e] += values[e] * factor[e]
+    else:
+        for row in range(strains):
+            for column in range(strains):
+                slope = tangent[row, column]
+                for i in range(gradients):
+                    result, factor = db[row, i], b[column, i]
+                    for e in range(width):
+                        result[e] += slope[e] * factor[e]
+    for s in range(strains):
+        for i in range(gradients):
+            slope = b[s, i]
+            for j in range(gradients):
+                result, factor = core[i, j], db[s, j]
+                for e in range(width):
+                    result[e] += slope[e] * factor[e]
+
+
+@_jit
+def _block_tangent(data: Any, q: Array, slots: Array, values: Array) -> None:
+    strains, count = data.initial_stress.shape
+    gradients, unknowns = data.gradients, data.dofs.shape[0]
+    local, strain, stress = np.empty((unknowns, PACK)), np.empty((strains, PACK)), np.empty((strains, PACK))
+    g, b, db = (
+        np.empty((gradients, PACK)),
+        np.empty((strains, gradients, PACK)),
+        np.empty((strains, gradients, PACK)),
+    )
+    core, half = np.empty((gradients, gradients, PACK)), np.empty((gradients, unknowns, PACK))
+    element, tangent = np.empty((unknowns, unknowns, PACK)), np.empty((strains, strains, PACK))
+    for first in range(0, count, PACK):
+        width = min(PACK, count - first)
+        pack_strain(data, first, width, q, local, g, strain)
+        pack_stress(data, first, width, strain, stress)
+        if data.law != ELASTIC:
+            apply_law(data, first, width, stress, tangent)
+        _core(data, first, width, g, stress, tangent, b, db, core)
+        half.fill(0.0)
+        element.fill(0.0)
+        for t in range(data.gradient_row.size):
+            row, column = data.gradient_row[t], data.gradient_column[t]
+            factor = data.gradient_value[t, first : first + width]
+            for i in range(gradients):
+                result, part = half[i, column], core[i, row]
+                for e in range(width):
+                    result[e] += part[e] * factor[e]
+        measure = data.measure[first : first + width]
+        for t in range(data.gradient_row.size):
+            row, column = data.gradient_row[t], data.gradient_column[t]
+            factor = data.gradient_value[t, first : first + width]
+            # The element matrix is symmetric: half of it is enough.
+            for k in range(column + 1):
+                result, part = element[column, k], half[row, k]
+                for e in range(width):
+                    result[e] += measure[e] * factor[e] * part[e]
+        for m in range(unknowns):
+            for k in range(m + 1):
+                part, place = element[m, k], slots[m, k, first : first + width]
+                for e in range(width):
+                    values[place[e]] += part[e]
+        for m in range(unknowns):
+            for k in range(m):
+                part, place = element[m, k], slots[k, m, first : first + width]
+                for e in range(width):
+                    values[place[e]] += part[e]
+
+
+@_jit
+def add_tangent(store: Any, block: int, q: Array, slots: Array, values: Array) -> None:
+    """Add one block's tangents ``G' V (B' D B + sigma.Q) G`` to sparse values.
+
+    Parameters
+    ----------
+    store
+        Blocks, a `KernelStore`.
+    block
+        Number of the block.
+    q
+        Extended vector, shape (size + 1,).
+    slots
+        Places of the element matrices' entries, shape (dof, dof, element).
+    values
+        Values in the pattern and one more for what belongs to supports, shape (entries + 1,).
+    """
+    _block_tangent(block_data(store, block), q, slots, values)
