@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
-CHECKED := src tests benchmarks
+CHECKED := src tests benchmarks examples
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test verification lint format benchmark clean

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         spectrum,
     )
     from tautflex.analysis.participation import appendage_data, dynamic_mass
+    from tautflex.batch import Batch
     from tautflex.config import Case, load_case
     from tautflex.errors import (
         CaseError,
@@ -81,6 +82,7 @@ __all__ = [
     "Adaptive",
     "AtRest",
     "BaseAcceleration",
+    "Batch",
     "BeamSection",
     "CableSection",
     "CableTension",
@@ -169,6 +171,7 @@ _NAMES_OF_MODULE = {
         "appendage_data",
         "dynamic_mass",
     ),
+    "batch": ("Batch",),
     "config": (
         "Case",
         "load_case",
