@@ -56,9 +56,7 @@ class StructuralSystem:
         self.stresses = np.concatenate([np.zeros(0), *(stress.ravel() for stress in self._current_stress)])
         ends = np.cumsum([stress.size for stress in self._current_stress])[:-1]
         pieces = np.split(self.stresses, ends) if self.blocks else []
-        self._stress = [
-            piece.reshape(stress.shape) for piece, stress in zip(pieces, self._current_stress, strict=True)
-        ]
+        self._stress = [piece.reshape(stress.shape) for piece, stress in zip(pieces, self._current_stress, strict=True)]
         self._extended = np.zeros(self.size + 1)
         self._changed: set[int] = set()
         # What samples of a run look at: current stresses, as views, and constants of the films and cables.
@@ -121,6 +119,12 @@ class StructuralSystem:
     def inertia(self) -> InertiaOperator:
         """Inertia operator on the free unknowns."""
         return InertiaOperator.from_blocks(self.blocks, self._places, self._slots, self.pattern)
+
+    def inertia_of(self, kind: str) -> InertiaOperator:
+        """Inertia operator of the blocks of one kind, on all free unknowns."""
+        chosen = self.block_index(kind)
+        blocks, places = [self.blocks[i] for i in chosen], [self._places[i] for i in chosen]
+        return InertiaOperator.from_blocks(blocks, places, [self._slots[i] for i in chosen], self.pattern)
 
     def extended(self, q: Array) -> Array:
         """Free unknowns with the zero of all supported ones behind them (a reused buffer)."""

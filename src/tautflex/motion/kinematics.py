@@ -42,7 +42,9 @@ class RigidMotion:
         """Matrix S(w)^2 of the centrifugal acceleration, shape (3, 3)."""
         x, y, z = self.angular_velocity.tolist()
         # S(w)^2 = w w' - |w|^2, written out: it is asked for at every step of a maneuver.
-        return np.array(((-y * y - z * z, x * y, x * z), (x * y, -x * x - z * z, y * z), (x * z, y * z, -x * x - y * y)))
+        return np.array(
+            ((-y * y - z * z, x * y, x * z), (x * y, -x * x - z * z, y * z), (x * z, y * z, -x * x - y * y))
+        )
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.reduction.basis import BasisVectors
 from tautflex.reduction.monomials import pairs
@@ -199,9 +198,7 @@ def _projected(system: StructuralSystem, vectors: Array) -> Array:
 
 
 def _moments(system: StructuralSystem, kind: str, vectors: Array) -> Moments:
-    index = system.block_index(kind)
-    blocks, places = tuple(system.blocks[i] for i in index), [system.element_places[i] for i in index]
-    inertia = InertiaOperator.from_blocks(blocks, places, system.pattern)
+    inertia = system.inertia_of(kind)
     pair = np.zeros((3, 3, len(vectors), len(vectors)))
     unit = np.eye(3)
     for a in range(3):

@@ -120,9 +120,7 @@ def _column_starts(start: Indices, rows: NDArray[np.int32], begin: Indices) -> I
 
 
 @_jit
-def _write_rows(
-    start: Indices, rows: NDArray[np.int32], begin: Indices, fine_start: Indices, fine_rows: Rows
-) -> None:
+def _write_rows(start: Indices, rows: NDArray[np.int32], begin: Indices, fine_start: Indices, fine_rows: Rows) -> None:
     for j in range(start.size - 1):
         for column in range(begin[j], begin[j + 1]):
             entry = fine_start[column]

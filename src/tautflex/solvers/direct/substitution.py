@@ -21,9 +21,7 @@ _jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, e
 
 
 @_jit
-def _add_columns(
-    start: Indices, values: Array, x: Array, first: int, width: int, below: int, result: Array
-) -> None:
+def _add_columns(start: Indices, values: Array, x: Array, first: int, width: int, below: int, result: Array) -> None:
     """Add the panel's columns below its triangle, times their unknowns."""
     j, end = first, first + width
     while j + 3 <= end:
