@@ -75,38 +75,47 @@ def arguments() -> argparse.Namespace:
     return chosen
 
 
+def run_part(name: str, chosen: argparse.Namespace, missing: list[str]) -> dict[str, Any]:
+    """Numbers of one benchmark."""
+    programs = present(SPINUP if name == "spinup" else FILM, missing)
+    report(name)
+    if name == "film":
+        return compare_film(programs, (40, 20), chosen.steps, chosen.rounds, report)
+    if name == "spinup":
+        return compare_spinup(programs, chosen.rounds, report)
+    sizes = {mesh: count for mesh, count in SIZES.items() if not chosen.quick or mesh[0] <= 80}
+    return size_study(programs, sizes, chosen.timeout, report)
+
+
+def write(results: dict[str, Any], folder: Path) -> str:
+    """Write numbers, figure and page; the page."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "benchmarks.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+    if "size" in results:
+        cost_figure(results["size"]["rows"], folder / "figures" / "cost_against_size.png")
+    text = page(results)
+    (folder / "benchmarks.md").write_text(text, encoding="utf-8")
+    return text
+
+
 def main() -> None:
-    """Run, write, print the page."""
+    """Run, write after every part, print the page."""
     chosen = arguments()
-    missing: list[str] = []
-    if chosen.page:
-        chosen.only = ()
-    film, spin = present(FILM, missing), present(SPINUP, missing)
     stored = chosen.output / "benchmarks.json"
     # A part that is not run again keeps its numbers.
     results = json.loads(stored.read_text(encoding="utf-8")) if stored.exists() else {}
-    if chosen.only:
+    missing: list[str] = []
+    for name in () if chosen.page else chosen.only:
+        when = {
+            "command": " ".join(["python benchmarks/peers/run.py", *sys.argv[1:]]),
+            "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
+        }
+        results[name] = run_part(name, chosen, missing) | when
         results |= {"machine": machine(), "missing": missing}
-    when = {
-        "command": " ".join(["python benchmarks/peers/run.py", *sys.argv[1:]]),
-        "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
-    }
-    if "film" in chosen.only:
-        report(f"film, {chosen.steps} steps, {chosen.rounds} pairs per peer")
-        results["film"] = compare_film(film, (40, 20), chosen.steps, chosen.rounds, report) | when
-    if "spinup" in chosen.only:
-        report("spin-up")
-        results["spinup"] = compare_spinup(spin, chosen.rounds, report) | when
-    if "size" in chosen.only:
-        report("cost against size")
-        sizes = {mesh: count for mesh, count in SIZES.items() if not chosen.quick or mesh[0] <= 80}
-        results["size"] = size_study(film, sizes, chosen.timeout, report) | when
-        cost_figure(results["size"]["rows"], chosen.output / "figures" / "cost_against_size.png")
-    chosen.output.mkdir(parents=True, exist_ok=True)
-    stored.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
-    text = page(results)
-    (chosen.output / "benchmarks.md").write_text(text, encoding="utf-8")
-    print(text)
+        write(results, chosen.output)
+    if not results:
+        sys.exit(f"{stored}: no numbers yet; run without --page first")
+    print(write(results, chosen.output))
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import sys
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 PEERS = Path(__file__).parents[2] / "benchmarks" / "peers"
-NAMES = ("film_problem", "spinup_problem", "programs", "pairs", "film", "spinup", "table", "figure")
+NAMES = ("film_problem", "spinup_problem", "programs", "pairs", "film", "spinup", "table", "figure", "run")
 
 
 @pytest.fixture
@@ -136,6 +137,10 @@ def test_size_study_counts_the_steps_after_the_first_two(peers, tmp_path):
     assert [row["milliseconds_per_step"] for row in study["rows"]] == [3000.0]
     assert study["rows"][0]["unknowns"] == 27
     assert sum("too large" in line for line in said) == 1
-    path = peers["figure"].cost_figure(study["rows"], tmp_path / "figures" / "cost.png")
-    assert path.stat().st_size > 1000
-    assert "| 4 x 4 | 27 | 3e+03 |" in peers["table"].size_part(study)
+    results = film_results(60.0, 1e-7) | {"size": study | {"date": "2026-01-02", "command": "run --only size"}}
+    text = peers["run"].write(results, tmp_path / "page")
+    assert "| 4 x 4 | 27 | 3e+03 |" in text
+    assert "Measured on 2026-01-02 by `run --only size`" in text
+    assert (tmp_path / "page" / "benchmarks.md").read_text(encoding="utf-8") == text
+    assert json.loads((tmp_path / "page" / "benchmarks.json").read_text(encoding="utf-8")) == results
+    assert (tmp_path / "page" / "figures" / "cost_against_size.png").stat().st_size > 1000
