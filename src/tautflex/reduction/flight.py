@@ -183,7 +183,7 @@ class ReducedFlight:
         if self.explicit:
             stress, other = np.empty(len(self.plant.first)), np.empty(self.rom.size)
             companion_forces(self.plant, frame, 0, work.q, work.v, stress, other)
-            internal_force(self.plant, work.q, stress, work.forces)
+            internal_force(self.plant, work.q, work.v, stress, work.forces)
 
     def check_step(self, time_step: float) -> None:
         """Raise InputError if the step [s] of an explicit method is not stable at the start of the run."""
@@ -263,9 +263,9 @@ class ReducedFlight:
         """Displacements and velocities of probes, shape (time, 2, probe, 3)."""
         if not probes.names:
             return np.zeros((len(eta), 2, 0, 3))
-        c, basis = self.rom.coefficients, self.rom.basis
+        basis = self.rom.basis
         kept, companions = (probes.map @ basis.kept.T).T, (probes.map @ basis.companions.T).T
-        follow = c.follow_quadratic.T @ companions
+        follow = (probes.map @ self.rom.monomial_vectors.T).T
         place = eta @ kept + monomials(eta) @ follow + self.pulled(motions) @ companions
         speed = rate @ kept + monomial_rates(eta, rate) @ follow
         return np.stack([place, speed], axis=1).reshape(len(eta), 2, -1, 3)

@@ -42,8 +42,7 @@ class InputLoads:
                 "inputs: expected forces on a reduced model, got a change of tension or temperature; simulate the full "
                 "state"
             )
-        follow = rom.coefficients.follow_quadratic.T @ rom.basis.companions
-        self._vectors, self._count = np.concatenate([rom.basis.kept, follow]), rom.size
+        self._vectors, self._count = np.concatenate([rom.basis.kept, rom.monomial_vectors]), rom.size
 
     def full_load(self, time: float) -> Array | float:
         """Load on all unknowns at an instant [s], shape (size,)."""

@@ -64,6 +64,11 @@ class ReducedModel:
         return assemble(self.pieces)
 
     @cached_property
+    def monomial_vectors(self) -> Array:
+        """Displacement that follows each monomial, shape (m, size)."""
+        return self.coefficients.follow_quadratic.T @ self.basis.companions
+
+    @cached_property
     def reference(self) -> ReferenceSolver:
         """Static solver of the full reference."""
         return ReferenceSolver(self.state)
@@ -120,10 +125,8 @@ class ReducedModel:
         numpy.ndarray
             Shape (..., size).
         """
-        follow = monomials(eta) @ self.coefficients.follow_quadratic.T
-        if pulled is not None:
-            follow = follow + pulled
-        return eta @ self.basis.kept + follow @ self.basis.companions
+        result = eta @ self.basis.kept + monomials(eta) @ self.monomial_vectors
+        return result if pulled is None else result + pulled @ self.basis.companions
 
     def coordinates(self, q: Array) -> Array:
         """Coordinates of free unknowns by mass projection, shape (..., size) -> (..., r)."""

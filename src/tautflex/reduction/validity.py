@@ -18,7 +18,7 @@ from tautflex.solvers.compression import CompressionWatch
 Array = NDArray[np.float64]
 
 # Windows of a run; each is checked where its coordinates store most energy.
-_WINDOWS = 12
+_WINDOWS = 8
 # Part of the run's energy beyond which the truncated directions are worth a warning.
 _NOTABLE = 0.05
 ABOUT = {
@@ -120,7 +120,7 @@ def _unbalanced(
     force = np.empty(rom.size)
     total_force(plant, flight.frame_now(segments, time), 0, eta, rate, force)
     acceleration = np.asarray(-np.linalg.solve(plant.mass, force), dtype=np.float64)
-    follow = rom.coefficients.follow_quadratic.T @ rom.basis.companions
+    follow = rom.monomial_vectors
     q = rom.displacement(eta, pulled)
     v = rate @ rom.basis.kept + monomial_rates(eta, rate) @ follow
     a: Array = acceleration @ rom.basis.kept + (monomial_rates(eta, acceleration) + 2.0 * monomials(rate)) @ follow
