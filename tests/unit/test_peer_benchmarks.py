@@ -122,6 +122,7 @@ def test_the_page_says_what_was_reached(peers, ratio, difference, verdict):
     text = peers["table"].page(film_results(ratio, difference))
     assert f"Target 50 times against Kratos: {verdict}" in text
     assert "- Exudyn: not there" in text
+    assert "| program | version | ms per step | times ours | iterations | factorizations | error | from ours |" in text
     assert f"| Kratos | 1 | 2 | **{ratio:.3g}** ({ratio:.3g} to {ratio:.3g}) |" in text
 
 
