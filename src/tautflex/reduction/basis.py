@@ -48,7 +48,7 @@ class BasisVectors:
     companions
         Statically condensed vectors, stiffness-orthogonal to the kept ones, shape (p, size).
     amplitude
-        Typical size of each coordinate relative to the largest, shape (r,); it weighs what may be left out.
+        Typical size of each coordinate, shape (r,): it weighs what may be left out.
     description
         One line for reports.
     """
@@ -273,11 +273,12 @@ def add_companions(
     text
         Description of the kept vectors.
     """
-    nothing, scale = np.zeros((0, state.system.size)), amplitude / amplitude.max()
+    nothing = np.zeros((0, state.system.size))
     if mode == "none":
-        return BasisVectors(kept, nothing, scale, f"{text}, no companions")
+        return BasisVectors(kept, nothing, amplitude, f"{text}, no companions")
     first, second = pairs(len(kept))
-    forces = quadratic_forces(state.system, kept) * np.maximum(scale[first] * scale[second], 1e-4)[:, None]
+    sizes = np.maximum(amplitude, 1e-2 * amplitude.max())
+    forces = quadratic_forces(state.system, kept) * (sizes[first] * sizes[second])[:, None]
     fields = np.array([-solver.solve(force) for force in forces])
     # Responses to the centrifugal loads carry the stiffening by spin.
     inertia = state.system.inertia
@@ -290,7 +291,7 @@ def add_companions(
     values, turn = np.linalg.eigh(0.5 * (gram + gram.T))
     keep = values > _NEGLIGIBLE * max(values[-1], 0.0)
     if not keep.any() or values[-1] <= 0.0:
-        return BasisVectors(kept, nothing, scale, f"{text}, no companions")
+        return BasisVectors(kept, nothing, amplitude, f"{text}, no companions")
     span = (turn[:, keep] / np.sqrt(values[keep])).T @ fields
     if mode == "unknowns":
         joined = ritz(state, np.concatenate([kept, span]))
@@ -298,12 +299,12 @@ def add_companions(
     else:
         # Natural frequencies of the companions among themselves: stiffness is the identity in this span.
         inverse, turn = np.linalg.eigh(span @ (inertia.mass_matrix @ span.T))
-        highest = 2.0 * np.sqrt(solver.energies(kept)[scale > _NOTABLE].max())
+        highest = 2.0 * np.sqrt(solver.energies(kept)[amplitude > _NOTABLE * amplitude.max()].max())
         slow = inverse > 1.0 / (_FAST * highest) ** 2
         joined = ritz(state, np.concatenate([kept, turn.T[slow] @ span]))
         fast, moving = turn.T[~slow] @ span, int(slow.sum())
     text = f"{text}, {moving} moving and {len(fast)} condensed companions"
     # What a coordinate is worth, from the kept vectors and from the fields that they call for.
-    parts = np.concatenate([kept * scale[:, None], fields]) @ (inertia.mass_matrix @ joined.T)
+    parts = np.concatenate([kept * amplitude[:, None], fields]) @ (inertia.mass_matrix @ joined.T)
     worth = np.sqrt(np.sum(parts**2, axis=0))
-    return BasisVectors(joined, fast, worth / worth.max(), text)
+    return BasisVectors(joined, fast, worth, text)

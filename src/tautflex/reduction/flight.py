@@ -183,7 +183,7 @@ class ReducedFlight:
         if self.explicit:
             stress, other = np.empty(len(self.plant.first)), np.empty(self.rom.size)
             companion_forces(self.plant, frame, 0, work.q, work.v, stress, other)
-            internal_force(self.plant, work.q, stress, work.forces)
+            internal_force(self.plant, work.q, work.v, stress, work.forces)
 
     def check_step(self, time_step: float) -> None:
         """Raise InputError if the step [s] of an explicit method is not stable at the start of the run."""

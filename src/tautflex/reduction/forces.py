@@ -93,40 +93,39 @@ def add_product(factor: Array, vector: Array, result: Array) -> None:
 
 
 @jit
-def internal_force(plant: Plant, q: Array, given: Array, force: Array) -> float:
-    """Fill ``force`` with linear, second- and third-degree forces and those of a given stress per monomial.
+def internal_force(plant: Plant, q: Array, v: Array, given: Array, force: Array) -> None:
+    """Fill ``force`` with linear, second- and third-degree forces, and those of a given stress per monomial.
 
-    Returns the strain energy without the given stress.
+    The companions' damping belongs here: at large deflections it is stiff, and a step has to solve for it.
     """
     r, m = q.size, plant.first.size
-    y, stress = np.empty(m), np.zeros(m)
+    y, stress = np.empty(m), given.copy()
     for k in range(m):
         y[k] = q[plant.first[k]] * q[plant.second[k]]
-    energy = 0.0
     for i in range(r):
         total = 0.0
         for j in range(r):
             total += plant.linear[i, j] * q[j]
         force[i] = total
-        energy += 0.5 * total * q[i]
     for i in range(plant.quadratic.shape[0]):
         total = 0.0
         for k in range(m):
             total += plant.quadratic[i, k] * y[k]
         force[i] += total
-        energy += total * q[i] / 3.0
     add_product(plant.fields, y, stress)
+    if plant.viscous.shape[0]:
+        for k in range(m):
+            i, j = plant.first[k], plant.second[k]
+            y[k] = q[i] * v[j] + v[i] * q[j]
+        add_product(plant.viscous, y, stress)
     for k in range(m):
-        energy += 0.5 * stress[k] * y[k]
-        both = given[k] + stress[k]
         i, j = plant.first[k], plant.second[k]
-        force[i] += both * q[j]
-        force[j] += both * q[i]
-    return energy
+        force[i] += stress[k] * q[j]
+        force[j] += stress[k] * q[i]
 
 
 @jit
-def average_force(plant: Plant, start: Array, end: Array, given: Array, force: Array) -> None:
+def average_force(plant: Plant, start: Array, end: Array, v: Array, given: Array, force: Array) -> None:
     """Internal force averaged along the way from start to end; its work is the change of the strain energy.
 
     Two Gauss points are exact for a force of third degree [average vector field, Quispel & McLaren 2008].
@@ -135,7 +134,7 @@ def average_force(plant: Plant, start: Array, end: Array, given: Array, force: A
     force.fill(0.0)
     for side in (-1.0, 1.0):
         share = 0.5 + side * 0.5 / np.sqrt(3.0)
-        internal_force(plant, start + share * (end - start), given, own)
+        internal_force(plant, start + share * (end - start), v, given, own)
         force += 0.5 * own
 
 
@@ -143,20 +142,20 @@ def average_force(plant: Plant, start: Array, end: Array, given: Array, force: A
 def companion_forces(plant: Plant, frame: Frame, row: int, q: Array, v: Array, stress: Array, force: Array) -> None:
     """Fill what companions do besides answering statically: stress per monomial, and force on the coordinates.
 
-    They are damped, pulled by the load, and coupled to the coordinates by the rotating frame. All of this is small and
-    smooth, so a step takes it at its predicted state.
+    They are pulled by the load, and coupled to the coordinates by the rotating frame, both small and smooth, so a step
+    takes them at its predicted state.
     """
     r, m = q.size, plant.first.size
-    rate = np.empty(m)
     at = row % frame.stress.shape[0]
     for k in range(m):
-        i, j = plant.first[k], plant.second[k]
-        rate[k] = q[i] * v[j] + v[i] * q[j]
         stress[k] = frame.stress[at, k]
-    add_product(plant.viscous, rate, stress)
     force.fill(0.0)
     if not frame.turns:
         return
+    rate = np.empty(m)
+    for k in range(m):
+        i, j = plant.first[k], plant.second[k]
+        rate[k] = q[i] * v[j] + v[i] * q[j]
     at = row % frame.velocity.shape[0]
     for a in range(3):
         for b in range(3):
@@ -203,7 +202,7 @@ def total_force(plant: Any, frame: Frame, row: int, q: Array, v: Array, force: A
     on_velocity, on_displacement = np.empty((r, r)), np.empty((r, r))
     companion_forces(plant, frame, row, q, v, stress, other)
     frame_matrices(plant, frame, row, on_velocity, on_displacement)
-    _internal_force(plant, q, stress, force)
+    _internal_force(plant, q, v, stress, force)
     force += other + frame.load[row % frame.load.shape[0]] + on_velocity @ v + on_displacement @ q
 
 

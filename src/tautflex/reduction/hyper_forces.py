@@ -52,19 +52,18 @@ class HyperPlant(NamedTuple):
 
 
 @jit
-def element_force(plant: HyperPlant, q: Array, given: Array, force: Array) -> float:
-    """Internal force less that of the reference, as `internal_force`; the energy is that of nonlinear laws alone."""
+def element_force(plant: HyperPlant, q: Array, v: Array, given: Array, force: Array) -> None:
+    """Internal force less that of the reference, as `internal_force`; there is no stress per monomial to be given."""
     r = q.size
     place, total = np.zeros(r + 1), np.zeros(r + 1)
     place[:r] = q
-    energy = add_forces(plant.store, place, total, plant.stresses, True, False)
+    add_forces(plant.store, place, total, plant.stresses, True, False)
     for i in range(r):
         force[i] = total[i] - plant.reference[i]
-    return energy
 
 
 @jit
-def element_average(plant: HyperPlant, start: Array, end: Array, given: Array, force: Array) -> None:
+def element_average(plant: HyperPlant, start: Array, end: Array, v: Array, given: Array, force: Array) -> None:
     """As `average_force`."""
     r = start.size
     before, after, total = np.zeros(r + 1), np.zeros(r + 1), np.zeros(r + 1)

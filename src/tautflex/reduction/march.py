@@ -118,10 +118,11 @@ def _residual(
     """Fill residual and the part of the forces that depends on d; return norms of residual and internal force."""
     r = d.size
     place = work.q + d
+    velocity = c.velocity[0] * d + c.velocity[1] * work.v + c.velocity[2] * work.a
     if c.average:
-        average_force(plant, work.q, work.q + d / c.evaluation, given, forces)
+        average_force(plant, work.q, work.q + d / c.evaluation, velocity, given, forces)
     else:
-        internal_force(plant, place, given, forces)
+        internal_force(plant, place, velocity, given, forces)
     work.counts[3] += 1
     inside = 0.0
     for i in range(r):
@@ -200,8 +201,8 @@ def implicit_step(plant: Plant, frame: Frame, row: int, c: Coefficients, work: W
 def explicit_step(plant: Plant, frame: Frame, row: int, size: float, work: Work) -> bool:
     """One step of central differences, ``M a + (C + G) v + ... = 0`` at its end; False where it is not stable.
 
-    Damping and gyroscopic force at the end are solved for, as in the full model; what companions add is taken at the
-    predicted velocity.
+    Damping and gyroscopic force at the end are solved for, as in the full model; the companions' damping is taken at
+    the predicted velocity.
     """
     if work.numbers[1] != size or frame.turns:
         frame_matrices(plant, frame, row, work.on_velocity, work.on_displacement)
@@ -212,8 +213,9 @@ def explicit_step(plant: Plant, frame: Frame, row: int, size: float, work: Work)
     move = size * half
     q = work.q + move
     given, other, internal = np.empty(plant.first.size), np.empty(q.size), np.empty(q.size)
-    companion_forces(plant, frame, row, q, half + 0.5 * size * work.a, given, other)
-    internal_force(plant, q, given, internal)
+    predicted = half + 0.5 * size * work.a
+    companion_forces(plant, frame, row, q, predicted, given, other)
+    internal_force(plant, q, predicted, given, internal)
     work.counts[3] += 1
     # Stiffness that this very step has felt, against what central differences can follow.
     felt, limit = 0.0, 4.0 / size**2 * np.dot(move, plant.mass @ move)

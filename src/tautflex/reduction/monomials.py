@@ -72,7 +72,8 @@ def stress_fields(matrix: Array, amplitude: Array, weak: float = _WEAK_FIELD) ->
         Fields with less than this part of the strongest one's energy are left out.
     """
     first, second = pairs(len(amplitude))
-    size = np.maximum(amplitude[first] * amplitude[second], 1e-12)
+    size = amplitude[first] * amplitude[second]
+    size = np.maximum(size, 1e-8 * size.max())
     values, vectors = np.linalg.eigh(size[:, None] * matrix * size)
     keep = values > weak * max(float(values[-1]), 0.0)
     if not np.any(matrix):

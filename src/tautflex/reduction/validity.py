@@ -17,7 +17,7 @@ from tautflex.solvers.compression import CompressionWatch
 Array = NDArray[np.float64]
 
 # Windows of a run; each is checked where its coordinates store most energy.
-_WINDOWS = 12
+_WINDOWS = 8
 # Part of the run's energy beyond which the truncated directions are worth a warning.
 _NOTABLE = 0.05
 ABOUT = {
