@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
-CHECKED := src tests benchmarks
+CHECKED := src tests benchmarks examples
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test verification lint format benchmark benchmark-peers dolfinx clean
@@ -31,8 +31,11 @@ format: $(VENV)/tools ## rewrite the sources in the house format
 	$(BIN)/ruff format $(CHECKED)
 	$(BIN)/ruff check --fix $(CHECKED)
 
-benchmark: $(VENV)/installed ## measure the cost of one implicit step (benchmarks/step_cost.py)
+benchmark: $(VENV)/installed ## measure step cost, its growth with the mesh, direct solvers and set-up (minutes)
 	$(BIN)/python benchmarks/step_cost.py
+	$(BIN)/python benchmarks/step_cost.py --growth
+	$(BIN)/python benchmarks/linear_solvers.py
+	$(BIN)/python benchmarks/setup_cost.py
 
 benchmark-peers: $(VENV)/installed ## install Kratos and Exudyn into .peers, run beside them and DOLFINx, write docs/benchmarks.md (45 min)
 	$(BIN)/python benchmarks/peers/install.py

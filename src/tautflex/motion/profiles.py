@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -27,13 +28,18 @@ class Piece:
     values: Callable[[float], Values]
 
 
+def library_of(value: Any) -> Any:
+    """Array library that a number belongs to; the formulas of this room hold for any, traced numbers included."""
+    return value.__array_namespace__() if hasattr(value, "__array_namespace__") else np
+
+
 def _linear(s: float) -> Values:
     return s, 1.0, 0.0
 
 
 def _versine(s: float) -> Values:
-    turn = 2.0 * np.pi
-    return s - np.sin(turn * s) / turn, 1.0 - np.cos(turn * s), turn * np.sin(turn * s)
+    xp, turn = library_of(s), 2.0 * np.pi
+    return s - xp.sin(turn * s) / turn, 1.0 - xp.cos(turn * s), turn * xp.sin(turn * s)
 
 
 def _minimum_jerk(s: float) -> Values:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from bisect import bisect
 from itertools import pairwise
+from typing import Any
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.motion.profiles import Piece, Values
+from tautflex.motion.profiles import Piece, Values, library_of
 
 SHAPERS = {"ZV": 1, "ZVD": 2}
 """Order of the zero that each shaper has at the poles of the mode."""
@@ -47,9 +48,27 @@ def shaper_impulses(shaper: str, frequency: float, damping_ratio: float = 0.0) -
     ratio = checks.finite("damping_ratio", damping_ratio)
     if not 0.0 <= ratio < 1.0:
         raise InputError(f"damping_ratio: expected a number in [0, 1), got {damping_ratio!r}; 0 is no damping")
-    root = math.sqrt(1.0 - ratio**2)
-    decay = math.exp(-math.pi * ratio / root)
-    half_period = 0.5 / (natural * root)
+    return tuple((float(amplitude), float(delay)) for amplitude, delay in impulse_train(order, natural, ratio))
+
+
+def impulse_train(order: int, frequency: Any, ratio: Any) -> tuple[tuple[Any, Any], ...]:
+    """Amplitudes and delays of `shaper_impulses` for numbers of any array library, unchecked.
+
+    Parameters
+    ----------
+    order
+        Order of the zero, a value of `SHAPERS`.
+    frequency, ratio
+        Natural frequency [Hz] and damping ratio.
+
+    Returns
+    -------
+    tuple of (amplitude, delay)
+    """
+    xp = library_of(ratio)
+    root = xp.sqrt(1.0 - ratio**2)
+    decay = xp.exp(-math.pi * ratio / root)
+    half_period = 0.5 / (frequency * root)
     weights = [math.comb(order, k) * decay**k for k in range(order + 1)]
     return tuple((weight / sum(weights), k * half_period) for k, weight in enumerate(weights))
 

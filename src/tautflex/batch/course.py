@@ -1,0 +1,246 @@
+"""Rotations about a fixed line as functions of time and of numbers that may be traced.
+
+The formulas are those of :mod:`tautflex.motion`, which work on any array library. What differs is where a maneuver's
+stretches are told apart: a step knows an instant inside its stretch, and masks pick what holds there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from tautflex.batch.library import jax
+from tautflex.errors import InputError, UnsupportedError
+from tautflex.motion.maneuvers import AtRest, Stop, unit_axis
+from tautflex.motion.profiles import Piece, unit_step
+from tautflex.motion.shaping import SHAPERS, impulse_train
+from tautflex.motion.slew import Slew, SpinUp
+from tautflex.motion.tabulated import Tabulated
+
+Array = jax.Array
+Numbers = dict[str, Any]
+
+
+class Spin(NamedTuple):
+    """Angular rate [rad/s], acceleration and square of the rate [rad/s^2] about the axis; forces are linear in them."""
+
+    rate: Any
+    acceleration: Any
+    square: Any
+
+    def minus(self, other: Spin) -> Spin:
+        """Jump from another spin to this one."""
+        return Spin(*(mine - its for mine, its in zip(self, other, strict=True)))
+
+
+def spin_of(rate: Any, acceleration: Any) -> Spin:
+    """Spin with the square that belongs to it."""
+    return Spin(rate, acceleration, rate * rate)
+
+
+@dataclass(frozen=True)
+class Course:
+    """A maneuver whose numbers are arguments.
+
+    Parameters
+    ----------
+    axis, origin
+        Line that the frame turns about.
+    numbers
+        Numbers of the maneuver it was made from; any may be replaced.
+    key
+        What else tells this course from others.
+    start
+        Numbers -> angular rate before t = 0; None is rest.
+    breaks
+        Numbers -> instants where the motion may jump, any order, shape (k,).
+    spin
+        (numbers, time, an instant inside the stretch) -> motion; smooth in time within the stretch and beyond it.
+    end
+        Numbers -> end of the maneuver [s].
+    """
+
+    axis: tuple[float, float, float]
+    origin: tuple[float, float, float]
+    numbers: Numbers
+    key: Hashable
+    start: Callable[[Numbers], Any] | None
+    breaks: Callable[[Numbers], Any]
+    spin: Callable[[Numbers, Any, Any], Spin]
+
+    def end(self, numbers: Numbers) -> Any:
+        """Last instant where the motion may jump [s]; 0 without any."""
+        return jnp.max(self.breaks(numbers), initial=0.0)
+
+
+def course_of(maneuver: Any) -> Course:
+    """Course of a maneuver.
+
+    Raises
+    ------
+    UnsupportedError
+        If the maneuver is none of AtRest, Stop, Slew, SpinUp and single-axis Tabulated.
+    """
+    for kind, make in _MAKERS.items():
+        if isinstance(maneuver, kind):
+            return make(maneuver)
+    raise UnsupportedError(
+        f"maneuver: expected Stop, Slew, SpinUp, or Tabulated rates about one axis, got {maneuver!r}; sample it: "
+        "Tabulated(times, rates)"
+    )
+
+
+def _rest(maneuver: AtRest) -> Course:
+    nothing = spin_of(0.0, 0.0)
+    return Course(
+        (1.0, 0.0, 0.0),
+        (0.0, 0.0, 0.0),
+        {},
+        "rest",
+        None,
+        lambda numbers: jnp.zeros(0),
+        lambda numbers, time, inside: nothing,
+    )
+
+
+def _stop(maneuver: Stop) -> Course:
+    def spin(numbers: Numbers, time: Any, inside: Any) -> Spin:
+        slope = -numbers["rate"] / numbers["duration"]
+        braking = inside < numbers["duration"]
+        return spin_of(jnp.where(braking, numbers["rate"] + slope * time, 0.0), jnp.where(braking, slope, 0.0))
+
+    numbers = {"rate": maneuver.rate, "duration": maneuver.duration}
+    return Course(
+        maneuver.axis,
+        maneuver.origin,
+        numbers,
+        "stop",
+        lambda numbers: numbers["rate"],
+        lambda numbers: jnp.stack([numbers["duration"]]),
+        spin,
+    )
+
+
+def _corners(pieces: tuple[Piece, ...]) -> list[Any]:
+    return [piece.end for piece in pieces]
+
+
+def _along(pieces: tuple[Piece, ...], time: Any, inside: Any) -> tuple[Any, Any, Any]:
+    """Unit step and its derivatives: 0 before the pieces, 1 after them."""
+    total: tuple[Any, ...] = (jnp.where(inside >= pieces[-1].end, 1.0, 0.0), 0.0, 0.0)
+    for piece in pieces:
+        here = (inside >= piece.start) & (inside < piece.end)
+        parts = piece.values(time)
+        total = tuple(a + jnp.where(here, b, 0.0) for a, b in zip(total, parts, strict=True))
+    value, slope, curvature = total
+    return value, slope, curvature
+
+
+def _slew(maneuver: Slew) -> Course:
+    shaped = maneuver.profile == "input-shaped"
+    numbers: Numbers = {"angle": maneuver.angle, "duration": maneuver.duration}
+    if shaped:
+        numbers |= {"frequency": maneuver.frequency, "damping_ratio": maneuver.damping_ratio}
+
+    def copies(numbers: Numbers) -> tuple[tuple[Piece, ...], Any]:
+        if not shaped:
+            return unit_step(maneuver.profile, numbers["duration"]), ((1.0, 0.0),)
+        impulses = impulse_train(SHAPERS[maneuver.shaper], numbers["frequency"], numbers["damping_ratio"])
+        return unit_step(maneuver.base, numbers["duration"] - impulses[-1][1]), impulses
+
+    def spin(numbers: Numbers, time: Any, inside: Any) -> Spin:
+        pieces, impulses = copies(numbers)
+        rate = acceleration = 0.0
+        for amplitude, delay in impulses:
+            _, slope, curvature = _along(pieces, time - delay, inside - delay)
+            rate, acceleration = rate + amplitude * slope, acceleration + amplitude * curvature
+        return spin_of(numbers["angle"] * rate, numbers["angle"] * acceleration)
+
+    def breaks(numbers: Numbers) -> Any:
+        pieces, impulses = copies(numbers)
+        starts = [delay for _, delay in impulses[1:]]
+        ends = [delay + corner for _, delay in impulses for corner in _corners(pieces)]
+        return jnp.stack([jnp.asarray(instant, dtype=float) for instant in starts + ends])
+
+    key = ("slew", maneuver.profile, maneuver.shaper if shaped else "", maneuver.base if shaped else "")
+    return Course(maneuver.axis, maneuver.origin, numbers, key, None, breaks, spin)
+
+
+def _spin_up(maneuver: SpinUp) -> Course:
+    numbers = {"rate": maneuver.rate, "duration": maneuver.duration, "initial_rate": maneuver.initial_rate}
+
+    def spin(numbers: Numbers, time: Any, inside: Any) -> Spin:
+        value, slope, _ = _along(unit_step(maneuver.profile, numbers["duration"]), time, inside)
+        change = numbers["rate"] - numbers["initial_rate"]
+        return spin_of(numbers["initial_rate"] + change * value, change * slope)
+
+    return Course(
+        maneuver.axis,
+        maneuver.origin,
+        numbers,
+        ("spin-up", maneuver.profile),
+        lambda numbers: numbers["initial_rate"],
+        lambda numbers: jnp.stack(_corners(unit_step(maneuver.profile, numbers["duration"]))),
+        spin,
+    )
+
+
+def _tabulated(maneuver: Tabulated) -> Course:
+    """Cubic splines through rates are linear in the rates, so their matrices are computed once."""
+    axis = unit_axis(maneuver.axis)
+    rates = np.zeros((0, 3)) if maneuver.rates is None else np.asarray(maneuver.rates)
+    along = rates @ axis
+    if maneuver.quaternions is not None or maneuver.accelerations is not None or not len(rates):
+        raise UnsupportedError("maneuver: expected a table of rates about one axis in a batch, got another table")
+    if not np.allclose(rates, np.outer(along, axis), rtol=0.0, atol=1e-12 * float(np.abs(rates).max(initial=1.0))):
+        raise InputError(f"maneuver: expected rates about axis = {maneuver.axis} alone, got rates about others too")
+    times = np.asarray(maneuver.times)
+    twice = np.flatnonzero(np.diff(times) == 0.0) + 1
+    bounds = [0, *twice.tolist(), len(times)]
+    starts: list[float] = []
+    matrices, first, last, ends = [], [], [], []
+    for begin, stop in pairwise(bounds):
+        spline = CubicSpline(times[begin:stop], np.eye(len(times))[begin:stop])
+        first.append(len(starts))
+        starts += spline.x[:-1].tolist()
+        matrices.append(spline.c)
+        last.append(len(starts) - 1)
+        ends.append(float(times[stop - 1]))
+    coefficients = jnp.asarray(np.concatenate(matrices, axis=1))  # (power, interval, row)
+    left, low, high, limits = (jnp.asarray(part) for part in (starts, first, last, ends))
+
+    def spin(numbers: Numbers, time: Any, inside: Any) -> Spin:
+        values = jnp.asarray(numbers["rates"])
+        stretch = jnp.minimum(jnp.searchsorted(limits, inside, side="right"), len(ends) - 1)
+        place = jnp.clip(jnp.searchsorted(left, time, side="right") - 1, low[stretch], high[stretch])
+        c = coefficients[:, place] @ values
+        s = time - left[place]
+        over = inside >= limits[-1]
+        rate = ((c[0] * s + c[1]) * s + c[2]) * s + c[3]
+        slope = (3.0 * c[0] * s + 2.0 * c[1]) * s + c[2]
+        return spin_of(jnp.where(over, values[-1], rate), jnp.where(over, 0.0, slope))
+
+    return Course(
+        maneuver.axis,
+        maneuver.origin,
+        {"rates": along},
+        ("tabulated", times.tobytes()),
+        lambda numbers: jnp.asarray(numbers["rates"])[0],
+        lambda numbers: limits,
+        spin,
+    )
+
+
+_MAKERS: dict[type, Callable[[Any], Course]] = {
+    AtRest: _rest,
+    Stop: _stop,
+    Slew: _slew,
+    SpinUp: _spin_up,
+    Tabulated: _tabulated,
+}

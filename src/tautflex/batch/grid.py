@@ -1,0 +1,70 @@
+"""Steps of equal size that also end on the discontinuities of each run's maneuver.
+
+Every run of a batch takes the same number of steps: those of the grid and one for every discontinuity. A discontinuity
+on the grid makes a step without length, which the integrators pass over.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+from tautflex.batch.library import jax
+
+Array = jax.Array
+
+# Steps shorter than this part of the nominal one have no length.
+SLACK = 1e-9
+
+
+class Steps(NamedTuple):
+    """Steps of one run, shape (n,) each.
+
+    Parameters
+    ----------
+    start, size
+        Begin and length [s].
+    jump
+        Whether the motion may jump at the end.
+    """
+
+    start: Array
+    size: Array
+    jump: Array
+
+
+def steps_of_run(breaks: Any, time_step: float, count: int, multiple: int = 1) -> tuple[Steps, Array]:
+    """Steps that reach ``count`` instants of the grid and all breaks between.
+
+    Parameters
+    ----------
+    breaks
+        Discontinuities [s], any order, shape (k,).
+    time_step
+        Spacing of the grid [s].
+    count
+        Number of grid steps.
+    multiple
+        The number of steps is filled up to a multiple of this by steps without length.
+
+    Returns
+    -------
+    steps
+        Of the run.
+    place
+        Number of the step that ends at each instant of the grid, shape (count,).
+    """
+    grid = time_step * jnp.arange(1, count + 1)
+    end = time_step * count
+    # Beyond the end nothing happens; the copy at the end is a step without length.
+    inside = jnp.sort(jnp.clip(breaks, 0.0, end))
+    fill = -(count + inside.size) % multiple
+    edges = jnp.sort(jnp.concatenate([grid, inside, jnp.full(fill, end)]))
+    start = jnp.concatenate([jnp.zeros(1), edges[:-1]])
+    # One jump where discontinuities coincide.
+    fresh = jnp.diff(inside, prepend=-1.0) > SLACK * time_step
+    number = jnp.arange(inside.size) + jnp.sum(grid[None, :] <= inside[:, None], axis=1)
+    jump = jnp.zeros(edges.size, bool).at[number].set(fresh)
+    before = jnp.sum(inside[:, None] < grid[None, :], axis=0)
+    return Steps(start, edges - start, jump), jnp.arange(count) + before

@@ -1,0 +1,17 @@
+"""JAX, loaded when the first batch is made; calculations are in double precision."""
+
+from __future__ import annotations
+
+from tautflex.errors import MissingExtraError
+
+try:
+    import jax
+except ImportError as error:
+    raise MissingExtraError(
+        "batch: expected the package jax, which is not installed; pip install 'tautflex[batch]'"
+    ) from error
+
+# Stiff films lose everything in single precision. The switch is JAX's own and holds for the whole process.
+jax.config.update("jax_enable_x64", True)  # type: ignore[no-untyped-call]
+
+__all__ = ["jax"]

@@ -1,0 +1,158 @@
+"""Nonlinear equations of one step, solved to a residual and differentiated implicitly.
+
+The iteration is the one of the full NumPy model: a constant approximate inverse (there old factors, here the natural
+frequencies of the reference) and a memory of secants that makes it act like a fresh tangent. Derivatives do not go
+through the iteration: ``dx = -A^-1 dr`` with the exact tangent A of the solution, forward and reverse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+from jax import lax
+from jax.scipy.sparse.linalg import bicgstab
+
+from tautflex.batch.library import jax
+
+Array = jax.Array
+Residual = Callable[[Array], tuple[Array, Array]]
+
+# The ridge keeps nearly parallel secants from cancelling each other with huge weights.
+_RIDGE = 1e-8
+_MOST_ITERATIONS = 60
+# Coordinates up to this number are solved for at once when derivatives are taken.
+_DENSE = 64
+
+
+class Memory(NamedTuple):
+    """Secants of earlier iterations, see :mod:`tautflex.solvers.secant`; shapes (depth, n) twice, (depth, depth)."""
+
+    changes: Array
+    shifts: Array
+    gram: Array
+
+
+class Solution(NamedTuple):
+    """Root, memory for the next one, residual left and its scale, and how the iteration went."""
+
+    x: Array
+    memory: Memory
+    residual: Array
+    scale: Array
+    converged: Array
+    iterations: Array
+
+
+class _Iteration(NamedTuple):
+    x: Array
+    residual: Array
+    scale: Array
+    error: Array
+    plain: Array
+    move: Array
+    turn: Array
+    memory: Memory
+
+
+def empty_memory(size: int, depth: int) -> Memory:
+    """Memory without secants."""
+    return Memory(jnp.zeros((depth, size)), jnp.zeros((depth, size)), jnp.eye(depth))
+
+
+def _learn(memory: Memory, move: Array, change: Array, answer: Array, wanted: Array) -> Memory:
+    """Put a pair first and drop the last one; everything stays as it is if the pair is of no use."""
+    energy = change @ answer
+    good = wanted & (energy > 0.0) & jnp.isfinite(energy)
+    scale = jnp.where(good, 1.0 / jnp.sqrt(jnp.where(good, energy, 1.0)), 0.0)
+    changes = jnp.concatenate([scale * change[None], memory.changes[:-1]])
+    shifts = jnp.concatenate([scale * (answer - move)[None], memory.shifts[:-1]])
+    # A pair has unit energy; places without one keep the row of a unit matrix.
+    row = jnp.concatenate([jnp.ones(1), scale * (memory.changes[:-1] @ answer)])
+    gram = jnp.concatenate([row[None], jnp.concatenate([row[1:, None], memory.gram[:-1, :-1]], axis=1)])
+    learned = Memory(changes, shifts, gram)
+    return Memory(*(jnp.where(good, new, old) for new, old in zip(learned, memory, strict=True)))
+
+
+def _correct(memory: Memory, plain: Array) -> Array:
+    if len(memory.gram) == 1:
+        return plain - (memory.changes[0] @ plain) * memory.shifts[0]
+    gram = memory.gram + _RIDGE * jnp.eye(memory.gram.shape[0])
+    return plain - _solve_small(gram, memory.changes @ plain) @ memory.shifts
+
+
+def _solve_small(matrix: Array, right: Array) -> Array:
+    """Solve with a small positive definite matrix by elimination, unrolled so that all runs go side by side."""
+    rows = [jnp.append(matrix[i], right[i]) for i in range(right.size)]
+    for i, pivot in enumerate(rows):
+        for j in range(i + 1, len(rows)):
+            rows[j] = rows[j] - rows[j][i] / pivot[i] * pivot
+    solution: list[Array] = []
+    for i in reversed(range(len(rows))):
+        known = sum((rows[i][j] * x for j, x in zip(range(len(rows) - 1, i, -1), solution, strict=True)), jnp.zeros(()))
+        solution.append((rows[i][-1] - known) / rows[i][i])
+    return jnp.stack(solution[::-1])
+
+
+def find_root(
+    residual: Residual,
+    guess: Array,
+    inverse: Callable[[Array], Array],
+    memory: Memory,
+    tolerance: float,
+    active: Array,
+) -> Solution:
+    """Solve ``residual(x) = 0``.
+
+    Parameters
+    ----------
+    residual
+        x -> (residual, scale its norm is measured against).
+    guess
+        First iterate, shape (n,).
+    inverse
+        Symmetric positive approximate inverse of the tangent.
+    memory
+        Secants of earlier, similar equations.
+    tolerance
+        Allowed ratio of residual norm to scale.
+    active
+        Whether to iterate at all.
+
+    Returns
+    -------
+    Solution
+    """
+
+    def iterate(state: _Iteration) -> _Iteration:
+        x = state.x + state.move
+        value, scale = residual(x)
+        norm = jnp.linalg.norm(value)
+        error = jnp.where(norm == 0.0, 0.0, norm / scale)
+        plain = -inverse(value)
+        change, answer = value - state.residual, state.plain - plain
+        known = _learn(state.memory, state.move, change, answer, state.turn >= 0.0)
+        return _Iteration(x, value, scale, error, plain, _correct(known, plain), state.turn + 1.0, known)
+
+    def going(state: _Iteration) -> Array:
+        return active & ~(state.error <= tolerance) & (state.turn < _MOST_ITERATIONS)
+
+    def solve(function: Any, start: Array) -> tuple[Array, tuple[Memory, Array, Array, Array, Array]]:
+        # The first turn does not move: it measures the guess. One residual in the loop keeps compiling short.
+        zero, far = jnp.zeros_like(start), jnp.full((), jnp.inf)
+        first = _Iteration(start, zero, jnp.ones(()), far, zero, zero, -jnp.ones(()), memory)
+        last = lax.while_loop(going, iterate, first)
+        done = (last.error <= tolerance).astype(float)
+        return last.x, (last.memory, last.residual, last.scale, done, last.turn)
+
+    def tangent_solve(linear: Callable[[Array], Array], right: Array) -> Array:
+        if right.size <= _DENSE:
+            return jnp.linalg.solve(jax.vmap(linear)(jnp.eye(right.size)).T, right)
+        found, _ = bicgstab(linear, right, tol=1e-12, maxiter=400, M=inverse)  # type: ignore[no-untyped-call]
+        return found
+
+    x, (after, left, scale, converged, count) = lax.custom_root(
+        lambda x: residual(x)[0], guess, solve, tangent_solve, has_aux=True
+    )
+    return Solution(x, after, left, scale, converged > 0.5, count)

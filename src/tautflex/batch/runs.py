@@ -1,0 +1,290 @@
+"""Many runs at once: the public face of the room."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from tautflex import checks
+from tautflex.batch.course import Course, Numbers, course_of
+from tautflex.batch.equation import STORED, Equation, Plant
+from tautflex.batch.full import FullPlant
+from tautflex.batch.implicit import ImplicitWalk
+from tautflex.batch.library import jax
+from tautflex.batch.numbers import check_names, checked_numbers
+from tautflex.batch.reduced import ReducedPlant
+from tautflex.batch.response import Response, Walk, response_function
+from tautflex.batch.table import to_dataset
+from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex.mechanics.damping import Rayleigh
+from tautflex.motion.coupling import Coupling
+from tautflex.motion.kinematics import Maneuver
+from tautflex.motion.maneuvers import AtRest
+from tautflex.reduction.model import ReducedModel
+from tautflex.solvers.arguments import InitialVelocity, check_parts, start_velocity, step_count
+from tautflex.solvers.integrator import ImplicitMethod
+from tautflex.solvers.prestress import PrestressedState
+from tautflex.solvers.probes import ProbeSet, place_probes
+from tautflex.solvers.status import Status
+from tautflex.solvers.wilson import WilsonTheta
+
+# Runs that are computed side by side unless told otherwise: on a processor what fits the cache of a core, on a GPU what
+# keeps it busy; (full, reduced).
+_CHUNK = {"cpu": (16, 128)}
+_CHUNK_ELSEWHERE = (64, 4096)
+
+
+class Batch:
+    """Runs of one structure with other tensions, moduli, densities, damping and maneuvers, all at once.
+
+    Parameters
+    ----------
+    plant
+        Prestressed state (the full model), or a reduced model of it.
+
+    Raises
+    ------
+    InputError
+        If ``plant`` is neither.
+    UnsupportedError
+        If its laws are not elastic, it can drift away, or it is too large.
+    MissingExtraError
+        If JAX is not installed (when the name is first used).
+    """
+
+    def __init__(self, plant: PrestressedState | ReducedModel) -> None:
+        if not isinstance(plant, PrestressedState | ReducedModel):
+            raise InputError(f"plant: expected a prestressed state or a reduced model, got {plant!r}")
+        self._plant: Plant = ReducedPlant(plant) if isinstance(plant, ReducedModel) else FullPlant(plant)
+        self._state = self._plant.state
+        self._compiled: dict[Hashable, Callable[..., Response]] = {}
+
+    def response(
+        self,
+        maneuver: Maneuver | None = None,
+        *,
+        method: ImplicitMethod | None = None,
+        time_step: float,
+        end_time: float,
+        damping: Rayleigh | None = None,
+        coupling: Coupling | None = None,
+        probes: Mapping[str, ArrayLike] | None = None,
+        probe_reading: str = "interpolate",
+        initial_velocity: InitialVelocity = None,
+        store: Sequence[str] = STORED,
+        tolerance: float | None = None,
+    ) -> Callable[[Mapping[str, Any]], Response]:
+        """One run as a pure function of its parameters, for `jax.grad`, `jax.jit` and `jax.vmap`.
+
+        Parameters
+        ----------
+        maneuver, method, time_step, end_time, damping, coupling, probes, probe_reading, initial_velocity, tolerance
+            As for `tautflex.simulate`.
+        store
+            What the record holds, of ``"displacement"``, ``"velocity"`` and ``"energy"``.
+
+        Returns
+        -------
+        callable
+            Mapping of parameters, see `simulate`, to a `Response`; what it leaves out is as in the arguments.
+
+        Raises
+        ------
+        InputError
+            If an argument is out of range.
+        UnsupportedError
+            If the maneuver or the method has no batched form.
+        """
+        course, defaults, function = self._function(
+            maneuver,
+            method,
+            time_step,
+            end_time,
+            damping,
+            coupling,
+            probes,
+            probe_reading,
+            initial_velocity,
+            store,
+            tolerance,
+        )[:3]
+
+        def respond(parameters: Mapping[str, Any]) -> Response:
+            check_names(parameters, self._plant.kinds, course)
+            return function({**defaults, **parameters})
+
+        return respond
+
+    def simulate(
+        self,
+        parameters: Mapping[str, ArrayLike],
+        maneuver: Maneuver | None = None,
+        *,
+        method: ImplicitMethod | None = None,
+        time_step: float,
+        end_time: float,
+        damping: Rayleigh | None = None,
+        coupling: Coupling | None = None,
+        probes: Mapping[str, ArrayLike] | None = None,
+        probe_reading: str = "interpolate",
+        initial_velocity: InitialVelocity = None,
+        store: Sequence[str] = STORED,
+        tolerance: float | None = None,
+        chunk: int | None = None,
+        throw: bool = True,
+    ) -> xr.Dataset:
+        """Runs with given parameters.
+
+        Parameters
+        ----------
+        parameters
+            Name -> one value per run, or one for all: ``"tension_x"``, ``"tension_y"``, ``"youngs_modulus.membrane"``
+            (``.cable``, ``.beam``) and ``"density.membrane"`` are factors of the state; ``"damping.alpha"``,
+            ``"damping.beta"`` and the maneuver's own numbers, such as ``"maneuver.rate"``, replace those of the
+            arguments.
+        maneuver, method, time_step, end_time, damping, coupling, probes, probe_reading, initial_velocity, tolerance
+            As for `tautflex.simulate`.
+        store
+            What the result holds, of ``"displacement"``, ``"velocity"`` and ``"energy"``.
+        chunk
+            Runs computed side by side; None takes what suits a processor.
+        throw
+            Raise when a run fails; False returns all, failed ones labelled and NaN from where they failed.
+
+        Returns
+        -------
+        xarray.Dataset
+            Variables of `tautflex.simulate` with a dimension ``run``, and ``status`` of each run.
+
+        Raises
+        ------
+        InputError
+            If a parameter or an argument is out of range.
+        UnsupportedError
+            If the maneuver or the method has no batched form.
+        NotConvergedError
+            If a run fails and ``throw`` is set; ``.result`` holds all runs.
+        """
+        maneuver = maneuver or AtRest()
+        course, defaults, function, placed, key = self._function(
+            maneuver,
+            method,
+            time_step,
+            end_time,
+            damping,
+            coupling,
+            probes,
+            probe_reading,
+            initial_velocity,
+            store,
+            tolerance,
+        )
+        arrays, axes, runs = checked_numbers(parameters, self._plant.kinds, course)
+        _check_maneuvers(maneuver, arrays, axes, runs)
+        numbers = {**{name: np.asarray(value, dtype=float) for name, value in defaults.items()}, **arrays}
+        every = {name: axes.get(name) for name in numbers}
+        usual = _CHUNK.get(jax.default_backend(), _CHUNK_ELSEWHERE)[int(isinstance(self._plant, ReducedPlant))]
+        at_once = min(runs, usual if chunk is None else checks.whole("chunk", chunk, 1))
+        record = self._run_chunks(function, key, numbers, every, runs, at_once)
+        data = to_dataset(record, arrays, axes, runs, placed, method or WilsonTheta(), maneuver, time_step)
+        failed = int(np.sum(data["status"].values != Status.COMPLETED.value))
+        if failed and throw:
+            raise NotConvergedError(f"{failed} of {runs} runs: {Status.NOT_CONVERGED.message}", result=data)
+        return data
+
+    def _run_chunks(
+        self,
+        function: Callable[[Numbers], Response],
+        key: Hashable,
+        numbers: dict[str, NDArray[np.float64]],
+        axes: dict[str, int | None],
+        runs: int,
+        at_once: int,
+    ) -> Response:
+        """Compiled runs, ``at_once`` side by side; the last ones are filled up with copies."""
+        batched = frozenset(name for name, axis in axes.items() if axis == 0)
+        compiled = self._compiled.get((key, batched, frozenset(numbers)))
+        if compiled is None:
+            one = function if not batched else jax.vmap(function, in_axes=(axes,))
+            compiled = self._compiled[key, batched, frozenset(numbers)] = jax.jit(one)
+        if not batched:
+            return jax.tree.map(lambda part: np.asarray(part)[None], compiled(numbers))
+        parts = []
+        for first in range(0, runs, at_once):
+            rows = np.minimum(np.arange(first, first + at_once), runs - 1)
+            # Calls return before they are done, so that processor cores work on several chunks.
+            parts.append(compiled({name: value[rows] if name in batched else value for name, value in numbers.items()}))
+        return jax.tree.map(lambda *pieces: np.concatenate([np.asarray(piece) for piece in pieces])[:runs], *parts)
+
+    def _function(
+        self,
+        maneuver: Maneuver | None,
+        method: ImplicitMethod | None,
+        time_step: float,
+        end_time: float,
+        damping: Rayleigh | None,
+        coupling: Coupling | None,
+        probes: Mapping[str, ArrayLike] | None,
+        probe_reading: str,
+        initial_velocity: InitialVelocity,
+        store: Sequence[str],
+        tolerance: float | None,
+    ) -> tuple[Course, Numbers, Callable[[Numbers], Response], ProbeSet, Hashable]:
+        """Course, default numbers, the run as a function of all numbers, probes, and the key of its compilation."""
+        count = step_count(time_step, end_time, 1)
+        maneuver, method = maneuver or AtRest(), method or WilsonTheta()
+        damping, coupling = damping or Rayleigh(), coupling or Coupling()
+        check_parts(maneuver, method, coupling, damping, None)
+        if not hasattr(method, "scheme") or method.scheme(1.0).average_stress:
+            raise UnsupportedError(
+                f"method: expected Newmark, HHT, GeneralizedAlpha or WilsonTheta in a batch, got {method!r}"
+            )
+        for name in store:
+            checks.one_of("store", name, STORED)
+        wanted = checks.positive("tolerance", tolerance) if tolerance is not None else method.scheme(1.0).tolerance
+        course = course_of(maneuver)
+        placed = place_probes(self._state.system, probes or {}, probe_reading)
+        velocity = start_velocity(self._state, initial_velocity)
+        if isinstance(self._plant, ReducedPlant):
+            velocity = self._plant.rom.coordinates(velocity)
+
+        def walk_of(equation: Equation, numbers: Numbers) -> Walk:
+            return ImplicitWalk(equation, method, course, numbers, time_step, wanted, self._plant.secants)
+
+        function = response_function(
+            self._plant, course, coupling, placed, time_step, count, velocity, tuple(store), walk_of
+        )
+        defaults = {
+            "damping.alpha": damping.alpha,
+            "damping.beta": damping.beta,
+            **{f"maneuver.{name}": value for name, value in course.numbers.items()},
+        }
+        key = (
+            course.key,
+            course.axis,
+            course.origin,
+            coupling,
+            method,
+            placed.map.toarray().tobytes(),
+            velocity.tobytes(),
+            (time_step, count, wanted),
+            tuple(store),
+        )
+        return course, defaults, function, placed, key
+
+
+def _check_maneuvers(
+    maneuver: Maneuver, arrays: dict[str, NDArray[np.float64]], axes: dict[str, int | None], runs: int
+) -> None:
+    """Let the maneuver itself refuse numbers that are out of range."""
+    own = {name.removeprefix("maneuver."): name for name in arrays if name.startswith("maneuver.")}
+    for run in range(runs if any(axes[name] == 0 for name in own.values()) else min(1, len(own))):
+        values: dict[str, Any] = {
+            short: arrays[name][run] if axes[name] == 0 else arrays[name] for short, name in own.items()
+        }
+        replace(maneuver, **{short: float(v) if np.ndim(v) == 0 else v for short, v in values.items()})  # type: ignore[type-var]

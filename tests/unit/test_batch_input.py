@@ -1,0 +1,156 @@
+"""What a batch refuses, and how it says so."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import tautflex as tf
+from tautflex.batch.course import course_of
+from tautflex.batch.grid import steps_of_run
+from tautflex.batch.numbers import checked_numbers
+from tautflex.batch.tables import gather_table, multiply, shared_rows
+from tautflex.errors import InputError, UnsupportedError
+from verification.dynamic_cases import small_antenna
+
+KINDS = ("membrane", "cable", "beam")
+GRID = {"time_step": 1e-3, "end_time": 0.01}
+
+
+@pytest.fixture(scope="module")
+def state() -> tf.Model:
+    return tf.solve_prestress(small_antenna())
+
+
+def test_unknown_parameter_names_the_known_ones():
+    with pytest.raises(InputError, match=r"maneuver\.duration.*got 'speed'"):
+        checked_numbers({"speed": 1.0}, KINDS, course_of(tf.Stop(0.1, 1.0)))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"tension_x": -1.0}, "> 0"),
+        ({"damping.beta": [0.0, -1e-3]}, ">= 0"),
+        ({"tension_x": [1.0, np.nan]}, "finite"),
+        ({"tension_x": [1.0, 1.1], "tension_y": [1.0, 1.1, 1.2]}, "2 runs, got 3"),
+        ({"density.membrane": [[1.0]]}, "shape"),
+        ([1.0], "mapping"),
+    ],
+)
+def test_values_out_of_range_are_refused(given, words):
+    with pytest.raises(InputError, match=words):
+        checked_numbers(given, KINDS, course_of(tf.Stop(0.1, 1.0)))
+
+
+def test_lengths_give_the_number_of_runs():
+    given = {"tension_x": [1.0, 1.1, 1.2], "maneuver.rates": np.zeros(5), "damping.alpha": 0.1}
+    course = course_of(tf.Tabulated(np.linspace(0, 1, 5), np.zeros(5)))
+    _, axes, runs = checked_numbers(given, KINDS, course)
+    assert (axes, runs) == ({"tension_x": 0, "maneuver.rates": None, "damping.alpha": None}, 3)
+
+
+def test_maneuver_refuses_its_own_numbers(state):
+    with pytest.raises(InputError, match="duration: expected a number > 0"):
+        tf.Batch(state).simulate({"maneuver.duration": [1.0, -1.0]}, tf.Stop(0.1, 1.0), **GRID)
+
+
+def test_plant_method_and_maneuver_must_have_a_batched_form(state):
+    with pytest.raises(InputError, match="plant: expected a prestressed state"):
+        tf.Batch("antenna")
+    batch = tf.Batch(state)
+    with pytest.raises(UnsupportedError, match="method: expected Newmark"):
+        batch.response(method=tf.EnergyConserving(), **GRID)
+    with pytest.raises(UnsupportedError, match="method: expected Newmark"):
+        batch.response(method=tf.CentralDifference(), **GRID)
+    with pytest.raises(UnsupportedError, match="maneuver: expected Stop"):
+        batch.response(tf.BaseAcceleration(1.0), **GRID)
+    with pytest.raises(InputError, match="store: expected one of"):
+        batch.response(store=("w",), **GRID)
+    with pytest.raises(InputError, match="parameters: expected names among"):
+        batch.response(**GRID)({"maneuver.rate": 1.0})
+
+
+def test_nonlinear_laws_are_refused():
+    film = tf.MembraneSection(tf.Material(3.5e9, 1530.0, 0.34), 1e-4, law="tension-field")
+    nodes = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0.4, 0.4, 0]]
+    model = tf.Model.from_mesh(
+        nodes,
+        triangles=[[0, 1, 4], [1, 3, 4], [3, 2, 4], [2, 0, 4]],
+        membrane=film,
+        membrane_stress=(1e4, 1e4, 0.0),
+        supports=(tf.Support.pinned([0, 1, 2, 3]),),
+    )
+    with pytest.raises(UnsupportedError, match="law: expected elastic"):
+        tf.Batch(tf.solve_prestress(model))
+
+
+def test_missing_jax_is_said_in_one_line():
+    code = (
+        "import sys; sys.modules['jax'] = None\n"
+        "import tautflex as tf\n"
+        "try:\n    tf.Batch\nexcept tf.MissingExtraError as error:\n    print(error)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert (
+        done.stdout.strip() == "batch: expected the package jax, which is not installed; pip install 'tautflex[batch]'"
+    )
+
+
+@pytest.mark.parametrize(
+    "maneuver",
+    [
+        tf.Stop(0.5, 0.7303),
+        tf.Slew(0.4, 1.1, "versine"),
+        tf.Slew(0.4, 1.1, "bang-bang"),
+        tf.Slew(0.4, 1.1, "minimum-jerk"),
+        tf.Slew(0.4, 1.1, "input-shaped", frequency=2.3, damping_ratio=0.02),
+        tf.Slew(0.4, 1.1, "input-shaped", frequency=2.3, shaper="ZV", base="versine"),
+        tf.SpinUp(0.6, 0.9, initial_rate=0.1),
+        tf.Tabulated([0, 0.2, 0.5, 0.5, 0.8, 1.0], [0.1, 0.3, 0.2, 0.2, -0.1, 0.0]),
+    ],
+    ids=lambda maneuver: f"{type(maneuver).__name__}-{getattr(maneuver, 'profile', '')}",
+)
+def test_courses_are_the_maneuvers(maneuver):
+    course, segments = course_of(maneuver), maneuver.segments()
+    if course.start is not None:
+        assert float(course.start(course.numbers)) == pytest.approx(maneuver.start().angular_velocity[0], abs=1e-15)
+    breaks = np.sort(np.asarray(course.breaks(course.numbers)))
+    assert breaks == pytest.approx([segment.end for segment in segments[:-1]], rel=1e-12)
+    for segment in segments:
+        end = min(segment.end, segment.start + 0.3)
+        middle = 0.5 * (segment.start + end)
+        # Wilson-theta looks beyond the end of a stretch.
+        for time in (segment.start, middle, end, end + 1e-3):
+            got, motion = course.spin(course.numbers, time, middle), segment.motion(time)
+            expected = [motion.angular_velocity[0], motion.angular_acceleration[0]]
+            assert [float(got.rate), float(got.acceleration)] == pytest.approx(expected, abs=1e-11)
+            assert float(got.square) == pytest.approx(motion.angular_velocity[0] ** 2, abs=1e-11)
+
+
+def test_steps_end_on_the_grid_and_on_every_discontinuity():
+    steps, place = steps_of_run(np.array([0.35, 0.2, 9.0, 0.35]), 0.1, 5, multiple=4)
+    ends = np.asarray(steps.start + steps.size)
+    assert len(ends) % 4 == 0
+    assert ends[np.asarray(place)] == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5])
+    assert np.all(np.asarray(steps.size) >= 0.0)
+    assert float(np.sum(steps.size)) == pytest.approx(0.5)
+    # Coinciding discontinuities jump once.
+    assert ends[np.asarray(steps.jump)] == pytest.approx([0.2, 0.35, 0.5])
+
+
+def test_tables_are_the_sparse_matrices():
+    rng = np.random.default_rng(0)
+    dense = [np.where(rng.random((9, 9)) < 0.3, rng.standard_normal((9, 9)), 0.0) for _ in range(2)]
+    from scipy.sparse import csr_array
+
+    columns, values = shared_rows([csr_array(matrix) for matrix in dense])
+    vector = rng.standard_normal(9)
+    for matrix, value in zip(dense, values, strict=True):
+        assert np.asarray(multiply(columns, value, vector)) == pytest.approx(matrix @ vector, abs=1e-14)
+    places = np.array([3, 1, 1, 4, 3, 3])
+    table = gather_table(places, 4)
+    assert [sorted(row[row < 6].tolist()) for row in table] == [[], [1, 2], [], [0, 4, 5]]

@@ -1,0 +1,183 @@
+"""Batches against single runs, and their derivatives against finite differences of single runs."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import tautflex as tf
+from tautflex.batch import Response, final_energy, history, peak, residual_energy, residual_rms
+from tautflex.errors import NotConvergedError
+from verification.batch_cases import changed_rom, changed_state, damping_of, stop_of
+from verification.dynamic_cases import small_antenna
+
+PROBES = {"A": (0.6, 0.3), "B": (-0.2, 0.1)}
+VARIABLES = ("u", "v", "w", "u_velocity", "w_velocity", "kinetic_energy", "strain_energy")
+# The stops end between two instants of the grid.
+NUMBERS = {
+    "tension_x": 1.1,
+    "tension_y": 0.9,
+    "youngs_modulus.membrane": 1.2,
+    "youngs_modulus.cable": 0.8,
+    "youngs_modulus.beam": 1.05,
+    "density.membrane": 0.95,
+    "density.beam": 1.1,
+    "damping.alpha": 0.3,
+    "damping.beta": 2e-3,
+    "maneuver.rate": 0.5,
+    "maneuver.duration": 0.0312,
+}
+# Compiling takes longer than these runs: hardly optimised code is good enough.
+QUICKLY = {"xla_backend_optimization_level": 0}
+
+
+@pytest.fixture(scope="module")
+def state():
+    return tf.solve_prestress(small_antenna())
+
+
+@pytest.fixture(scope="module")
+def rom(state):
+    return tf.reduce(state, tf.ModalBasis(directions=("rx",), count=3))
+
+
+def _options(**more):
+    return {"time_step": 2e-3, "end_time": 0.08, "probes": PROBES, "tolerance": 1e-11, **more}
+
+
+def _single(plant, numbers, options):
+    changed = changed_rom if hasattr(plant, "pieces") else changed_state
+    return tf.simulate(changed(plant, numbers), stop_of(numbers), damping=damping_of(numbers), **options).data
+
+
+def _difference(one, other) -> float:
+    return max(float(np.abs(one[name] - other[name]).max() / np.abs(other[name]).max()) for name in VARIABLES)
+
+
+def _table(count):
+    """Runs between the nominal numbers and those above."""
+    nominal = {**dict.fromkeys(NUMBERS, 1.0), "damping.alpha": 0.1, "damping.beta": 1e-3}
+    nominal |= {"maneuver.rate": 0.6, "maneuver.duration": 0.04}
+    share = np.linspace(0.0, 1.0, count)
+    return {name: nominal[name] + share * (NUMBERS[name] - nominal[name]) for name in NUMBERS}
+
+
+def test_batch_of_reduced_model_is_the_single_runs(rom, verification_row):
+    options, table = _options(method=tf.Newmark()), _table(3)
+    batch = tf.Batch(rom)
+    data = batch.simulate(table, tf.Stop(0.6, 0.04), chunk=2, **options)
+    worst = 0.0
+    for run in range(3):
+        numbers = {name: float(values[run]) for name, values in table.items()}
+        worst = max(worst, _difference(data.isel(run=run), _single(rom, numbers, options)))
+    assert worst < 1e-9
+    verification_row("batch of a reduced model, 3 runs with 11 parameters, Newmark", 0, worst, "single runs")
+    assert set(data.status.values) == {"completed"}
+    assert data.maneuver_end.values == pytest.approx(table["maneuver.duration"])
+
+    # A run that cannot converge is labelled, and the others do not notice.
+    hopeless = {name: values.copy() for name, values in table.items()}
+    hopeless["maneuver.rate"][2] = 1e9
+    with pytest.raises(NotConvergedError, match="1 of 3 runs") as raised:
+        batch.simulate(hopeless, tf.Stop(0.6, 0.04), chunk=2, **options)
+    kept = raised.value.result
+    assert kept.status.values.tolist() == ["completed", "completed", "not-converged"]
+    assert np.array_equal(kept.w[:2], data.w[:2])
+    assert np.isnan(kept.w[2]).any()
+
+    # Nor does it matter how many run side by side.
+    together = batch.simulate(table, tf.Stop(0.6, 0.04), chunk=3, **options)
+    sizes = _difference(together, data)
+    assert sizes < 1e-10
+    verification_row("batch sizes 2 and 3 of a reduced model", 0, sizes, "each other")
+
+
+def test_batch_of_full_model_is_the_single_runs(state, verification_row):
+    options, table = _options(method=tf.GeneralizedAlpha(0.8)), _table(2)
+    data = tf.Batch(state).simulate(table, tf.Stop(0.6, 0.04), **options)
+    worst = 0.0
+    for run in range(2):
+        numbers = {name: float(values[run]) for name, values in table.items()}
+        worst = max(worst, _difference(data.isel(run=run), _single(state, numbers, options)))
+    assert worst < 1e-8
+    verification_row("batch of the full model, 2 runs with 11 parameters, generalized-alpha", 0, worst, "single runs")
+
+
+def _measures_of(data, numbers, start):
+    """Measures of a single run, written down again."""
+    time, w = data.time.values, data.w.sel(probe="A").values
+    energy = (data.kinetic_energy + data.strain_energy).values
+    share = np.clip((time - start) / (time[1] - time[0]) + 0.5, 0.0, 1.0)
+    return np.array(
+        [
+            np.abs(w).max() * np.mean((np.abs(w) / np.abs(w).max()) ** 12.0) ** (1.0 / 12.0),
+            np.sqrt(np.sum(share * w**2) / share.sum()),
+            np.sum(share * energy) / share.sum(),
+            energy[-1],
+        ]
+    )
+
+
+def _measures(response):
+    return jnp.stack(
+        [
+            peak(response, sharpness=12.0),
+            residual_rms(response),
+            residual_energy(response),
+            final_energy(response),
+        ]
+    )
+
+
+# Relative: differences of fourth order then leave less than 1e-6 even where derivatives of two kinds almost cancel.
+_STEP = 1e-3
+
+
+def _finite_differences(plant, options, name):
+    def at(steps):
+        numbers = {**NUMBERS, name: NUMBERS[name] * (1.0 + steps * _STEP)}
+        return _measures_of(_single(plant, numbers, options), numbers, numbers["maneuver.duration"])
+
+    slope = (8.0 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12.0 * _STEP)
+    return slope / NUMBERS[name]
+
+
+def _check_gradients(plant, jacobian, options, names):
+    worst = 0.0
+    for name in names:
+        expected, got = _finite_differences(plant, options, name), np.asarray(jacobian[name])
+        worst = max(worst, float(np.abs(got / expected - 1.0).max()))
+    return worst
+
+
+def test_reverse_gradients_of_reduced_model(rom, verification_row):
+    options = _options(method=tf.WilsonTheta(), tolerance=1e-12)
+    respond = tf.Batch(rom).response(tf.Stop(0.6, 0.04), **options)
+    value = _measures(jax.jit(respond, compiler_options=QUICKLY)(NUMBERS))
+    single = _measures_of(_single(rom, NUMBERS, options), NUMBERS, NUMBERS["maneuver.duration"])
+    assert np.asarray(value) == pytest.approx(single, rel=1e-9)
+    jacobian = jax.jit(jax.jacrev(lambda numbers: _measures(respond(numbers))), compiler_options=QUICKLY)(NUMBERS)
+    worst = _check_gradients(rom, jacobian, options, NUMBERS)
+    assert worst < 1e-6
+    verification_row("reverse gradients of 4 measures, reduced model, 11 parameters", 0, worst, "finite differences")
+
+
+def test_forward_gradients_of_full_model(state, verification_row):
+    options = _options(method=tf.Newmark(), end_time=0.05, tolerance=1e-12)
+    respond = tf.Batch(state).response(tf.Stop(0.6, 0.04), **options)
+    jacobian = jax.jit(jax.jacfwd(lambda numbers: _measures(respond(numbers))), compiler_options=QUICKLY)(NUMBERS)
+    worst = _check_gradients(state, jacobian, options, NUMBERS)
+    assert worst < 1e-6
+    verification_row("forward gradients of 4 measures, full model, 11 parameters", 0, worst, "finite differences")
+
+
+def test_history_of_a_response_is_its_displacement():
+    response = Response(jnp.arange(3.0), jnp.arange(18.0).reshape(3, 2, 3), None, None, True, 0.0, 0.0)
+    assert np.asarray(history(response, 1, "v")).tolist() == [4.0, 10.0, 16.0]
+    assert float(peak(response, 1, "v")) == 16.0
+    with pytest.raises(tf.InputError, match="component"):
+        history(response, 0, "x")
+    with pytest.raises(tf.InputError, match="energy"):
+        final_energy(response)
