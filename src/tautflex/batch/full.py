@@ -20,7 +20,7 @@ from tautflex.batch.equation import Forces, Sample
 from tautflex.batch.library import jax
 from tautflex.batch.tables import collect, gather_table, multiply, shared_rows
 from tautflex.errors import UnsupportedError
-from tautflex.mechanics.inertia import InertiaOperator, cross_matrix
+from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.maneuvers import unit_axis
 from tautflex.reduction.pieces import prestress_fields
@@ -122,10 +122,7 @@ class _Inertia:
         matrices = []
         self.loads: dict[str, tuple[np.ndarray, np.ndarray]] = {}
         for kind in plant.kinds:
-            index = system.block_index(kind)
-            operator = InertiaOperator.from_blocks(
-                tuple(system.blocks[i] for i in index), [system.element_places[i] for i in index], system.pattern
-            )
+            operator = system.inertia_of(kind)
             for weight in (np.eye(3), spin, spin @ spin):
                 matrix = operator.matrix(weight).tocsr()
                 matrix.eliminate_zeros()
