@@ -31,8 +31,11 @@ format: $(VENV)/tools ## rewrite the sources in the house format
 	$(BIN)/ruff format $(CHECKED)
 	$(BIN)/ruff check --fix $(CHECKED)
 
-benchmark: $(VENV)/installed ## measure the cost of one implicit step (benchmarks/step_cost.py)
+benchmark: $(VENV)/installed ## measure step cost, its growth with the mesh, direct solvers and set-up (minutes)
 	$(BIN)/python benchmarks/step_cost.py
+	$(BIN)/python benchmarks/step_cost.py --growth
+	$(BIN)/python benchmarks/linear_solvers.py
+	$(BIN)/python benchmarks/setup_cost.py
 
 clean: ## remove the environment, caches and demo results
 	rm -rf $(VENV) demo build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

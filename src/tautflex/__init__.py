@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from tautflex.solvers.dynamics import simulate
     from tautflex.solvers.energy_conserving import EnergyConserving
     from tautflex.solvers.generalized_alpha import HHT, GeneralizedAlpha, Newmark
+    from tautflex.solvers.linear import linear_solver
     from tautflex.solvers.modal import solve_modes
     from tautflex.solvers.prestress import solve_prestress
     from tautflex.solvers.spinning import solve_spinning_modes
@@ -131,6 +132,7 @@ __all__ = [
     "dynamic_mass",
     "errors",
     "film_states",
+    "linear_solver",
     "load",
     "load_case",
     "mac",
@@ -241,6 +243,7 @@ _NAMES_OF_MODULE = {
         "HHT",
         "Newmark",
     ),
+    "solvers.linear": ("linear_solver",),
     "solvers.modal": ("solve_modes",),
     "solvers.prestress": ("solve_prestress",),
     "solvers.spinning": ("solve_spinning_modes",),

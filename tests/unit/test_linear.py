@@ -24,7 +24,10 @@ def grid_matrix(columns, rows, width, seed):
     rng = np.random.default_rng(seed)
     number = np.arange(columns * rows).reshape(columns, rows)
     pairs = np.concatenate(
-        [np.stack([number[1:].ravel(), number[:-1].ravel()]), np.stack([number[:, 1:].ravel(), number[:, :-1].ravel()])],
+        [
+            np.stack([number[1:].ravel(), number[:-1].ravel()]),
+            np.stack([number[:, 1:].ravel(), number[:, :-1].ravel()]),
+        ],
         axis=1,
     )
     matrix = np.zeros((columns * rows * width,) * 2)

@@ -101,7 +101,9 @@ def _elastic_energy(data: Any, first: int, width: int, strain: Array, stress: Ar
 
 
 @_jit
-def _scatter(data: Any, first: int, width: int, g: Array, stress: Array, conjugate: Array, local: Array, out: Array):
+def _scatter(
+    data: Any, first: int, width: int, g: Array, stress: Array, conjugate: Array, local: Array, out: Array
+) -> None:
     """Add the nodal forces ``G' V B' sigma`` of a pack to ``out``; ``stress`` is multiplied by the measure."""
     measure = data.measure[first : first + width]
     for s in range(stress.shape[0]):

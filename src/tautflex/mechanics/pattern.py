@@ -135,14 +135,15 @@ class SparsityPattern:
         """Column of every stored entry, shape (entries,)."""
         return np.repeat(np.arange(self.size, dtype=np.int32), np.diff(self.column_start))
 
-    def slots(self, row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint32]:
+    def slots(self, row: NDArray[np.integer], column: NDArray[np.integer]) -> NDArray[np.uint32]:
         """Position of entries (row, column) in the value array; ``entries`` where either is supported.
 
         Entries that the pattern does not have are an error of the caller; their position is meaningless.
         """
-        row, column = np.broadcast_arrays(row, column)
-        slots = np.empty(row.shape, dtype=np.uint32)
-        _find_slots(self.size, self.column_start, self.rows, row.reshape(-1), column.reshape(-1), slots.reshape(-1))
+        every = np.broadcast_arrays(row, column)
+        rows, columns = (array.astype(np.int64).reshape(-1) for array in every)
+        slots = np.empty(every[0].shape, dtype=np.uint32)
+        _find_slots(self.size, self.column_start, self.rows, rows, columns, slots.reshape(-1))
         return slots
 
     def element_slots(self, dofs: NDArray[np.int64]) -> NDArray[np.uint32]:

@@ -1,8 +1,8 @@
 """All element blocks of a structure in four flat arrays, so that one compiled call works through all of them.
 
 Handing dozens of arrays to a compiled function costs more than the elements of a small mesh; four arrays cost nothing.
-`block_data` cuts a block's lists of non-zero terms out of them again, inside compiled code. Named tuples are handed over
-as plain ones, whose types need no look-up.
+`block_data` cuts a block's lists of non-zero terms out of them again, inside compiled code. Named tuples are handed
+over as plain ones, whose types need no look-up.
 """
 
 from __future__ import annotations
@@ -86,14 +86,12 @@ def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Slots], initial_str
         linear, quadratic = np.nonzero(block.linear), np.nonzero(block.quadratic)
         elastic = np.nonzero(np.any(block.elasticity != 0.0, axis=0))
         count, unknowns = places.shape[1], places.shape[0]
-        row[:_FIRST_SLOT] = (
-            (count, unknowns, len(block.linear), block.gradient.shape[1], LAWS[block.law])
-            + (gradient[0].size, linear[0].size, quadratic[0].size, elastic[0].size)
-        )  # fmt: skip
+        sizes = (count, unknowns, len(block.linear), block.gradient.shape[1], LAWS[block.law])
+        row[:_FIRST_SLOT] = *sizes, gradient[0].size, linear[0].size, quadratic[0].size, elastic[0].size
         row[_FIRST_SLOT:] = starts
-        parts = (
-            [np.ascontiguousarray(places).ravel()],
-            [*gradient, *linear, *quadratic, *elastic],
+        slots.append(np.ascontiguousarray(places).ravel())
+        terms.extend([*gradient, *linear, *quadratic, *elastic])
+        values.extend(
             [
                 block.gradient[:, gradient[0], gradient[1]].T.ravel(),
                 block.linear[linear],
@@ -103,16 +101,13 @@ def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Slots], initial_str
                 block.measure,
                 np.zeros(count),
                 np.array(block.law_parameters),
-            ],
+            ]
         )
-        for kind, (target, pieces) in enumerate(zip((slots, terms, values), parts, strict=True)):
-            target.extend(pieces)  # type: ignore[arg-type]
-            starts[kind] += sum(piece.size for piece in pieces)
-    none = np.zeros(0)
+        starts[:] = [sum(piece.size for piece in pieces) for pieces in (slots, terms, values)]
     return KernelStore(
-        np.concatenate([none.astype(np.uint32), *slots]),
-        np.concatenate([none.astype(np.int64), *terms]),
-        np.concatenate([none, *values]),
+        np.concatenate([np.zeros(0, dtype=np.uint32), *slots]),
+        np.concatenate([np.zeros(0, dtype=np.int64), *terms]),
+        np.concatenate([np.zeros(0), *values]),
         table,
     )
 

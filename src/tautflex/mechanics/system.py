@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +50,7 @@ class StructuralSystem:
 
     def _set_stress(self, initial_stress: list[Array]) -> None:
         self.initial_stress = initial_stress
-        self.store = tuple(build_store(self.blocks, self._places, initial_stress))
+        self.store: tuple[NDArray[Any], ...] = tuple(build_store(self.blocks, self._places, initial_stress))
         self._current_stress = [python_view(self.store, block).initial_stress for block in range(len(self.blocks))]
         for block in range(len(self.blocks)):
             restart_energy(self.store, block)

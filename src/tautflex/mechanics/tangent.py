@@ -13,6 +13,7 @@ from tautflex.mechanics.kernel import FASTMATH, apply_law, pack_strain, pack_str
 from tautflex.mechanics.store import block_data
 
 Array = NDArray[np.float64]
+Places = NDArray[np.uint32]
 
 # Smaller than the kernel's: the element matrices of a pack must stay in the first-level cache.
 PACK = 32
@@ -21,7 +22,9 @@ _jit = numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 
 
 @_jit
-def _core(data: Any, first: int, width: int, g: Array, stress: Array, tangent: Array, b: Array, db: Array, core: Array):
+def _core(
+    data: Any, first: int, width: int, g: Array, stress: Array, tangent: Array, b: Array, db: Array, core: Array
+) -> None:
     """``B' D B + sigma.Q`` of a pack, shape (gradient, gradient, pack)."""
     b.fill(0.0)
     db.fill(0.0)
@@ -68,7 +71,7 @@ def _core(data: Any, first: int, width: int, g: Array, stress: Array, tangent: A
 
 
 @_jit
-def _block_tangent(data: Any, q: Array, slots: Array, values: Array) -> None:
+def _block_tangent(data: Any, q: Array, slots: Places, values: Array) -> None:
     strains, count = data.initial_stress.shape
     gradients, unknowns = data.gradients, data.dofs.shape[0]
     local, strain, stress = np.empty((unknowns, PACK)), np.empty((strains, PACK)), np.empty((strains, PACK))
@@ -117,7 +120,7 @@ def _block_tangent(data: Any, q: Array, slots: Array, values: Array) -> None:
 
 
 @_jit
-def add_tangent(store: Any, block: int, q: Array, slots: Array, values: Array) -> None:
+def add_tangent(store: Any, block: int, q: Array, slots: Places, values: Array) -> None:
     """Add one block's tangents ``G' V (B' D B + sigma.Q) G`` to sparse values.
 
     Parameters

@@ -1,7 +1,7 @@
 """Sparse direct solution of symmetric systems in the fixed pattern, behind one small interface.
 
 Which solver serves was decided by measurement (`benchmarks/linear_solvers.py`, docs/performance.md): panel L D L' at
-every size, PARDISO where it is installed and the matrix is large, SuperLU with pivoting wherever L D L' fails.
+every size, SuperLU with pivoting wherever that fails. QDLDL and PARDISO (extra ``pardiso``) can be asked for.
 """
 
 from __future__ import annotations
@@ -18,15 +18,14 @@ from numpy.typing import NDArray
 from tautflex import checks
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.solvers.direct import BACKENDS, Backend, Maker, PivotedLU
-from tautflex.solvers.direct.pardiso import available as pardiso_available
 
 Array = NDArray[np.float64]
 
 SOLVERS = ("auto", *BACKENDS)
 _chosen: ContextVar[str] = ContextVar("linear_solver", default="auto")
 
-# Unknowns from which PARDISO, where installed, beats the panels (measured, docs/performance.md).
-_LARGE = 100_000
+# Fastest at every size measured, 400 to 160 000 unknowns on one core.
+_DEFAULT = "ldl"
 # Residual of a solution, relative to its right-hand side and the growth in it, that unpivoted factors may leave.
 _TRUSTED = 1e-8
 # Orders kept with a pattern: whole, reference state, mass, prestress.
@@ -57,12 +56,10 @@ def linear_solver(name: str) -> Iterator[None]:
         _chosen.reset(token)
 
 
-def choose(size: int) -> Maker:
-    """Class that factorizes a matrix of this size."""
+def _choose() -> Maker:
+    """Class that factorizes the next pattern."""
     name = _chosen.get()
-    if name == "auto":
-        name = "pardiso" if size >= _LARGE and pardiso_available() else "ldl"
-    return BACKENDS[name]
+    return BACKENDS[_DEFAULT if name == "auto" else name]
 
 
 class SymmetricFactorization:
@@ -105,13 +102,14 @@ class SymmetricFactorization:
         numpy.linalg.LinAlgError
             If the matrix is singular or not finite.
         """
-        if not np.all(np.isfinite(values)):
+        # The sum alone is finite unless an entry is not, or (hardly ever) it overflows.
+        if not np.isfinite(values.sum()) and not np.all(np.isfinite(values)):
             raise np.linalg.LinAlgError("matrix has entries that are not finite")
         self.factorizations += 1
         self._ready, self._fallback = False, None
         upper = self._reduce(values[self.pattern.upper[0]])
         if self._direct is None:
-            self._direct = choose(self.pattern.size)(self.pattern.size, self._start, self._rows, self._memo())
+            self._direct = _choose()(self.pattern.size, self._start, self._rows, self._memo())
         try:
             self._direct.factorize(upper)
             trusted = not self._direct.negative_pivots() or self._leaves_no_residual(values)

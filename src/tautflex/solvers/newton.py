@@ -12,8 +12,9 @@ from tautflex.solvers.secant import SecantMemory
 
 Array = NDArray[np.float64]
 
-# A refactorization costs about as much as this many iterations with the old tangent.
-PATIENCE = 8
+# A slower old tangent is given up. A refactorization costs ten iterations (40x20 film), but the rate of one iteration
+# is a pessimistic guess: the secant memory has yet to learn (measured: large amplitude, 1 ms steps, 8 to 40 tried).
+PATIENCE = 20
 SLOPE_ACCEPTED = 0.9
 
 

@@ -12,13 +12,15 @@ from tautflex.mechanics.kernel import FASTMATH, add_forces
 from tautflex.mechanics.products import add_pair_products
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Places = NDArray[np.uint32]
 
 _jit = numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 
 
 @_jit
 def known_forces(
-    start: Array, column: Array, mass: Array, damping: Array, pairs: Any, coefficients: Array, q: Array, v: Array,
+    start: Indices, column: Places, mass: Array, damping: Array, pairs: Any, coefficients: Array, q: Array, v: Array,
     a: Array, load: Array, gyroscopic: Array, turning: Array, known: Array,
 ) -> float:  # fmt: skip
     """Fill ``known`` with the forces of a step that do not depend on the increment, return their norm.
@@ -60,8 +62,8 @@ def known_forces(
 
 @_jit
 def assemble_residual(
-    start: Array, column: Array, linear: Array, pairs: Any, turning: Array, weight: float, x: Array, reference: Array,
-    known: Array, force: Array, residual: Array,
+    start: Indices, column: Places, linear: Array, pairs: Any, turning: Array, weight: float, x: Array,
+    reference: Array, known: Array, force: Array, residual: Array,
 ) -> tuple[float, float]:  # fmt: skip
     """Fill the residual of an increment from its internal forces.
 
@@ -81,7 +83,7 @@ def assemble_residual(
 
 @_jit
 def step_residual(
-    store: Any, stresses: Array, q: Array, start: Array, column: Array, linear: Array, pairs: Any, turning: Array,
+    store: Any, stresses: Array, q: Array, start: Indices, column: Places, linear: Array, pairs: Any, turning: Array,
     weight: float, x: Array, reference: Array, known: Array, residual: Array,
 ) -> tuple[float, float]:  # fmt: skip
     """Residual of the increment ``x`` from ``q``; returns the norms of `assemble_residual`."""

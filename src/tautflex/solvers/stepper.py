@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -156,9 +157,8 @@ class Stepper:
         """
         tangent = self._system.tangent(q)
         self._diagonal = tangent[self._diagonal_slots]
-        values = scheme.weight * tangent + scheme.inertia.d * self._inertia.mass_entries
-        if self.equation.products.damped:
-            values += scheme.weight * scheme.velocity.d * self.equation.damping_entries
+        values = tangent if scheme.weight == 1.0 else scheme.weight * tangent
+        values += self.coefficients(size).constant_stiffness
         symmetric = 0.5 * (terms.displacement + terms.displacement.T)
         if symmetric.any():
             values += scheme.weight * self._inertia.entries(symmetric)
@@ -195,6 +195,10 @@ class _Coefficients:
         inertia, velocity = scheme.inertia, scheme.velocity
         self.known = np.array([scheme.weight, inertia.v, inertia.a, velocity.v, velocity.a])
         self.linear = equation.products.combined(inertia.d, scheme.weight * velocity.d)
+        # The same in the whole pattern, for the effective stiffness.
+        self.constant_stiffness = inertia.d * equation.inertia.mass_entries
+        if equation.products.damped:
+            self.constant_stiffness += scheme.weight * velocity.d * equation.damping_entries
 
 
 class _StepProblem:
@@ -209,7 +213,7 @@ class _StepProblem:
         products = equation.products
         load = terms.load - equation.input_load
         self._known = np.empty(load.size)
-        self._matrix = products.start, products.column
+        self._matrix: tuple[Any, Any] = products.start, products.column
         self._pairs, self._reference = stepper._inertia.pairs, stepper.state.reference_force
         self._known_norm = known_forces(
             *self._matrix, products.mass, products.damping, self._pairs, coefficients.known, at.q, at.v, at.a,
@@ -234,14 +238,17 @@ class _StepProblem:
         scheme, start, system = self._scheme, self._at.q, self._stepper._system
         self._stepper.statistics.force_evaluations += 1
         residual = np.empty(x.size)
-        linear = (*self._matrix, self._linear, self._pairs, self._turning, scheme.weight)
         if scheme.average_stress:
             force = system.average_force(start, start + x / scheme.evaluation)
-            internal, inertia = assemble_residual(*linear, x, self._reference, self._known, force, residual)
+            internal, inertia = assemble_residual(
+                *self._matrix, self._linear, self._pairs, self._turning, scheme.weight, x, self._reference, self._known,
+                force, residual,
+            )  # fmt: skip
         else:
             internal, inertia = step_residual(
-                system.store, system.stresses, start, *linear, x, self._reference, self._known, residual
-            )
+                system.store, system.stresses, start, *self._matrix, self._linear, self._pairs, self._turning,
+                scheme.weight, x, self._reference, self._known, residual,
+            )  # fmt: skip
         self.scale = max(internal, self._load_scale)
         # Inertia forces of a tiny step cancel each other; nothing below their round-off can be asked for.
         lost = self._round_off * (self._known_norm + inertia) + self._lost_force

@@ -1,8 +1,8 @@
 """Symbolic and numeric L D L' factorization by panels of columns with the same rows.
 
-The fill-reducing order and the pattern of L are found once (`ordering`). The numbers are then computed panel by panel (a
-right-looking supernodal method [Rothberg & Gupta 1993]): everything is sums of contiguous stretches of columns, which
-the compiler turns into vector instructions, where QDLDL goes entry by entry. There is no pivoting.
+The fill-reducing order and the pattern of L are found once (`ordering`). The numbers are then computed panel by panel
+(a right-looking supernodal method [Rothberg & Gupta 1993]): everything is sums of contiguous stretches of columns,
+which the compiler turns into vector instructions, where QDLDL goes entry by entry. There is no pivoting.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class PanelPattern(NamedTuple):
         Panel of each column, shape (size,).
     target
         For each entry of the matrix: its place among L's entries, or ``entries of L + column`` on the diagonal.
-    widest
-        Largest number of rows below a panel's triangle.
+    longest
+        Largest number of entries of a column, the diagonal included.
     """
 
     order: Rows
@@ -47,7 +47,7 @@ class PanelPattern(NamedTuple):
     panels: Indices
     member: Rows
     target: Indices
-    widest: int
+    longest: int
 
 
 def analyse(size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32]) -> PanelPattern:
@@ -59,9 +59,8 @@ def analyse(size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32])
     place = np.empty(size, dtype=np.int64)
     place[order] = np.arange(size)
     target = _find_targets(start, pattern_rows, place, rows, columns)
-    last = panels[1:] - 1
-    widest = int((start[last + 1] - start[last]).max(initial=0))
-    return PanelPattern(order, start, pattern_rows, panels, member, target, widest)
+    longest = 1 + int(np.diff(start).max(initial=0))
+    return PanelPattern(order, start, pattern_rows, panels, member, target, longest)
 
 
 @_jit
@@ -82,7 +81,9 @@ def _find_panels(start: Indices, rows: Rows) -> Indices:
 
 
 @_jit
-def _find_targets(start: Indices, rows: Rows, place: Indices, row: NDArray[np.int32], column: NDArray[np.int32]):
+def _find_targets(
+    start: Indices, rows: Rows, place: Indices, row: NDArray[np.int32], column: NDArray[np.int32]
+) -> Indices:
     target = np.empty(row.size, dtype=np.int64)
     for k in range(row.size):
         i, j = place[row[k]], place[column[k]]
@@ -102,44 +103,56 @@ def _find_targets(start: Indices, rows: Rows, place: Indices, row: NDArray[np.in
 
 
 @_jit
-def _factor_triangle(start: Indices, values: Array, diagonal: Array, first: int, last: int) -> bool:
-    """Factorize a panel's columns against each other; False at a zero pivot."""
-    for j in range(first, last + 1):
-        pivot = diagonal[j]
-        if pivot == 0.0 or not np.isfinite(pivot):
-            return False
-        inverse, column = 1.0 / pivot, values[start[j] : start[j + 1]]
-        for k in range(j + 1, last + 1):
-            entry = column[k - j - 1]
-            factor = entry * inverse
-            diagonal[k] -= factor * entry
-            other, own = values[start[k] : start[k + 1]], column[k - j :]
-            for i in range(own.size):
-                other[i] -= factor * own[i]
-        for i in range(column.size):
-            column[i] *= inverse
-    return True
+def _add_columns(
+    start: Indices, values: Array, diagonal: Array, first: int, last: int, length: int, result: Array
+) -> None:
+    """Add the last ``length`` entries of columns, times their pivot and the first of these entries, to ``result``."""
+    j = first
+    while j + 5 <= last:
+        c0, c1 = values[start[j + 1] - length : start[j + 1]], values[start[j + 2] - length : start[j + 2]]
+        c2, c3 = values[start[j + 3] - length : start[j + 3]], values[start[j + 4] - length : start[j + 4]]
+        c4, c5 = values[start[j + 5] - length : start[j + 5]], values[start[j + 6] - length : start[j + 6]]
+        f0, f1, f2 = diagonal[j] * c0[0], diagonal[j + 1] * c1[0], diagonal[j + 2] * c2[0]
+        f3, f4, f5 = diagonal[j + 3] * c3[0], diagonal[j + 4] * c4[0], diagonal[j + 5] * c5[0]
+        for i in range(length):
+            result[i] += f0 * c0[i] + f1 * c1[i] + f2 * c2[i] + f3 * c3[i] + f4 * c4[i] + f5 * c5[i]
+        j += 6
+    while j + 2 <= last:
+        c0, c1 = values[start[j + 1] - length : start[j + 1]], values[start[j + 2] - length : start[j + 2]]
+        c2 = values[start[j + 3] - length : start[j + 3]]
+        f0, f1, f2 = diagonal[j] * c0[0], diagonal[j + 1] * c1[0], diagonal[j + 2] * c2[0]
+        for i in range(length):
+            result[i] += f0 * c0[i] + f1 * c1[i] + f2 * c2[i]
+        j += 3
+    while j <= last:
+        c0 = values[start[j + 1] - length : start[j + 1]]
+        f0 = diagonal[j] * c0[0]
+        for i in range(length):
+            result[i] += f0 * c0[i]
+        j += 1
 
 
 @_jit
-def _outer_column(start: Indices, values: Array, diagonal: Array, first: int, last: int, below: int, k: int, u: Array):
-    """Column ``k`` of ``B D B'`` of the rows below a panel, from row ``k`` on."""
-    u.fill(0.0)
-    j = first
-    while j + 2 <= last:
-        c0 = values[start[j + 1] - below + k : start[j + 1]]
-        c1 = values[start[j + 2] - below + k : start[j + 2]]
-        c2 = values[start[j + 3] - below + k : start[j + 3]]
-        f0, f1, f2 = diagonal[j] * c0[0], diagonal[j + 1] * c1[0], diagonal[j + 2] * c2[0]
-        for i in range(u.size):
-            u[i] += f0 * c0[i] + f1 * c1[i] + f2 * c2[i]
-        j += 3
-    while j <= last:
-        c0 = values[start[j + 1] - below + k : start[j + 1]]
-        f0 = diagonal[j] * c0[0]
-        for i in range(u.size):
-            u[i] += f0 * c0[i]
-        j += 1
+def _factor_triangle(start: Indices, values: Array, diagonal: Array, first: int, last: int, buffer: Array) -> bool:
+    """Factorize a panel's columns against each other; False at a zero pivot."""
+    for k in range(first, last + 1):
+        column = values[start[k] : start[k + 1]]
+        length = column.size + 1
+        if k > first:
+            # Columns before this one from its row on: the diagonal's share comes first.
+            update = buffer[:length]
+            update.fill(0.0)
+            _add_columns(start, values, diagonal, first, k - 1, length, update)
+            diagonal[k] -= update[0]
+            for i in range(column.size):
+                column[i] -= update[i + 1]
+        pivot = diagonal[k]
+        if pivot == 0.0 or not np.isfinite(pivot):
+            return False
+        inverse = 1.0 / pivot
+        for i in range(column.size):
+            column[i] *= inverse
+    return True
 
 
 @_jit
@@ -155,7 +168,7 @@ def factorize_panels(pattern: Any, entries: Array, values: Array, diagonal: Arra
     values, diagonal
         Filled, shapes (entries of L,) and (size,).
     """
-    _, start, rows, panels, member, target, widest = pattern
+    _, start, rows, panels, member, target, longest = pattern
     values.fill(0.0)
     diagonal.fill(0.0)
     for k in range(entries.size):
@@ -164,10 +177,11 @@ def factorize_panels(pattern: Any, entries: Array, values: Array, diagonal: Arra
             values[place] = entries[k]
         else:
             diagonal[place - values.size] = entries[k]
-    buffer, relative = np.empty(widest), np.empty(widest, dtype=np.int64)
+    buffer, relative = np.empty(longest), np.empty(longest, dtype=np.int64)
+
     for panel in range(panels.size - 1):
         first, last = panels[panel], panels[panel + 1] - 1
-        if not _factor_triangle(start, values, diagonal, first, last):
+        if not _factor_triangle(start, values, diagonal, first, last, buffer):
             return False
         below = start[last + 1] - start[last]
         own = rows[start[last] : start[last + 1]]
@@ -187,7 +201,8 @@ def factorize_panels(pattern: Any, entries: Array, values: Array, diagonal: Arra
                 relative[i] = pointer
             for m in range(k, inside):
                 column, update = np.int64(own[m]), buffer[m:below]
-                _outer_column(start, values, diagonal, first, last, below, m, update)
+                update.fill(0.0)
+                _add_columns(start, values, diagonal, first, last, below - m, update)
                 diagonal[column] -= update[0]
                 base = start[column] - column - 1
                 for i in range(m + 1, inside):

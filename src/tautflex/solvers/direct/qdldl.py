@@ -29,7 +29,7 @@ class PlainLDL:
         self, size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32], memo: dict[str, Any]
     ) -> None:
         self._size, self._start, self._rows = size, column_start, rows
-        self._solver: qdldl.Solver | None = None
+        self._solver: Any = None
 
     def factorize(self, values: Array) -> None:
         """Factorize the matrix with these values of its upper triangle; LinAlgError if a pivot is zero."""

@@ -78,9 +78,9 @@ def substitute(pattern: Any, values: Array, inverse: Array, right: Array) -> Arr
     right
         Right-hand side, shape (size,).
     """
-    order, start, rows, panels, _, _, widest = pattern
+    order, start, rows, panels, _, _, longest = pattern
     size = order.size
-    x, part = np.empty(size), np.empty(widest)
+    x, part = np.empty(size), np.empty(longest)
     for i in range(size):
         x[i] = right[order[i]]
     for panel in range(panels.size - 1):
