@@ -22,7 +22,7 @@ _jit = numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 
 
 @_jit
-def _core(
+def pack_core(
     data: Any, first: int, width: int, g: Array, stress: Array, tangent: Array, b: Array, db: Array, core: Array
 ) -> None:
     """``B' D B + sigma.Q`` of a pack, shape (gradient, gradient, pack)."""
@@ -88,7 +88,7 @@ def _block_tangent(data: Any, q: Array, slots: Places, values: Array) -> None:
         pack_stress(data, first, width, strain, stress)
         if data.law != ELASTIC:
             apply_law(data, first, width, stress, tangent)
-        _core(data, first, width, g, stress, tangent, b, db, core)
+        pack_core(data, first, width, g, stress, tangent, b, db, core)
         half.fill(0.0)
         element.fill(0.0)
         for t in range(data.gradient_row.size):

@@ -15,17 +15,17 @@ from tautflex.mechanics.inputs import InputSet, TimeInput
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Maneuver, RigidMotion, Segment
 from tautflex.reduction import march
-from tautflex.reduction.forces import Frame, companion_forces, internal_force, rows_from, tangent, total_force
+from tautflex.reduction.dispatch import internal_force, tangent
+from tautflex.reduction.forces import Frame, companion_forces, rows_from, total_force
 from tautflex.reduction.frame import ReducedMoments, frame_at, frame_terms, sample
 from tautflex.reduction.inputs import InputLoads
-from tautflex.reduction.monomials import monomial_rates, monomials
 from tautflex.reduction.schedule import Stretch, stretches
 from tautflex.solvers.central_difference import CentralDifference
 from tautflex.solvers.integrator import ExplicitMethod, ImplicitMethod
 from tautflex.solvers.status import Statistics
 
 if TYPE_CHECKING:
-    from tautflex.reduction.model import ReducedModel
+    from tautflex.reduction.on_basis import OnBasis
 
 Array = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ class ReducedFlight:
 
     def __init__(
         self,
-        rom: ReducedModel,
+        rom: OnBasis,
         method: ImplicitMethod | ExplicitMethod,
         damping: Rayleigh,
         coupling: Coupling,
@@ -263,11 +263,7 @@ class ReducedFlight:
         """Displacements and velocities of probes, shape (time, 2, probe, 3)."""
         if not probes.names:
             return np.zeros((len(eta), 2, 0, 3))
-        basis = self.rom.basis
-        kept, companions = (probes.map @ basis.kept.T).T, (probes.map @ basis.companions.T).T
-        follow = (probes.map @ self.rom.monomial_vectors.T).T
-        place = eta @ kept + monomials(eta) @ follow + self.pulled(motions) @ companions
-        speed = rate @ kept + monomial_rates(eta, rate) @ follow
+        place, speed = self.rom.seen(probes.map, eta, rate, self.pulled(motions))
         return np.stack([place, speed], axis=1).reshape(len(eta), 2, -1, 3)
 
 

@@ -7,18 +7,23 @@ monomials.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import singledispatch
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.reduction import dispatch
 from tautflex.reduction.monomials import monomials
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, error_model="numpy")
+
+# Of any plant, by its type.
+_internal_force = dispatch.internal_force
 
 
 class Plant(NamedTuple):
@@ -190,14 +195,14 @@ def frame_matrices(plant: Plant, frame: Frame, row: int, on_velocity: Array, on_
 
 
 @jit
-def total_force(plant: Plant, frame: Frame, row: int, q: Array, v: Array, force: Array) -> None:
+def total_force(plant: Any, frame: Frame, row: int, q: Array, v: Array, force: Array) -> None:
     """Fill ``force`` with all forces but inertia."""
     r = q.size
     stress, other = np.empty(plant.first.size), np.empty(r)
     on_velocity, on_displacement = np.empty((r, r)), np.empty((r, r))
     companion_forces(plant, frame, row, q, v, stress, other)
     frame_matrices(plant, frame, row, on_velocity, on_displacement)
-    internal_force(plant, q, v, stress, force)
+    _internal_force(plant, q, v, stress, force)
     force += other + frame.load[row % frame.load.shape[0]] + on_velocity @ v + on_displacement @ q
 
 
@@ -230,7 +235,8 @@ def tangent(plant: Plant, q: Array, given: Array) -> Array:
     return result
 
 
-def energies(plant: Plant, q: Array, v: Array) -> Array:
+@singledispatch
+def energies(plant: Any, q: Array, v: Array) -> Array:
     """Kinetic and strain energy [J] of rows of states (n, r), shape (n, 2)."""
     y = monomials(q)
     fields = y @ plant.fields.T
@@ -244,3 +250,6 @@ def rows_from(frame: Frame, first: int) -> Frame:
     """Frame terms from one instant on; those that hold for all stay."""
     velocity, displacement, load, stress = (part if len(part) == 1 else part[first:] for part in frame[:4])
     return Frame(velocity, displacement, load, stress, frame.turns)
+
+
+dispatch.KERNELS[Plant] = dispatch.PlantKernels(internal_force, average_force, tangent)

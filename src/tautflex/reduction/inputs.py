@@ -12,7 +12,7 @@ from tautflex.mechanics.inputs import InputSet
 from tautflex.reduction.forces import Frame
 
 if TYPE_CHECKING:
-    from tautflex.reduction.model import ReducedModel
+    from tautflex.reduction.on_basis import OnBasis
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class InputLoads:
         If an input changes stresses: the polynomial holds for one prestress.
     """
 
-    def __init__(self, rom: ReducedModel, inputs: InputSet) -> None:
+    def __init__(self, rom: OnBasis, inputs: InputSet) -> None:
         self._inputs, self.breaks = inputs, inputs.breaks
         if not inputs:
             return

@@ -7,17 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.reduction.forces import (
-    Frame,
-    Plant,
-    average_force,
-    companion_forces,
-    frame_matrices,
-    internal_force,
-    jit,
-    slopes,
-    tangent,
-)
+from tautflex.reduction.dispatch import average_force, internal_force, tangent
+from tautflex.reduction.forces import Frame, Plant, companion_forces, frame_matrices, jit, slopes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

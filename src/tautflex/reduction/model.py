@@ -5,19 +5,19 @@ from __future__ import annotations
 import time as clock
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.damping import Rayleigh
-from tautflex.reduction.basis import Basis, BasisVectors, ModalBasis, ReferenceSolver
+from tautflex.reduction.basis import Basis, BasisVectors, ModalBasis
 from tautflex.reduction.forces import Plant
-from tautflex.reduction.monomials import monomials, pairs, stress_fields
+from tautflex.reduction.monomials import monomial_rates, monomials, pairs, stress_fields
+from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.pieces import Coefficients, Pieces, assemble, project
 from tautflex.solvers.prestress import PrestressedState
-from tautflex.structure.model import Model
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ _ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
-class ReducedModel:
+class ReducedModel(OnBasis):
     """Structure on a basis; `simulate` takes it in place of a prestressed state.
 
     Parameters
@@ -48,16 +48,6 @@ class ReducedModel:
     pieces: Pieces
     seconds: float
 
-    @property
-    def size(self) -> int:
-        """Number of coordinates."""
-        return len(self.basis.kept)
-
-    @property
-    def model(self) -> Model:
-        """The structure."""
-        return self.state.model
-
     @cached_property
     def coefficients(self) -> Coefficients:
         """Equation of motion of the coordinates at the parameters of the state."""
@@ -67,11 +57,6 @@ class ReducedModel:
     def monomial_vectors(self) -> Array:
         """Displacement that follows each monomial, shape (m, size)."""
         return self.coefficients.follow_quadratic.T @ self.basis.companions
-
-    @cached_property
-    def reference(self) -> ReferenceSolver:
-        """Static solver of the full reference."""
-        return ReferenceSolver(self.state)
 
     def plant(self, damping: Rayleigh) -> Plant:
         """Arrays for the compiled stepper under a damping model."""
@@ -128,16 +113,20 @@ class ReducedModel:
         result = eta @ self.basis.kept + monomials(eta) @ self.monomial_vectors
         return result if pulled is None else result + pulled @ self.basis.companions
 
-    def coordinates(self, q: Array) -> Array:
-        """Coordinates of free unknowns by mass projection, shape (..., size) -> (..., r)."""
-        mass = self.state.system.inertia.mass_matrix
-        return (mass @ q.T).T @ self.basis.kept.T
+    def motion(self, eta: Array, rate: Array, acceleration: Array, pulled: Array) -> tuple[Array, Array, Array]:
+        """Free unknowns, their velocities and accelerations from those of the coordinates, shapes (size,)."""
+        kept, follow = self.basis.kept, self.monomial_vectors
+        v = rate @ kept + monomial_rates(eta, rate) @ follow
+        a = acceleration @ kept + (monomial_rates(eta, acceleration) + 2.0 * monomials(rate)) @ follow
+        return self.displacement(eta, pulled), v, a
 
-    def simulate(self, *args: Any, **options: Any) -> Any:
-        """`tautflex.simulate` of this model; same arguments, same result type."""
-        from tautflex.reduction.simulation import simulate_reduced
-
-        return simulate_reduced(self, *args, **options)
+    def seen(self, look: csr_array, eta: Array, rate: Array, pulled: Array) -> tuple[Array, Array]:
+        """Readings ``look @ q`` of displacement and velocity at instants, shapes (time, reading)."""
+        kept, companions, follow = (
+            (look @ vectors.T).T for vectors in (self.basis.kept, self.basis.companions, self.monomial_vectors)
+        )
+        place = eta @ kept + monomials(eta) @ follow + pulled @ companions
+        return place, rate @ kept + monomial_rates(eta, rate) @ follow
 
     def __repr__(self) -> str:
         return (

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.reduction.basis import BasisVectors
 from tautflex.reduction.monomials import pairs
@@ -154,7 +155,7 @@ def project(state: PrestressedState, basis: BasisVectors) -> Pieces:
         for name, field in prestress_fields(state).items()
         if any(np.any(part) for part in field)
     }
-    inertia = {kind: _moments(system, kind, vectors) for kind in higher}
+    inertia = {kind: project_moments(system.inertia_of(kind), vectors) for kind in higher}
     return Pieces(len(basis.kept), elastic, higher, stress, inertia)
 
 
@@ -197,8 +198,8 @@ def _projected(system: StructuralSystem, vectors: Array) -> Array:
     return 0.5 * (result + result.T)
 
 
-def _moments(system: StructuralSystem, kind: str, vectors: Array) -> Moments:
-    inertia = system.inertia_of(kind)
+def project_moments(inertia: InertiaOperator, vectors: Array) -> Moments:
+    """Moments of an inertia operator on vectors (P, size)."""
     pair = np.zeros((3, 3, len(vectors), len(vectors)))
     unit = np.eye(3)
     for a in range(3):

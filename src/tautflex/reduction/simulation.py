@@ -31,13 +31,13 @@ from tautflex.solvers.status import Status
 from tautflex.solvers.wilson import WilsonTheta
 
 if TYPE_CHECKING:
-    from tautflex.reduction.model import ReducedModel
+    from tautflex.reduction.on_basis import OnBasis
 
 Array = NDArray[np.float64]
 
 
 def simulate_reduced(
-    rom: ReducedModel,
+    rom: OnBasis,
     maneuver: Maneuver | FreeHub | None = None,
     *,
     method: Method | None = None,
@@ -117,7 +117,7 @@ def _prescribed(maneuver: Maneuver | FreeHub | None, adaptive: object) -> Maneuv
 
 
 def _attributes(
-    rom: ReducedModel, method: Any, maneuver: Maneuver, damping: Rayleigh, coupling: Coupling, step: float
+    rom: OnBasis, method: Any, maneuver: Maneuver, damping: Rayleigh, coupling: Coupling, step: float
 ) -> dict[str, Any]:
     last = maneuver.segments()[-1].start
     return {
@@ -133,7 +133,7 @@ def _attributes(
 
 
 def _dataset(
-    rom: ReducedModel,
+    rom: OnBasis,
     flight: ReducedFlight,
     segments: tuple[Segment, ...],
     probes: ProbeSet,

@@ -12,7 +12,6 @@ from tautflex.mechanics.film import survey_film
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.reduction.flight import ReducedFlight
 from tautflex.reduction.forces import total_force
-from tautflex.reduction.monomials import monomial_rates, monomials
 from tautflex.solvers.compression import CompressionWatch
 
 Array = NDArray[np.float64]
@@ -120,10 +119,7 @@ def _unbalanced(
     force = np.empty(rom.size)
     total_force(plant, flight.frame_now(segments, time), 0, eta, rate, force)
     acceleration = np.asarray(-np.linalg.solve(plant.mass, force), dtype=np.float64)
-    follow = rom.monomial_vectors
-    q = rom.displacement(eta, pulled)
-    v = rate @ rom.basis.kept + monomial_rates(eta, rate) @ follow
-    a: Array = acceleration @ rom.basis.kept + (monomial_rates(eta, acceleration) + 2.0 * monomials(rate)) @ follow
+    q, v, a = rom.motion(eta, rate, acceleration, pulled)
     result, _ = system.force(q)
     result = result - state.reference_force + inertia.mass_matrix @ a + damping @ v
     result += inertia.apply(flight.coupling.velocity_weight(motion), v)

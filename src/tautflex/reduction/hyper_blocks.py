@@ -1,0 +1,93 @@
+"""Element blocks whose unknowns are the coordinates of a basis: the project's kernel then serves a reduced model.
+
+An element is data, ``g = G q``. On a basis ``q = V eta`` it is the same element with the gradient matrix ``G V_e`` and
+the coordinates as its unknowns, and a weight on it is a factor on its measure. So forces, energies, tangents and laws of
+a reduced structure come out of the very kernel that serves the full one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.elements.block import ElementBlock
+from tautflex.mechanics.kernel import restart_energy
+from tautflex.mechanics.store import Slots, build_store
+from tautflex.mechanics.system import StructuralSystem
+
+Array = NDArray[np.float64]
+Store = tuple[NDArray[np.generic], ...]
+
+
+def basis_blocks(system: StructuralSystem, vectors: Array) -> list[ElementBlock]:
+    """All blocks on a basis, their initial stress that of the prestressed structure.
+
+    Parameters
+    ----------
+    system
+        The structure.
+    vectors
+        Basis, shape (r, size).
+
+    Returns
+    -------
+    list of ElementBlock
+        With gradient matrices of shape (element, gradient, r).
+    """
+    extended = np.concatenate([vectors, np.zeros((len(vectors), 1))], axis=1)
+    return [
+        replace(
+            block,
+            gradient=np.matmul(block.gradient, extended[:, places].transpose(1, 2, 0)),
+            dofs=np.broadcast_to(np.arange(len(vectors)), (len(places), len(vectors))),
+            initial_stress=stress,
+        )
+        for block, places, stress in zip(system.blocks, system.element_places, system.initial_stress, strict=True)
+    ]
+
+
+def chosen_blocks(blocks: list[ElementBlock], weights: Array) -> list[ElementBlock]:
+    """Elements with a positive weight, their measures times the weights (element,) of all blocks in order."""
+    ends = np.cumsum([len(block.measure) for block in blocks])[:-1]
+    result = []
+    for block, weight in zip(blocks, np.split(weights, ends), strict=True):
+        keep = np.flatnonzero(weight > 0.0)
+        if keep.size:
+            result.append(
+                replace(
+                    block,
+                    dofs=block.dofs[keep],
+                    gradient=block.gradient[keep],
+                    elasticity=block.elasticity[keep],
+                    initial_stress=block.initial_stress[keep],
+                    measure=weight[keep] * block.measure[keep],
+                    axes=block.axes[keep],
+                )
+            )
+    return result
+
+
+def blocks_store(blocks: list[ElementBlock], apart: bool = False) -> Store:
+    """Blocks as the kernel reads them.
+
+    Parameters
+    ----------
+    blocks
+        Blocks on a basis of r vectors.
+    apart
+        Give every element r unknowns of its own, so that the kernel's force is a list of element forces.
+    """
+    places, first = list[Slots](), 0
+    for block in blocks:
+        slots = block.dofs.T
+        if apart:
+            count, own = block.dofs.shape
+            slots = slots + own * (first + np.arange(count))
+            first += count
+        places.append(np.ascontiguousarray(slots).astype(np.uint32))
+    store: Store = tuple(build_store(tuple(blocks), places, [block.initial_stress for block in blocks]))
+    for number in range(len(blocks)):
+        restart_energy(store, number)
+    return store

@@ -1,0 +1,79 @@
+"""What all reduced models share: a structure whose motion is a few vectors, and perhaps what follows them."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from tautflex.mechanics.damping import Rayleigh
+from tautflex.reduction.basis import BasisVectors, ReferenceSolver
+from tautflex.reduction.pieces import Coefficients
+from tautflex.solvers.prestress import PrestressedState
+from tautflex.structure.model import Model
+
+Array = NDArray[np.float64]
+
+
+class OnBasis:
+    """Structure on a basis; as it stands here, nothing follows the coordinates but their vectors."""
+
+    state: PrestressedState
+    basis: BasisVectors
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return len(self.basis.kept)
+
+    @property
+    def model(self) -> Model:
+        """The structure."""
+        return self.state.model
+
+    @cached_property
+    def reference(self) -> ReferenceSolver:
+        """Static solver of the full reference."""
+        return ReferenceSolver(self.state)
+
+    @property
+    def coefficients(self) -> Coefficients:
+        """Equation of motion of the coordinates at the parameters of the state."""
+        raise NotImplementedError
+
+    def plant(self, damping: Rayleigh) -> Any:
+        """Arrays for the compiled stepper under a damping model."""
+        raise NotImplementedError
+
+    def coordinates(self, q: Array) -> Array:
+        """Coordinates of free unknowns by mass projection, shape (..., size) -> (..., r)."""
+        mass = self.state.system.inertia.mass_matrix
+        return (mass @ q.T).T @ self.basis.kept.T
+
+    def displacement(self, eta: Array, pulled: Array | None = None) -> Array:
+        """Free unknowns [m, rad] from coordinates, shape (..., r) -> (..., size)."""
+        return eta @ self.basis.kept
+
+    def motion(self, eta: Array, rate: Array, acceleration: Array, pulled: Array) -> tuple[Array, Array, Array]:
+        """Free unknowns, their velocities and accelerations from those of the coordinates, shapes (size,)."""
+        kept = self.basis.kept
+        return eta @ kept, rate @ kept, acceleration @ kept
+
+    def seen(self, look: csr_array, eta: Array, rate: Array, pulled: Array) -> tuple[Array, Array]:
+        """Readings ``look @ q`` of displacement and velocity at instants, shapes (time, reading)."""
+        vectors = (look @ self.basis.kept.T).T
+        return eta @ vectors, rate @ vectors
+
+    @property
+    def monomial_vectors(self) -> Array:
+        """Displacement that follows each monomial, shape (m, size)."""
+        return np.zeros((0, self.state.system.size))
+
+    def simulate(self, *args: Any, **options: Any) -> Any:
+        """`tautflex.simulate` of this model; same arguments, same result type."""
+        from tautflex.reduction.simulation import simulate_reduced
+
+        return simulate_reduced(self, *args, **options)
