@@ -8,6 +8,7 @@ from tautflex.config.case import Case
 from tautflex.config.dynamic import Coupling, Damping, Output, Solver
 from tautflex.config.maneuver import Maneuver
 from tautflex.config.reading import M2_TEMPLATE, load_case, parse_case
+from tautflex.config.reduction import Reduction
 from tautflex.config.structural import Cables, Frame, Membrane, Mesh, Prestress
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "Mesh",
     "Output",
     "Prestress",
+    "Reduction",
     "Solver",
     "load_case",
     "parse_case",

@@ -12,6 +12,7 @@ from tautflex.config.base import Section
 from tautflex.config.dynamic import Coupling, Damping, Output, Solver
 from tautflex.config.geometry import require_one_geometry
 from tautflex.config.maneuver import Maneuver
+from tautflex.config.reduction import Reduction, check_reduction
 from tautflex.config.structural import Cables, Frame, Membrane, Mesh, Prestress
 
 _LARGEST = 1e300  # keeps products of absurd step counts finite
@@ -47,6 +48,7 @@ class Case(Section):
     coupling: Coupling = Field(default=Coupling(), description="[coupling] section")
     solver: Solver = Field(default=Solver(), description="[solver] section")
     output: Output = Field(default=Output(), description="[output] section")
+    reduction: Reduction | None = Field(default=None, description="[reduction] section")
 
     def to_toml(self) -> str:
         """Write the case as TOML text that `load_case` reads back to an equal case."""
@@ -115,6 +117,11 @@ class Case(Section):
                 film = f"|x| <= {half[0]:g} and |y| <= {half[1]:g} m"
                 text = f"output.probes.{name}: expected a point on the film, {film}"
                 raise ValueError(f"{text}, got {list(point)}; the origin is the film's centre, move the probe")
+        return self
+
+    @model_validator(mode="after")
+    def _reduction_fits_the_laws(self) -> Self:
+        check_reduction(self)
         return self
 
     @model_validator(mode="after")

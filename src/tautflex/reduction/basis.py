@@ -96,7 +96,7 @@ class ModalBasis:
 
     directions: Sequence[str] = ("z", "rx", "ry")
     count: int | None = None
-    threshold: float = 2e-3
+    threshold: float = 5e-4
     candidates: int = 60
     static_correction: bool = True
     companions: str = "condensed"

@@ -41,9 +41,7 @@ def two_part_basis(
     mass = state.system.inertia.mass_matrix
     across = transverse_unknowns(state)
     found = []
-    for name, mask, count, share in zip(
-        ("transverse", "in_plane"), (across, ~across), counts, lost, strict=True
-    ):
+    for name, mask, count, share in zip(("transverse", "in_plane"), (across, ~across), counts, lost, strict=True):
         part = snapshots * mask
         if mask.any() and count != 0:
             # Rounding in the Ritz vectors would fill the zeros that the kernel skips.
@@ -51,7 +49,8 @@ def two_part_basis(
     vectors = np.concatenate(found)
     amplitude = np.sqrt(np.mean((vectors @ (mass @ snapshots.T)) ** 2, axis=1))
     text = " and ".join(
-        f"{len(part)} proper orthogonal modes {where}" for part, where in zip(found, ("across", "in the plane"), strict=False)
+        f"{len(part)} proper orthogonal modes {where}"
+        for part, where in zip(found, ("across", "in the plane"), strict=False)
     )
     return BasisVectors(vectors, np.zeros((0, state.system.size)), amplitude / amplitude.max(), text)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from tautflex.mechanics.damping import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Maneuver
+from tautflex.reduction.basis import ModalBasis
 from tautflex.solvers.adaptive import Adaptive
 from tautflex.solvers.central_difference import CentralDifference
 from tautflex.solvers.energy_conserving import EnergyConserving
@@ -145,6 +146,14 @@ def build_adaptive(case: Case) -> Adaptive | None:
 def build_damping(case: Case) -> Rayleigh:
     """Build the damping of a case."""
     return Rayleigh(case.damping.alpha, case.damping.beta)
+
+
+def build_basis(case: Case) -> ModalBasis | None:
+    """Build the basis of a case's reduced model; None for the full model."""
+    given = case.reduction
+    if given is None:
+        return None
+    return ModalBasis(**given.model_dump(exclude_none=True))
 
 
 def build_coupling(case: Case) -> Coupling:

@@ -13,11 +13,13 @@ import xarray as xr
 from tautflex import results
 from tautflex.analysis import amplitude, dominant_frequency, maneuver_end
 from tautflex.errors import InputError
+from tautflex.reduction.model import reduce
 from tautflex.solvers.dynamics import simulate
 from tautflex.solvers.modal import solve_modes
 from tautflex.solvers.prestress import solve_prestress
 from tautflex.study.build import (
     build_adaptive,
+    build_basis,
     build_coupling,
     build_damping,
     build_maneuver,
@@ -83,8 +85,11 @@ def run_case(
     tell(0.0, "modes")
     free = len(state.model.free_dofs)
     modes = solve_modes(state, n=min(MODE_COUNT, free - 1))
+    basis = build_basis(case)
+    if basis is not None:
+        tell(0.0, "reduced model")
     run = simulate(
-        state,
+        state if basis is None else reduce(state, basis),
         maneuver,
         method=build_method(case),
         time_step=case.solver.time_step,
@@ -118,6 +123,7 @@ def run_case(
         "seconds": float(run.stats.seconds),
         "back_substitutions": int(run.stats.back_substitutions),
         "factorizations": int(run.stats.factorizations),
+        **({"reduced_model": data.attrs["reduced_model"]} if basis is not None else {}),
         "warnings": [*state.warnings, *data.attrs["warnings"]],
         "files": {name: str(path) for name, path in files.items()},
     }
