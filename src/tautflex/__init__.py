@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from tautflex.motion.slew import Slew, SpinUp
     from tautflex.motion.tabulated import Tabulated
     from tautflex.reduction.basis import ModalBasis, PodBasis
+    from tautflex.reduction.hyper import HyperReducedModel, hyper_reduce
     from tautflex.reduction.model import ReducedModel, reduce
     from tautflex.results import load, save
     from tautflex.solvers.adaptive import Adaptive
@@ -96,6 +97,7 @@ __all__ = [
     "FreeHub",
     "GeneralizedAlpha",
     "HubState",
+    "HyperReducedModel",
     "InputError",
     "Material",
     "MembraneSection",
@@ -132,6 +134,7 @@ __all__ = [
     "dynamic_mass",
     "errors",
     "film_states",
+    "hyper_reduce",
     "linear_solver",
     "load",
     "load_case",
@@ -224,6 +227,10 @@ _NAMES_OF_MODULE = {
     "reduction.basis": (
         "ModalBasis",
         "PodBasis",
+    ),
+    "reduction.hyper": (
+        "HyperReducedModel",
+        "hyper_reduce",
     ),
     "reduction.model": (
         "ReducedModel",

@@ -1,8 +1,8 @@
 """Element blocks whose unknowns are the coordinates of a basis: the project's kernel then serves a reduced model.
 
 An element is data, ``g = G q``. On a basis ``q = V eta`` it is the same element with the gradient matrix ``G V_e`` and
-the coordinates as its unknowns, and a weight on it is a factor on its measure. So forces, energies, tangents and laws of
-a reduced structure come out of the very kernel that serves the full one.
+the coordinates as its unknowns, and a weight on it is a factor on its measure. So forces, energies, tangents and laws
+of a reduced structure come out of the very kernel that serves the full one.
 """
 
 from __future__ import annotations

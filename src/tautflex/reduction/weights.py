@@ -83,7 +83,7 @@ def train_weights(forces: Array, scale: Array, tolerance: float) -> ElementWeigh
 
 
 def _compress(rows: Array, target: Array, tolerance: float) -> tuple[Array, Array]:
-    """Fewer rows with the same least-squares problem up to a tolerance: singular vectors from the smaller Gram matrix."""
+    """Fewer rows with the same least-squares problem up to a tolerance, by the smaller of the two Gram matrices."""
     if rows.shape[0] <= rows.shape[1]:
         values, vectors = np.linalg.eigh(rows @ rows.T)
         keep = values > (1e-8 + tolerance / len(rows)) ** 2 * values[-1]
