@@ -5,14 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import tautflex as tf
 from tautflex.errors import InputError, NotConvergedError, PrestressError
+from tautflex.motion.coupling import Coupling
 from tautflex.solvers.modal import solve_modes
 from tautflex.solvers.prestress import solve_prestress
+from tautflex.solvers.static import spinning_equilibrium
 from tautflex.solvers.tuning import tune_pretension
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.model import Model, Support
 from verification.builders import CABLE, FILM, THICKNESS, antenna
+from verification.dynamic_cases import small_antenna
 
 FILM_SECTION = MembraneSection(FILM, THICKNESS)
 CABLE_SECTION = CableSection(CABLE, 3.14e-6)
@@ -306,3 +310,13 @@ def test_tuning_refuses_bad_targets():
     # f2 < f1 cannot be had: mode numbers follow the order of the frequencies.
     with pytest.raises(NotConvergedError, match=r"target \[2\.0, 1\.0\] Hz.*choose film modes or one target"):
         tune_pretension(model, [2.0, 1.0], max_iterations=5)
+
+
+def test_a_load_below_the_round_off_of_the_prestress_has_an_equilibrium():
+    """The published reading's cables pull with newtons; a spin of 1e-5 rad/s loads it with 1e-9 N."""
+    state = solve_prestress(small_antenna())
+    deflections = [
+        np.abs(spinning_equilibrium(state, tf.Stop(rate=rate, duration=1.0).start(), Coupling())).max() / rate**2
+        for rate in (1e-3, 1e-5)
+    ]
+    assert deflections[1] == pytest.approx(deflections[0], rel=1e-4)

@@ -15,6 +15,7 @@ from tautflex.motion.kinematics import RigidMotion
 from tautflex.solvers.linear import SymmetricFactorization
 from tautflex.solvers.minimum import find_minimum
 from tautflex.solvers.newton import solve_newton
+from tautflex.solvers.response import largest_force
 
 if TYPE_CHECKING:
     from tautflex.solvers.prestress import PrestressedState
@@ -33,7 +34,12 @@ class _StaticProblem:
     """
 
     def __init__(
-        self, state: PrestressedState, load: Array, extra: Array | None, pressure: PressureLoad | None
+        self,
+        state: PrestressedState,
+        load: Array,
+        extra: Array | None,
+        pressure: PressureLoad | None,
+        tolerance: float,
     ) -> None:
         self._state, self._load, self._pressure, self._share = state, load, pressure, 1.0
         pattern = state.system.pattern
@@ -41,6 +47,9 @@ class _StaticProblem:
         self._extra = None if self._symmetric is None else pattern.symmetric_matrix(self._symmetric)
         self._factor = SymmetricFactorization(pattern)
         self._first_scale: float | None = None
+        # Element forces of the prestress cancel each other; nothing below their round-off can be asked for.
+        force = largest_force(state.system, state.stress)
+        self._round_off = 4.0 * float(np.finfo(float).eps * np.sqrt(state.system.size)) * force / tolerance
 
     def set_share(self, share: float) -> None:
         """Apply this share of load and pressure."""
@@ -65,7 +74,7 @@ class _StaticProblem:
         if self._first_scale is None:
             # A given stress that relaxes has no load to be measured against but its own imbalance.
             self._first_scale = float(np.linalg.norm(total))
-        scale = max(scale, self._first_scale)
+        scale = max(scale, self._first_scale, self._round_off)
         return total, sum(terms), scale, sum(abs(term) for term in terms)
 
     def tangent(self, x: Array) -> Array:
@@ -137,7 +146,7 @@ def solve_static(
     """
     system = state.system
     checks.whole("steps", steps, 1)
-    problem = _StaticProblem(state, np.zeros(system.size) if load is None else load, extra, pressure)
+    problem = _StaticProblem(state, np.zeros(system.size) if load is None else load, extra, pressure, tolerance)
     x = np.zeros(system.size) if start is None else start
     for step in range(1, steps + 1):
         problem.set_share(step / steps)
