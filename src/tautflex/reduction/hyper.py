@@ -122,9 +122,9 @@ def hyper_reduce(
     *,
     transverse: int | None = None,
     in_plane: int | None = None,
-    lost: tuple[float, float] = (1e-5, 1e-6),
+    lost: tuple[float, float] = (1e-5, 1e-7),
     tolerance: float = 1e-2,
-    training_states: int = 200,
+    training_states: int = 50,
 ) -> HyperReducedModel:
     """Reduce a structure of any law, wrinkling film included, to a few coordinates and a few weighted elements.
 
