@@ -6,6 +6,7 @@ import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -165,7 +166,7 @@ def hyper_reduce(
         checks.between("lost", share, 0.0, 1.0)
     checks.between("tolerance", tolerance, 0.0, 1.0)
     checks.whole("training_states", training_states, 2)
-    runs = list(data) if isinstance(data, list | tuple) else [data]
+    runs: list[Any] = list(data) if isinstance(data, list | tuple) else [data]
     if not runs or not all(isinstance(run, xr.Dataset) for run in runs):
         raise InputError(f"data: expected the Dataset of a run with stored fields (run.data) or several, got {data!r}")
     if state.model.rigid_freedom:
