@@ -11,6 +11,7 @@ import argparse
 import json
 import os
 import platform
+import sys
 import time
 from typing import Any
 
@@ -83,6 +84,7 @@ def rows(rom: tf.ReducedModel, sizes: list[int], options: dict[str, Any]) -> lis
                         "difference_to_cpu": float(np.abs(w - reference[size]).max() / scale),
                     }
                 )
+                print(json.dumps(found[-1]), file=sys.stderr, flush=True)  # long runs show how far they are
                 if device.platform != "cpu" and found[-1]["difference_to_cpu"] > 1e-9:
                     raise SystemExit(f"results of {device.platform} differ by {found[-1]['difference_to_cpu']:.1e}")
     return found

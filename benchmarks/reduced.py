@@ -1,4 +1,4 @@
-"""Error and cost of reduced models against the full one: the paper's M2 and M3 stops, two meshes, bases of several sizes.
+"""Error and cost of reduced models against the full one: the paper's M2 and M3 stops, two meshes, several bases.
 
 Run ``python benchmarks/reduced.py -o FOLDER`` (about ten minutes on an idle machine; ``--quick`` two). It writes
 reduced.json and reduced.md: per mesh and basis the worst of all cases, then every case. Full and reduced runs take the

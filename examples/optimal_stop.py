@@ -129,7 +129,7 @@ def optimal_rates(rom: ReducedModel, turn: Turn, iterations: int) -> Array:
                 respond({"maneuver.rates": profile, "tension_x": factor, "tension_y": factor}), turn.duration
             )
         )(TENSIONS)
-        excess = jnp.maximum(jnp.abs(between @ profile) / (0.99 * turn.largest_rate) - 1.0, 0.0)
+        excess = jnp.maximum(jnp.abs(between @ profile) / (0.999 * turn.largest_rate) - 1.0, 0.0)
         return jnp.log(jnp.mean(left)) + 1e5 * jnp.mean(excess**2)
 
     found = minimize(

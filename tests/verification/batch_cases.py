@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import tautflex as tf
 from tautflex.reduction.model import ReducedModel
+from tautflex.reduction.monomials import stress_fields
 from tautflex.reduction.pieces import Moments, prestress_fields
 from tautflex.reduction.polynomial import HigherDegrees
 from tautflex.solvers.prestress import PrestressedState
@@ -48,7 +49,7 @@ def changed_rom(rom: ReducedModel, numbers: dict[str, float]) -> ReducedModel:
     for kind, part in pieces.inertia.items():
         rho = factor(numbers, f"density.{kind}")
         inertia[kind] = Moments(rho * part.pair, rho * part.first, rho * part.zeroth)
-    return replace(
+    changed = replace(
         rom,
         pieces=replace(
             pieces,
@@ -61,6 +62,10 @@ def changed_rom(rom: ReducedModel, numbers: dict[str, float]) -> ReducedModel:
             inertia=inertia,
         ),
     )
+    # A single run leaves out weak stress fields for speed, a batch has no use for that; here it keeps them all.
+    c, amplitude = changed.coefficients, rom.basis.amplitude
+    changed.__dict__["_fields"] = tuple(stress_fields(matrix, amplitude, 0.0) for matrix in (0.25 * c.cubic, c.viscous))
+    return changed
 
 
 def stop_of(numbers: dict[str, float]) -> tf.Stop:

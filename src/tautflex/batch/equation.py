@@ -42,7 +42,11 @@ class Equation(Protocol):
 
     size: int
 
-    def forces(self, q: Array, v: Array, spin: Spin) -> Forces:
+    def predicted(self, q: Array, v: Array, spin: Spin) -> Any:
+        """What a step takes at its predicted state, because it is small and smooth; handed to `forces`."""
+        ...
+
+    def forces(self, q: Array, v: Array, spin: Spin, predicted: Any) -> Forces:
         """All forces but inertia."""
         ...
 

@@ -216,7 +216,10 @@ class FullEquation:
         """Part of the forces that jumps with the motion, shape (n,)."""
         return self._turning(q, v, spin) + self._load(spin)
 
-    def forces(self, q: Array, v: Array, spin: Spin) -> Forces:
+    def predicted(self, q: Array, v: Array, spin: Spin) -> None:
+        """Nothing is predicted."""
+
+    def forces(self, q: Array, v: Array, spin: Spin, predicted: None) -> Forces:
         """All forces but inertia."""
         elastic, viscous, _ = self._internal(q, v)
         load = self._load(spin)

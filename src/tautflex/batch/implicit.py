@@ -76,7 +76,7 @@ class ImplicitWalk:
         """Acceleration that balances all forces at t = 0."""
         e = self._equation
         spin = self._course.spin(self._numbers, 0.0, SLACK * self._time_step)
-        forces = e.forces(q, v, spin)
+        forces = e.forces(q, v, spin, e.predicted(q, v, spin))
         zero = jnp.zeros(())
         return Walker(
             q,
@@ -103,9 +103,12 @@ class ImplicitWalk:
         v_known = scheme.velocity.v * at.v + scheme.velocity.a * at.a
         known = e.mass(scheme.inertia.v * at.v + scheme.inertia.a * at.a) + (1.0 - scheme.weight) * at.forces
         known_norm = jnp.linalg.norm(known)
+        reach = scheme.evaluation * h
+        guess = reach * at.v + 0.5 * reach**2 * at.a + reach**3 / 6.0 * at.jerk
+        predicted = e.predicted(at.q + guess, scheme.velocity.d * guess + v_known, spin)
 
         def residual(d: Array) -> tuple[Array, Array]:
-            forces = e.forces(at.q + d, scheme.velocity.d * d + v_known, spin)
+            forces = e.forces(at.q + d, scheme.velocity.d * d + v_known, spin, predicted)
             inertia = scheme.inertia.d * e.mass(d)
             scale = scheme.weight * jnp.maximum(forces.internal, forces.load)
             # Inertia forces of a tiny step cancel each other; nothing below their round-off can be asked for.
@@ -114,8 +117,6 @@ class ImplicitWalk:
             return inertia + known + scheme.weight * forces.total, jax.lax.stop_gradient(scale)
 
         inverse = e.inverse(scheme.inertia.d, scheme.weight * scheme.velocity.d, scheme.weight)
-        reach = scheme.evaluation * h
-        guess = reach * at.v + 0.5 * reach**2 * at.a + reach**3 / 6.0 * at.jerk
         active = at.alive & real
         root = find_root(residual, guess, inverse, at.memory, self._tolerance, active)
         d = root.x
@@ -159,7 +160,7 @@ def static_start(equation: Equation, spin: Any, tolerance: float, depth: int) ->
     still = jnp.zeros(equation.size)
 
     def residual(q: Array) -> tuple[Array, Array]:
-        forces = equation.forces(q, still, spin)
+        forces = equation.forces(q, still, spin, equation.predicted(q, still, spin))
         scale = jnp.maximum(forces.internal, forces.load)
         return forces.total, jax.lax.stop_gradient(jnp.where(scale > 0.0, scale, 1.0))
 

@@ -11,6 +11,7 @@ import numpy as np
 from tautflex.batch.course import Course, Numbers, Spin
 from tautflex.batch.equation import Forces, Sample
 from tautflex.batch.library import jax
+from tautflex.mechanics.damping import Rayleigh
 from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.maneuvers import unit_axis
@@ -22,7 +23,6 @@ from tautflex.solvers.probes import ProbeSet
 Array = jax.Array
 
 _SECANTS = 1
-_ROUND_OFF = 1e-12
 
 
 class ReducedPlant:
@@ -39,9 +39,8 @@ class ReducedPlant:
         self.secants = _SECANTS
         self.kinds = tuple(rom.pieces.elastic)
         first, second = pairs(rom.size)
-        nominal = rom.coefficients
         # Second-degree forces of a flat structure are round-off.
-        self.curved = bool(np.abs(nominal.quadratic).max(initial=0.0) > _ROUND_OFF * np.abs(nominal.linear).max())
+        self.curved = rom.plant(Rayleigh()).quadratic.size > 0
         self.pick = jnp.asarray(np.eye(rom.size)[np.concatenate([first, second])])
 
     def equation(self, numbers: Numbers, course: Course, coupling: Coupling, probes: ProbeSet) -> ReducedEquation:
@@ -119,38 +118,48 @@ class ReducedEquation:
         on = float(self._coupling.inertial_load)
         return on * spin.acceleration, on * spin.square
 
-    def _frame_parts(
-        self, damped: Array, q: Array, v: Array, y: Array, rate: Array, spin: Spin
-    ) -> tuple[Array, Array, Array]:
-        """Force of damping on ``damped`` and of the moving frame, stress of the latter, and its load."""
-        c, r = self._coupling, self.size
+    def _weights(self, spin: Spin) -> tuple[Any, Any, Any]:
+        """Factors of the gyroscopic, Euler and centrifugal terms."""
+        c = self._coupling
+        return (
+            2.0 * spin.rate * float(c.gyroscopic),
+            spin.acceleration * float(c.euler),
+            spin.square * float(c.centrifugal),
+        )
+
+    def predicted(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array]:
+        """Force and stress of the moving frame that go through the companions, as the single run takes them."""
+        gyro, turn, pull = self._weights(spin)
         euler, square = self._scales(spin)
-        load = euler * self._load[0] + square * self._load[1]
-        gyro, turn = 2.0 * spin.rate * float(c.gyroscopic), spin.acceleration * float(c.euler)
-        pull = spin.square * float(c.centrifugal)
-        swing, follow = gyro * v + turn * q, gyro * rate + turn * y
+        y, rate, _ = self._pairs(q, v)
         first, second = self._turn
-        force = load[:r] + self._damping @ damped + first.own @ swing + pull * (second.own @ q)
-        force += follow @ first.back + pull * (y @ second.back)
-        stress = load[r:] + first.companions @ swing + pull * (second.companions @ q)
-        return force, stress, load[:r]
+        force = (gyro * rate + turn * y) @ first.back + pull * (y @ second.back)
+        stress = first.companions @ (gyro * v + turn * q) + pull * (second.companions @ q)
+        return force, stress + euler * self._load[0][self.size :] + square * self._load[1][self.size :]
+
+    def _on_coordinates(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array]:
+        """Force of the moving frame on the coordinates themselves, and its load."""
+        gyro, turn, pull = self._weights(spin)
+        euler, square = self._scales(spin)
+        load = euler * self._load[0][: self.size] + square * self._load[1][: self.size]
+        first, second = self._turn
+        return load + first.own @ (gyro * v + turn * q) + pull * (second.own @ q), load
 
     def frame(self, q: Array, v: Array, spin: Spin) -> Array:
         """Part of the forces that jumps with the motion, shape (r,)."""
-        y, rate, swapped = self._pairs(q, v)
-        force, stress, _ = self._frame_parts(jnp.zeros_like(v), q, v, y, rate, spin)
-        return force + self._applied(stress, swapped)
+        force, stress = self.predicted(q, v, spin)
+        return force + self._on_coordinates(q, v, spin)[0] + self._applied(stress, self._pairs(q, v)[2])
 
-    def forces(self, q: Array, v: Array, spin: Spin) -> Forces:
+    def forces(self, q: Array, v: Array, spin: Spin, predicted: tuple[Array, Array]) -> Forces:
         """All forces but inertia; the internal norm counts what the companions feel, as the single run does."""
-        c = self._c
+        c, (force, stress) = self._c, predicted
         y, rate, swapped = self._pairs(q, v)
-        force, stress, load = self._frame_parts(v, q, v, y, rate, spin)
-        stress = stress + self._cubic @ y + self._viscous @ rate
-        internal = c.linear @ q + self._applied(stress, swapped)
+        internal = c.linear @ q + self._applied(stress + self._cubic @ y + self._viscous @ rate, swapped)
         if self._plant.curved:
             internal += c.quadratic @ y
-        return Forces(internal + force, jnp.linalg.norm(internal), jnp.linalg.norm(load))
+        turning, load = self._on_coordinates(q, v, spin)
+        total = internal + force + turning + self._damping @ v
+        return Forces(total, jnp.linalg.norm(internal), jnp.linalg.norm(load))
 
     def mass(self, a: Array) -> Array:
         """Mass times acceleration, shape (r,)."""

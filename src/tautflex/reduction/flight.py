@@ -76,6 +76,7 @@ class ReducedFlight:
         self.reached = 0
         r = rom.size
         self._work = march.new_work(r)
+        self._march = march.march_explicit if self.explicit else march.march
         self._halvings = 0
 
     @property
@@ -125,9 +126,7 @@ class ReducedFlight:
         first = 0
         while first < len(rows):
             part, stored = rows_from(frame, first), (self.eta, self.rate)
-            first += march.march(
-                self.plant, part, scheme, self.explicit, self._work, rows[first:], stored, self.tolerance
-            )
+            first += self._march(self.plant, part, scheme, self._work, rows[first:], stored, self.tolerance)
             if first < len(rows):
                 if not self._halve(segment, float(stretch.starts[first]), stretch.size, halvings):
                     self._note(stretch.grid[:first])
@@ -157,7 +156,7 @@ class ReducedFlight:
             instant = np.array([begin + scheme.evaluation * 0.5 * size])
             frame = frame_terms(self.coupling, self.moments, segment, instant, self.rom.size)
             frame = self.inputs.added(frame, instant, segment.end)
-            done = march.march(self.plant, frame, scheme, self.explicit, self._work, nowhere, stored, self.tolerance)
+            done = self._march(self.plant, frame, scheme, self._work, nowhere, stored, self.tolerance)
             if not done and not self._halve(segment, begin, 0.5 * size, left - 1):
                 return False
         return True

@@ -130,12 +130,15 @@ def average_force(plant: Plant, start: Array, end: Array, v: Array, given: Array
 
     Two Gauss points are exact for a force of third degree [average vector field, Quispel & McLaren 2008].
     """
-    own = np.empty(start.size)
+    own, place = np.empty(start.size), np.empty(start.size)
     force.fill(0.0)
     for side in (-1.0, 1.0):
         share = 0.5 + side * 0.5 / np.sqrt(3.0)
-        internal_force(plant, start + share * (end - start), v, given, own)
-        force += 0.5 * own
+        for i in range(start.size):
+            place[i] = start[i] + share * (end[i] - start[i])
+        internal_force(plant, place, v, given, own)
+        for i in range(start.size):
+            force[i] += 0.5 * own[i]
 
 
 @jit
@@ -195,15 +198,19 @@ def frame_matrices(plant: Plant, frame: Frame, row: int, on_velocity: Array, on_
 
 
 @jit
-def total_force(plant: Any, frame: Frame, row: int, q: Array, v: Array, force: Array) -> None:
+def total_force(plant: Plant, frame: Frame, row: int, q: Array, v: Array, force: Array) -> None:
     """Fill ``force`` with all forces but inertia."""
     r = q.size
     stress, other = np.empty(plant.first.size), np.empty(r)
     on_velocity, on_displacement = np.empty((r, r)), np.empty((r, r))
     companion_forces(plant, frame, row, q, v, stress, other)
     frame_matrices(plant, frame, row, on_velocity, on_displacement)
-    _internal_force(plant, q, v, stress, force)
-    force += other + frame.load[row % frame.load.shape[0]] + on_velocity @ v + on_displacement @ q
+    internal_force(plant, q, v, stress, force)
+    load = frame.load[row % frame.load.shape[0]]
+    for i in range(r):
+        force[i] += other[i] + load[i]
+        for j in range(r):
+            force[i] += on_velocity[i, j] * v[j] + on_displacement[i, j] * q[j]
 
 
 @jit
@@ -226,9 +233,13 @@ def tangent(plant: Plant, q: Array, given: Array) -> Array:
     stress = given.copy()
     add_product(plant.fields, y, stress)
     moved = plant.fields @ slope
-    result = plant.linear + moved.T @ moved
-    if plant.quadratic.shape[0]:
-        result += plant.quadratic @ slope
+    result = moved.T @ moved
+    for i in range(q.size):
+        for j in range(q.size):
+            result[i, j] += plant.linear[i, j]
+            if plant.quadratic.shape[0]:
+                for k in range(y.size):
+                    result[i, j] += plant.quadratic[i, k] * slope[k, j]
     for k in range(y.size):
         result[plant.first[k], plant.second[k]] += stress[k]
         result[plant.second[k], plant.first[k]] += stress[k]

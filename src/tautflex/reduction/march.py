@@ -96,19 +96,60 @@ _NOTHING = (0.0, 0.0, 0.0)
 EXPLICIT = Coefficients(1.0, 1.0, _NOTHING, _NOTHING, _NOTHING, _NOTHING, _NOTHING, False, 0.0)
 
 
+# Loops in place of array expressions: those make the compiler generate shape checks and error texts, half of its time.
+@jit
+def _mix(a: float, x: Array, b: float, y: Array, c: float, z: Array) -> Array:
+    """``a x + b y + c z``."""
+    result = np.empty(x.size)
+    for i in range(x.size):
+        result[i] = a * x[i] + b * y[i] + c * z[i]
+    return result
+
+
+@jit
+def _add_times(factor: float, matrix: Array, vector: Array, result: Array) -> None:
+    """Add ``factor * matrix @ vector`` to ``result``."""
+    for i in range(result.size):
+        total = 0.0
+        for j in range(vector.size):
+            total += matrix[i, j] * vector[j]
+        result[i] += factor * total
+
+
+@jit
+def _dot(x: Array, y: Array) -> float:
+    total = 0.0
+    for i in range(x.size):
+        total += x[i] * y[i]
+    return total
+
+
+@jit
+def _invert(matrix: Array, size: float, work: Work) -> bool:
+    """Keep the inverse of a matrix for steps of a size; whether that was possible."""
+    work.counts[2] += 1
+    if not np.isfinite(matrix.sum()):
+        return False
+    inverse = np.linalg.inv(matrix)
+    for i in range(matrix.shape[0]):
+        for j in range(matrix.shape[1]):
+            work.inverse[i, j] = inverse[i, j]
+    work.numbers[1] = size
+    return True
+
+
 @jit
 def _renew(plant: Plant, c: Coefficients, q: Array, given: Array, work: Work) -> bool:
     """Invert the effective stiffness at q; whether that was possible."""
-    slope = slopes(plant, q)
-    moved = plant.viscous @ slope
-    matrix = c.inertia[0] * plant.mass + c.weight * c.velocity[0] * (work.on_velocity + moved.T @ moved)
-    matrix += c.weight * (tangent(plant, q, given) + work.on_displacement)
-    work.counts[2] += 1
-    if not np.all(np.isfinite(matrix)):
-        return False
-    work.inverse[:] = np.linalg.inv(matrix)
-    work.numbers[1] = c.size
-    return True
+    matrix = tangent(plant, q, given)
+    moved = plant.viscous @ slopes(plant, q)
+    damping = moved.T @ moved
+    for i in range(q.size):
+        for j in range(q.size):
+            rate = work.on_velocity[i, j] + damping[i, j]
+            stiffness = matrix[i, j] + work.on_displacement[i, j] + c.velocity[0] * rate
+            matrix[i, j] = c.inertia[0] * plant.mass[i, j] + c.weight * stiffness
+    return _invert(matrix, c.size, work)
 
 
 @jit
@@ -117,27 +158,20 @@ def _residual(
 ) -> tuple[float, float]:
     """Fill residual and the part of the forces that depends on d; return norms of residual and internal force."""
     r = d.size
-    place = work.q + d
-    velocity = c.velocity[0] * d + c.velocity[1] * work.v + c.velocity[2] * work.a
+    place = _mix(1.0, work.q, 1.0, d, 0.0, d)
+    velocity = _mix(c.velocity[0], d, c.velocity[1], work.v, c.velocity[2], work.a)
     if c.average:
-        average_force(plant, work.q, work.q + d / c.evaluation, velocity, given, forces)
+        average_force(plant, work.q, _mix(1.0, work.q, 1.0 / c.evaluation, d, 0.0, d), velocity, given, forces)
     else:
         internal_force(plant, place, velocity, given, forces)
     work.counts[3] += 1
-    inside = 0.0
+    inside = _dot(forces, forces)
+    _add_times(c.velocity[0], work.on_velocity, d, forces)
+    _add_times(1.0, work.on_displacement, place, forces)
     for i in range(r):
-        inside += forces[i] * forces[i]
-    square = 0.0
-    for i in range(r):
-        inertia, other = 0.0, 0.0
-        for j in range(r):
-            inertia += plant.mass[i, j] * d[j]
-            other += work.on_velocity[i, j] * d[j] * c.velocity[0] + work.on_displacement[i, j] * place[j]
-        forces[i] += other
-        total = known[i] + c.inertia[0] * inertia + c.weight * forces[i]
-        result[i] = total
-        square += total * total
-    return np.sqrt(square), c.weight * np.sqrt(inside)
+        result[i] = known[i] + c.weight * forces[i]
+    _add_times(c.inertia[0], plant.mass, d, result)
+    return np.sqrt(_dot(result, result)), c.weight * np.sqrt(inside)
 
 
 @jit
@@ -145,17 +179,20 @@ def implicit_step(plant: Plant, frame: Frame, row: int, c: Coefficients, work: W
     """One step; ``work`` holds the new state if it converged and the old one if not."""
     r = work.q.size
     reach = c.evaluation * c.size
-    d = reach * work.v + 0.5 * reach * reach * work.a + (work.numbers[2] * reach**3 / 6.0) * work.jerk
-    given, constant = np.empty(plant.first.size), np.empty(r)
-    speed = c.velocity[1] * work.v + c.velocity[2] * work.a
-    companion_forces(plant, frame, row, work.q + d, speed + c.velocity[0] * d, given, constant)
+    d = _mix(reach, work.v, 0.5 * reach * reach, work.a, work.numbers[2] * reach**3 / 6.0, work.jerk)
+    given, constant, known = np.empty(plant.first.size), np.empty(r), np.zeros(r)
+    speed = _mix(c.velocity[1], work.v, c.velocity[2], work.a, 0.0, work.a)
+    place, predicted = _mix(1.0, work.q, 1.0, d, 0.0, d), _mix(1.0, speed, c.velocity[0], d, 0.0, d)
+    companion_forces(plant, frame, row, place, predicted, given, constant)
     frame_matrices(plant, frame, row, work.on_velocity, work.on_displacement)
     load = frame.load[row % frame.load.shape[0]]
-    constant += load + work.on_velocity @ speed
-    known = plant.mass @ (c.inertia[1] * work.v + c.inertia[2] * work.a)
-    known += c.weight * constant + (1.0 - c.weight) * work.forces
-    lost = 100.0 * _EPSILON / tolerance * np.sqrt(np.sum(known * known))
-    floor = max(c.weight * np.sqrt(np.sum(load * load)), lost, _SCALE_FLOOR * work.numbers[0])
+    _add_times(1.0, work.on_velocity, speed, constant)
+    _add_times(1.0, plant.mass, _mix(c.inertia[1], work.v, c.inertia[2], work.a, 0.0, work.a), known)
+    for i in range(r):
+        constant[i] += load[i]
+        known[i] += c.weight * constant[i] + (1.0 - c.weight) * work.forces[i]
+    lost = 100.0 * _EPSILON / tolerance * np.sqrt(_dot(known, known))
+    floor = max(c.weight * np.sqrt(_dot(load, load)), lost, _SCALE_FLOOR * work.numbers[0])
     forces, residual, trial, trial_forces = np.empty(r), np.empty(r), np.empty(r), np.empty(r)
     norm, size = _residual(plant, c, work, d, known, given, forces, residual)
     fresh, count = False, 0
@@ -164,14 +201,16 @@ def implicit_step(plant: Plant, frame: Frame, row: int, c: Coefficients, work: W
         if count > _MOST_ITERATIONS or not np.isfinite(norm):
             return False
         if work.numbers[1] != c.size:
-            if not _renew(plant, c, work.q + d, given, work):
+            if not _renew(plant, c, _mix(1.0, work.q, 1.0, d, 0.0, d), given, work):
                 return False
             fresh = True
-        move = -(work.inverse @ residual)
+        move = np.zeros(r)
+        _add_times(-1.0, work.inverse, residual, move)
         work.counts[1] += 1
         fraction = 1.0
         while True:
-            after, after_size = _residual(plant, c, work, d + fraction * move, known, given, trial_forces, trial)
+            moved = _mix(1.0, d, fraction, move, 0.0, d)
+            after, after_size = _residual(plant, c, work, moved, known, given, trial_forces, trial)
             done = after <= tolerance * max(after_size, floor)
             if after < norm or done or not fresh or fraction < 1e-3:
                 break
@@ -181,8 +220,9 @@ def implicit_step(plant: Plant, frame: Frame, row: int, c: Coefficients, work: W
             continue
         if not (done or after <= _SLOW * norm):
             work.numbers[1] = 0.0
-        d += fraction * move
-        residual[:], forces[:], norm, size = trial, trial_forces, after, after_size
+        d, norm, size = moved, after, after_size
+        residual, trial = trial, residual
+        forces, trial_forces = trial_forces, forces
         fresh = False
     work.numbers[0] = max(work.numbers[0], size, floor if lost < floor else 0.0)
     for i in range(r):
@@ -204,32 +244,37 @@ def explicit_step(plant: Plant, frame: Frame, row: int, size: float, work: Work)
     Damping and gyroscopic force at the end are solved for, as in the full model; the companions' damping is taken at
     the predicted velocity.
     """
+    r = work.q.size
     if work.numbers[1] != size or frame.turns:
         frame_matrices(plant, frame, row, work.on_velocity, work.on_displacement)
-        work.inverse[:] = np.linalg.inv(plant.mass + 0.5 * size * work.on_velocity)
-        work.numbers[1] = 0.0 if frame.turns else size
-        work.counts[2] += 1
-    half = work.v + 0.5 * size * work.a
-    move = size * half
-    q = work.q + move
-    given, other, internal = np.empty(plant.first.size), np.empty(q.size), np.empty(q.size)
-    predicted = half + 0.5 * size * work.a
-    companion_forces(plant, frame, row, q, predicted, given, other)
+        matrix = np.empty((r, r))
+        for i in range(r):
+            for j in range(r):
+                matrix[i, j] = plant.mass[i, j] + 0.5 * size * work.on_velocity[i, j]
+        if not _invert(matrix, 0.0 if frame.turns else size, work):
+            return False
+    half = _mix(1.0, work.v, 0.5 * size, work.a, 0.0, work.a)
+    q = _mix(1.0, work.q, size, half, 0.0, half)
+    given, total, internal, inertia = np.empty(plant.first.size), np.empty(r), np.empty(r), np.zeros(r)
+    predicted = _mix(1.0, half, 0.5 * size, work.a, 0.0, half)
+    companion_forces(plant, frame, row, q, predicted, given, total)
     internal_force(plant, q, predicted, given, internal)
     work.counts[3] += 1
     # Stiffness that this very step has felt, against what central differences can follow.
-    felt, limit = 0.0, 4.0 / size**2 * np.dot(move, plant.mass @ move)
-    for i in range(q.size):
-        felt += move[i] * (internal[i] - work.forces[i])
+    _add_times(1.0, plant.mass, half, inertia)
+    felt, limit = size * (_dot(half, internal) - _dot(half, work.forces)), 4.0 * _dot(half, inertia)
     if not felt <= limit * (1.0 + 1e-9) + 1e-300:
         return False
-    total = internal + other + work.on_velocity @ half
-    total += frame.load[row % frame.load.shape[0]]
+    load = frame.load[row % frame.load.shape[0]]
+    for i in range(r):
+        total[i] += internal[i] + load[i]
+    _add_times(1.0, work.on_velocity, half, total)
     if frame.turns:
-        total += work.on_displacement @ q
-    a = -(work.inverse @ total)
-    work.q[:], work.v[:], work.a[:] = q, half + 0.5 * size * a, a
-    work.forces[:] = internal
+        _add_times(1.0, work.on_displacement, q, total)
+    a = np.zeros(r)
+    _add_times(-1.0, work.inverse, total, a)
+    for i in range(r):
+        work.q[i], work.v[i], work.a[i], work.forces[i] = q[i], half[i] + 0.5 * size * a[i], a[i], internal[i]
     work.counts[0] += 1
     return True
 
@@ -239,7 +284,6 @@ def march(
     plant: Plant,
     frame: Frame,
     c: Coefficients,
-    explicit: bool,
     work: Work,
     rows: Indices,
     stored: tuple[Array, Array],
@@ -247,12 +291,32 @@ def march(
 ) -> int:
     """Steps of equal size; state is stored in ``rows[n]`` (-1: not). Returns the number of steps that converged."""
     for n in range(rows.size):
-        if explicit:
-            good = explicit_step(plant, frame, n, c.size, work)
-        else:
-            good = implicit_step(plant, frame, n, c, work, tolerance)
-        if not good:
+        if not implicit_step(plant, frame, n, c, work, tolerance):
             return n
-        if rows[n] >= 0:
-            stored[0][rows[n]], stored[1][rows[n]] = work.q, work.v
+        _store(work, rows[n], stored)
     return rows.size
+
+
+@jit
+def march_explicit(
+    plant: Plant,
+    frame: Frame,
+    c: Coefficients,
+    work: Work,
+    rows: Indices,
+    stored: tuple[Array, Array],
+    tolerance: float,
+) -> int:
+    """As `march`, by central differences."""
+    for n in range(rows.size):
+        if not explicit_step(plant, frame, n, c.size, work):
+            return n
+        _store(work, rows[n], stored)
+    return rows.size
+
+
+@jit
+def _store(work: Work, row: int, stored: tuple[Array, Array]) -> None:
+    if row >= 0:
+        for i in range(work.q.size):
+            stored[0][row, i], stored[1][row, i] = work.q[i], work.v[i]
