@@ -198,14 +198,14 @@ def frame_matrices(plant: Plant, frame: Frame, row: int, on_velocity: Array, on_
 
 
 @jit
-def total_force(plant: Plant, frame: Frame, row: int, q: Array, v: Array, force: Array) -> None:
+def total_force(plant: Any, frame: Frame, row: int, q: Array, v: Array, force: Array) -> None:
     """Fill ``force`` with all forces but inertia."""
     r = q.size
     stress, other = np.empty(plant.first.size), np.empty(r)
     on_velocity, on_displacement = np.empty((r, r)), np.empty((r, r))
     companion_forces(plant, frame, row, q, v, stress, other)
     frame_matrices(plant, frame, row, on_velocity, on_displacement)
-    internal_force(plant, q, v, stress, force)
+    _internal_force(plant, q, v, stress, force)
     load = frame.load[row % frame.load.shape[0]]
     for i in range(r):
         force[i] += other[i] + load[i]

@@ -6,6 +6,7 @@ import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -122,9 +123,9 @@ def hyper_reduce(
     *,
     transverse: int | None = None,
     in_plane: int | None = None,
-    lost: tuple[float, float] = (1e-5, 1e-6),
+    lost: tuple[float, float] = (1e-5, 1e-7),
     tolerance: float = 1e-2,
-    training_states: int = 200,
+    training_states: int = 50,
 ) -> HyperReducedModel:
     """Reduce a structure of any law, wrinkling film included, to a few coordinates and a few weighted elements.
 
@@ -165,7 +166,7 @@ def hyper_reduce(
         checks.between("lost", share, 0.0, 1.0)
     checks.between("tolerance", tolerance, 0.0, 1.0)
     checks.whole("training_states", training_states, 2)
-    runs = list(data) if isinstance(data, list | tuple) else [data]
+    runs: list[Any] = list(data) if isinstance(data, list | tuple) else [data]
     if not runs or not all(isinstance(run, xr.Dataset) for run in runs):
         raise InputError(f"data: expected the Dataset of a run with stored fields (run.data) or several, got {data!r}")
     if state.model.rigid_freedom:
