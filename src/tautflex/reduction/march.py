@@ -19,6 +19,8 @@ _SLOW = 0.2
 _SCALE_FLOOR = 1e-3
 _EPSILON = 2.220446049250313e-16
 _MOST_ITERATIONS = 40
+# Steps between two looks at the stability of an explicit method, and the part of its limit that is used.
+_CHECK_INTERVAL, _STABLE_SHARE = 32, 0.8
 
 
 class Coefficients(NamedTuple):
@@ -280,6 +282,23 @@ def explicit_step(plant: Plant, frame: Frame, row: int, size: float, work: Work)
 
 
 @jit
+def _stable(plant: Plant, frame: Frame, row: int, size: float, work: Work) -> bool:
+    """Whether central differences follow the stiffness, and the lagged damping, at the present state.
+
+    Coordinates are mass-normalised, so eigenvalues of the tangent are squared frequencies.
+    """
+    given, other = np.empty(plant.first.size), np.empty(work.q.size)
+    companion_forces(plant, frame, row, work.q, work.v, given, other)
+    stiffest = np.linalg.eigvalsh(tangent(plant, work.q, given))[-1]
+    moved = plant.viscous @ slopes(plant, work.q)
+    lagged = 0.0
+    for i in range(moved.shape[0]):
+        for j in range(moved.shape[1]):
+            lagged += moved[i, j] * moved[i, j]
+    return size * size * stiffest <= _STABLE_SHARE * 4.0 and size * lagged <= _STABLE_SHARE
+
+
+@jit
 def march(
     plant: Plant,
     frame: Frame,
@@ -309,6 +328,8 @@ def march_explicit(
 ) -> int:
     """As `march`, by central differences."""
     for n in range(rows.size):
+        if n % _CHECK_INTERVAL == 0 and not _stable(plant, frame, n, c.size, work):
+            return n
         if not explicit_step(plant, frame, n, c.size, work):
             return n
         _store(work, rows[n], stored)
