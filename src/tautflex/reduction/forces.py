@@ -83,8 +83,9 @@ class Frame(NamedTuple):
 
 @jit
 def add_product(factor: Array, vector: Array, result: Array) -> None:
-    """Add ``F'F vector`` to ``result``; F has a multiple of four rows, taken together to save memory traffic."""
-    for k in range(0, factor.shape[0], 4):
+    """Add ``F'F vector`` to ``result``; four rows of F at a time save memory traffic."""
+    fours = factor.shape[0] // 4 * 4
+    for k in range(0, fours, 4):
         f, g, h, e = factor[k], factor[k + 1], factor[k + 2], factor[k + 3]
         a, b, c, d = 0.0, 0.0, 0.0, 0.0
         for m in range(vector.size):
@@ -94,6 +95,12 @@ def add_product(factor: Array, vector: Array, result: Array) -> None:
             d += e[m] * vector[m]
         for m in range(vector.size):
             result[m] += a * f[m] + b * g[m] + c * h[m] + d * e[m]
+    for k in range(fours, factor.shape[0]):
+        f, a = factor[k], 0.0
+        for m in range(vector.size):
+            a += f[m] * vector[m]
+        for m in range(vector.size):
+            result[m] += a * f[m]
 
 
 @jit

@@ -14,7 +14,7 @@ from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.damping import Rayleigh
 from tautflex.reduction.basis import Basis, BasisVectors, ModalBasis
 from tautflex.reduction.forces import Plant
-from tautflex.reduction.monomials import monomial_rates, monomials, padded, pairs, stress_fields
+from tautflex.reduction.monomials import monomial_rates, monomials, pairs, stress_fields
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.pieces import Coefficients, Pieces, assemble, project
 from tautflex.solvers.prestress import PrestressedState
@@ -85,8 +85,8 @@ class ReducedModel(OnBasis):
         """Stress fields of the third-degree force, and of the companions' damping."""
         c, amplitude = self.coefficients, self.basis.amplitude
         return (
-            padded(stress_fields(0.25 * c.cubic, amplitude)),
-            padded(stress_fields(c.viscous, amplitude, _WEAK_DAMPING)),
+            stress_fields(0.25 * c.cubic, amplitude),
+            stress_fields(c.viscous, amplitude, _WEAK_DAMPING),
         )
 
     @property

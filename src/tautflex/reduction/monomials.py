@@ -79,8 +79,3 @@ def stress_fields(matrix: Array, amplitude: Array, weak: float = _WEAK_FIELD) ->
     if not np.any(matrix):
         keep[:] = False
     return np.ascontiguousarray((np.sqrt(values[keep])[:, None] * vectors.T[keep]) / size)
-
-
-def padded(fields: Array) -> Array:
-    """Rows of zeros added until their number is a multiple of four, as compiled products want it."""
-    return np.concatenate([fields, np.zeros((-len(fields) % 4, fields.shape[1]))])
