@@ -190,7 +190,7 @@ def compare(
 ) -> tuple[dict[str, tuple[float, float]], dict[str, Run], dict[str, object]]:
     """Residual energy and rms of each profile in the full model, the runs, and the maneuvers."""
     state = tf.solve_prestress(antenna())
-    rates = optimal_rates(tf.reduce(state, tf.ModalBasis(directions=("rx",))), turn, iterations)
+    rates = optimal_rates(tf.reduce(state, tf.ModalBasis(("rx",), threshold=2e-3)), turn, iterations)
     maneuvers = profiles(state, rates, turn)
     judged = {name: judge(state, maneuver, turn) for name, maneuver in maneuvers.items()}
     return {name: found[:2] for name, found in judged.items()}, {n: found[2] for n, found in judged.items()}, maneuvers

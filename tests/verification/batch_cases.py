@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 import tautflex as tf
 from tautflex.reduction.model import ReducedModel
 from tautflex.reduction.monomials import stress_fields
@@ -63,8 +65,8 @@ def changed_rom(rom: ReducedModel, numbers: dict[str, float]) -> ReducedModel:
         ),
     )
     # A single run leaves out weak stress fields for speed, a batch has no use for that; here it keeps them all.
-    c, amplitude = changed.coefficients, rom.basis.amplitude
-    changed.__dict__["_fields"] = tuple(stress_fields(matrix, amplitude, 0.0) for matrix in (0.25 * c.cubic, c.viscous))
+    c, alike = changed.coefficients, np.ones(rom.size)
+    changed.__dict__["_fields"] = tuple(stress_fields(matrix, alike, 0.0) for matrix in (0.25 * c.cubic, c.viscous))
     return changed
 
 
