@@ -8,7 +8,6 @@ import numpy as np
 
 import tautflex as tf
 from tautflex.reduction.model import ReducedModel
-from tautflex.reduction.monomials import stress_fields
 from tautflex.reduction.pieces import Moments, prestress_fields
 from tautflex.reduction.polynomial import HigherDegrees
 from tautflex.solvers.prestress import PrestressedState
@@ -51,7 +50,7 @@ def changed_rom(rom: ReducedModel, numbers: dict[str, float]) -> ReducedModel:
     for kind, part in pieces.inertia.items():
         rho = factor(numbers, f"density.{kind}")
         inertia[kind] = Moments(rho * part.pair, rho * part.first, rho * part.zeroth)
-    changed = replace(
+    return replace(
         rom,
         pieces=replace(
             pieces,
@@ -64,10 +63,6 @@ def changed_rom(rom: ReducedModel, numbers: dict[str, float]) -> ReducedModel:
             inertia=inertia,
         ),
     )
-    # A single run leaves out weak stress fields for speed, a batch has no use for that; here it keeps them all.
-    c, alike = changed.coefficients, np.ones(rom.size)
-    changed.__dict__["_fields"] = tuple(stress_fields(matrix, alike, 0.0) for matrix in (0.25 * c.cubic, c.viscous))
-    return changed
 
 
 def stop_of(numbers: dict[str, float]) -> tf.Stop:

@@ -16,7 +16,7 @@ from jax.scipy.sparse.linalg import cg
 from scipy.linalg import eigh
 
 from tautflex.batch.course import Course, Numbers, Spin
-from tautflex.batch.equation import Forces, Sample
+from tautflex.batch.equation import EachRun, Forces, Sample
 from tautflex.batch.library import jax
 from tautflex.batch.tables import collect, gather_table, multiply, shared_rows
 from tautflex.errors import UnsupportedError
@@ -60,6 +60,8 @@ class FullPlant:
         If the structure has nonlinear laws, can drift away or is too large for dense modes.
     """
 
+    side_by_side = False
+
     def __init__(self, state: PrestressedState) -> None:
         system = state.system
         _refuse(state)
@@ -92,7 +94,9 @@ class FullPlant:
             self._inertia[key] = _Inertia(self, course)
         return self._inertia[key]
 
-    def equation(self, numbers: Numbers, course: Course, coupling: Coupling, probes: ProbeSet) -> FullEquation:
+    def equation(
+        self, numbers: Numbers, each: EachRun, course: Course, coupling: Coupling, probes: ProbeSet
+    ) -> FullEquation:
         """Equation of one run."""
         return FullEquation(self, numbers, self.place_inertia(course), coupling, probes)
 

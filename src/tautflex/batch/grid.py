@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 
+from tautflex.batch.course import Course, Numbers, Spin
 from tautflex.batch.library import jax
 
 Array = jax.Array
@@ -68,3 +69,63 @@ def steps_of_run(breaks: Any, time_step: float, count: int, multiple: int = 1) -
     jump = jnp.zeros(edges.size, bool).at[number].set(fresh)
     before = jnp.sum(inside[:, None] < grid[None, :], axis=0)
     return Steps(start, edges - start, jump), jnp.arange(count) + before
+
+
+class Instants(NamedTuple):
+    """What a step has to know, shape (n,) each.
+
+    Parameters
+    ----------
+    size
+        Length [s].
+    real
+        Whether it has any.
+    spin
+        Motion where the forces are evaluated.
+    jump
+        Whether the motion may jump at the end.
+    change
+        By how much.
+    after
+        Motion at the end, behind the jump.
+    """
+
+    size: Array
+    real: Array
+    spin: Spin
+    jump: Array
+    change: Spin
+    after: Spin
+
+
+def spin_at(course: Course, numbers: Numbers, time: Any, inside: Any) -> Spin:
+    """Motion of one run as arrays; ``inside`` tells the stretch."""
+    return Spin(*(jnp.asarray(part, dtype=float) for part in course.spin(numbers, time, inside)))
+
+
+def instants(course: Course, numbers: Numbers, steps: Steps, time_step: float, evaluation: float) -> Instants:
+    """Motion of one run at its steps.
+
+    Parameters
+    ----------
+    course, numbers
+        Maneuver and its numbers.
+    steps
+        Some steps of the run.
+    time_step
+        Nominal step [s].
+    evaluation
+        Part of the step after which the forces are evaluated.
+    """
+    slack = SLACK * time_step
+
+    def of(start: Array, size: Array, jump: Array) -> Instants:
+        real = size > slack
+        edge = start + size
+        middle = jnp.minimum(start + 0.5 * size, edge - slack)
+        spin = spin_at(course, numbers, start + evaluation * jnp.where(real, size, time_step), middle)
+        after = spin_at(course, numbers, edge, edge + slack)
+        change = after.minus(spin_at(course, numbers, edge, middle))
+        return Instants(size, real, spin, jump, change, after)
+
+    return jax.vmap(of)(*steps)

@@ -1,23 +1,22 @@
-"""The reduced model as pure functions: coefficients are assembled from its pieces once per run [theory.md 10]."""
+"""The reduced model for many runs side by side: the run is the last axis of every array [theory.md 10]."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax.numpy as jnp
-import numpy as np
+from jax import lax
 
+from tautflex.batch.coefficients import Assembly, Coefficients, Fields
 from tautflex.batch.course import Course, Numbers, Spin
-from tautflex.batch.equation import Forces, Sample
+from tautflex.batch.equation import EachRun, Forces, Sample
 from tautflex.batch.library import jax
+from tautflex.batch.products import Monomials, norm, product, refined, transposed
 from tautflex.mechanics.damping import Rayleigh
-from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.maneuvers import unit_axis
 from tautflex.reduction.model import ReducedModel
-from tautflex.reduction.monomials import pairs
-from tautflex.reduction.pieces import Coefficients, Factors, assemble
+from tautflex.reduction.pieces import Factors
 from tautflex.solvers.probes import ProbeSet
 
 Array = jax.Array
@@ -34,89 +33,126 @@ class ReducedPlant:
         Reduced model.
     """
 
+    side_by_side = True
+
     def __init__(self, rom: ReducedModel) -> None:
         self.rom, self.state, self.size = rom, rom.state, rom.size
         self.secants = _SECANTS
         self.kinds = tuple(rom.pieces.elastic)
-        first, second = pairs(rom.size)
         # Second-degree forces of a flat structure are round-off.
         self.curved = rom.plant(Rayleigh()).quadratic.size > 0
-        self.pick = jnp.asarray(np.eye(rom.size)[np.concatenate([first, second])])
+        self.cubic, self.viscous = (Fields.of(part, rom.basis.amplitude) for part in rom.fields)
+        self.monomials = Monomials(rom.size)
+        self._assemblies: dict[Any, Assembly] = {}
 
-    def equation(self, numbers: Numbers, course: Course, coupling: Coupling, probes: ProbeSet) -> ReducedEquation:
-        """Equation of one run."""
-        return ReducedEquation(self, numbers, course, coupling, probes)
+    def assembly(self, course: Course) -> Assembly:
+        """What coefficients are weighed from, for the axis of a maneuver."""
+        key = course.axis, course.origin
+        if key not in self._assemblies:
+            self._assemblies[key] = Assembly(self.rom, course.axis, course.origin, self.cubic, self.viscous)
+        return self._assemblies[key]
+
+    def equation(
+        self, numbers: Numbers, each: EachRun, course: Course, coupling: Coupling, probes: ProbeSet
+    ) -> ReducedEquation:
+        """Equation of all runs."""
+        assembly, basis = self.assembly(course), self.rom.basis
+        companions = jnp.asarray((probes.map @ basis.companions.T).T)
+
+        def weigh(numbers: Numbers) -> tuple[Any, ...]:
+            # Its fields are arrays of the library it was assembled with.
+            c = assembly(_factors(numbers, self.kinds), companions, jnp)
+            alpha, beta = numbers["damping.alpha"], numbers["damping.beta"]
+            modes = _natural_modes(lax.stop_gradient(c.mass), lax.stop_gradient(c.linear))
+            damping = jnp.asarray(alpha), jnp.asarray(beta), alpha * c.mass + beta * c.linear
+            traces = (
+                self.monomials.trace(fields.full(a)) for fields, a in ((self.cubic, c.cubic), (self.viscous, c.viscous))
+            )
+            return c, damping, modes, (*traces, jnp.max(jnp.sum(jnp.abs(jnp.linalg.inv(c.mass)), axis=0)))
+
+        c, damping, modes, bounds = each(weigh)(numbers)
+        same = _same_for_all(assembly, each)
+        c = Coefficients(*(part[..., 0] if name in same else part for name, part in zip(c._fields, c, strict=True)))
+        alone = each.runs == 1
+        if alone:
+            damping = (*damping[:2], damping[2][..., 0])
+        if alone or {"mass", "linear"} <= same:
+            modes = (modes[0][..., 0], modes[1][:, :1])
+        kept = jnp.asarray(probes.map @ basis.kept.T)
+        return ReducedEquation(self, c, damping, modes, bounds, coupling, assembly.absent, kept)
+
+
+def _factors(numbers: Numbers, kinds: tuple[str, ...]) -> Factors:
+    def by_kind(name: str) -> dict[str, Any]:
+        return {kind: numbers[f"{name}.{kind}"] for kind in kinds if f"{name}.{kind}" in numbers}
+
+    return Factors(
+        numbers.get("tension_x", 1.0), numbers.get("tension_y", 1.0), by_kind("youngs_modulus"), by_kind("density")
+    )
+
+
+def _same_for_all(assembly: Assembly, each: EachRun) -> frozenset[str]:
+    """Names of the coefficients that do not differ from run to run."""
+    if each.runs == 1:
+        return frozenset(Coefficients._fields)
+    differ: frozenset[str] = frozenset()
+    if any(name.startswith(("tension", "youngs")) for name in each.differ):
+        differ |= assembly.by_stiffness
+    if any(name.startswith("density") for name in each.differ):
+        differ |= assembly.by_density
+    # Readings were not part of the comparison; they follow the companions.
+    if differ:
+        differ |= {"follow", "held", "load"}
+    return frozenset(Coefficients._fields) - differ
+
+
+def _natural_modes(mass: Array, stiffness: Array) -> tuple[Array, Array]:
+    """Mass-normalised modes as columns and squares of their frequencies."""
+    lower = jnp.linalg.cholesky(mass)
+    half = jax.scipy.linalg.solve_triangular(lower, stiffness, lower=True)
+    squares, turn = jnp.linalg.eigh(jax.scipy.linalg.solve_triangular(lower, half.T, lower=True))
+    return jax.scipy.linalg.solve_triangular(lower.T, turn, lower=False), squares
 
 
 class ReducedEquation:
-    """Equation of motion of the coordinates of one run; see :mod:`tautflex.reduction.march` for its terms.
+    """Equations of motion of the coordinates of all runs; see :mod:`tautflex.reduction.march` for the terms.
 
     Parameters
     ----------
     plant
         Reduced model.
-    numbers
-        Factors and damping, possibly traced.
-    course
-        Maneuver.
+    c
+        Coefficients; those that all runs share lack the last axis.
+    damping
+        Rayleigh's alpha and beta, shape (runs,), and the damping matrix.
+    modes
+        Natural modes as columns, and squares of their frequencies.
+    bounds
+        Traces of the two parts of the tangent as quadratic forms, shape (r, r, runs), and the norm of the inverse of
+        the mass matrix, shape (runs,).
     coupling
         Switches of the rotating-frame terms.
-    probes
-        Measuring points.
+    absent
+        Names of coefficients that are zero.
+    kept
+        Readings of the coordinates, shape (n, r).
     """
 
     def __init__(
-        self, plant: ReducedPlant, numbers: Numbers, course: Course, coupling: Coupling, probes: ProbeSet
+        self,
+        plant: ReducedPlant,
+        c: Coefficients,
+        damping: tuple[Array, Array, Array],
+        modes: tuple[Array, Array],
+        bounds: tuple[Array, Array, Array],
+        coupling: Coupling,
+        absent: frozenset[str],
+        kept: Array,
     ) -> None:
-        self.size, self._plant, self._coupling = plant.size, plant, coupling
-        spin, origin = cross_matrix(unit_axis(course.axis)), np.asarray(course.origin, dtype=float)
-        self._alpha, self._beta = numbers["damping.alpha"], numbers["damping.beta"]
-
-        def by_kind(name: str) -> dict[str, Any]:
-            return {kind: numbers[f"{name}.{kind}"] for kind in plant.kinds if f"{name}.{kind}" in numbers}
-
-        factors = Factors(
-            numbers.get("tension_x", 1.0),
-            numbers.get("tension_y", 1.0),
-            by_kind("youngs_modulus"),
-            by_kind("density"),
-        )
-        # Its fields are arrays of the library it was assembled with.
-        c: Any = assemble(plant.rom.pieces, factors, jnp)
-        self._c = c
-        self._count = c.cubic.shape[0]
-        self._pick = plant.pick
-        self._mass_inverse = jnp.linalg.inv(c.mass)
-        self._modes = _natural_modes(jax.lax.stop_gradient(c.mass), jax.lax.stop_gradient(c.linear))
-        self._cubic, self._viscous = 0.25 * c.cubic, self._beta * c.viscous
-        turn = [_turning(c, weight, origin) for weight in (spin, spin @ spin)]
-        self._turn = turn
-        self._damping = self._alpha * c.mass + self._beta * c.linear
-        self._load, self._follow = [part.load for part in turn], [part.follow for part in turn]
-        basis = plant.rom.basis
-        self._kept = jnp.asarray((probes.map @ basis.kept.T).T)
-        self._companions = jnp.asarray((probes.map @ basis.companions.T).T)
-
-    def _monomials(self, q: Array) -> Array:
-        """Products ``q_i q_j``, i <= j; selection by small matrices is faster than by index, here and on a GPU."""
-        both = self._pick @ q
-        return both[: self._count] * both[self._count :]
-
-    def _pairs(self, q: Array, v: Array) -> tuple[Array, Array, Array]:
-        """Monomials, their rates, and the factors ``(q_j, q_i)`` of every monomial."""
-        m = self._count
-        place, rate = self._pick @ q, self._pick @ v
-        swapped = jnp.concatenate([place[m:], place[:m]])
-        both = rate * swapped
-        return place[:m] * place[m:], both[:m] + both[m:], swapped
-
-    def _applied(self, s: Array, swapped: Array) -> Array:
-        """Force ``Y' s`` of stresses that work on the monomials."""
-        return (jnp.concatenate([s, s]) * swapped) @ self._pick
-
-    def _scales(self, spin: Spin) -> tuple[Any, Any]:
-        on = float(self._coupling.inertial_load)
-        return on * spin.acceleration, on * spin.square
+        self.size, self._plant, self._c, self._coupling, self._absent = plant.size, plant, c, coupling, absent
+        self._alpha, self._beta, self._damping = damping
+        (self._phi, self._squares), self._bounds = modes, bounds
+        self._monomials, self._kept = plant.monomials, kept
 
     def _weights(self, spin: Spin) -> tuple[Any, Any, Any]:
         """Factors of the gyroscopic, Euler and centrifugal terms."""
@@ -127,98 +163,168 @@ class ReducedEquation:
             spin.square * float(c.centrifugal),
         )
 
-    def predicted(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array]:
-        """Force and stress of the moving frame that go through the companions, as the single run takes them."""
-        gyro, turn, pull = self._weights(spin)
-        euler, square = self._scales(spin)
-        y, rate, _ = self._pairs(q, v)
-        first, second = self._turn
-        force = (gyro * rate + turn * y) @ first.back + pull * (y @ second.back)
-        stress = first.companions @ (gyro * v + turn * q) + pull * (second.companions @ q)
-        return force, stress + euler * self._load[0][self.size :] + square * self._load[1][self.size :]
+    def _load(self, spin: Spin) -> Array:
+        """Load on coordinates, then on monomials, shape (r + m, runs)."""
+        on = float(self._coupling.inertial_load)
+        first, second = (_column(part) for part in self._c.load)
+        return on * spin.acceleration * first + on * spin.square * second
 
-    def _on_coordinates(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array]:
-        """Force of the moving frame on the coordinates themselves, and its load."""
+    def predicted(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array, Array]:
+        """Load, and stress and force that go through the companions, as the single run takes them.
+
+        Where nothing turns they are not computed.
+        """
+        m = len(self._monomials.first)
+        nothing = jnp.zeros_like(q), jnp.zeros((m, *q.shape[1:])), jnp.zeros_like(q)
+        turning = jnp.any(spin.rate != 0.0) | jnp.any(spin.acceleration != 0.0) | jnp.any(spin.square != 0.0)
+        return lax.cond(turning, self._companions, lambda q, v, spin: nothing, q, v, spin)
+
+    def _companions(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array, Array]:
         gyro, turn, pull = self._weights(spin)
-        euler, square = self._scales(spin)
-        load = euler * self._load[0][: self.size] + square * self._load[1][: self.size]
-        first, second = self._turn
-        return load + first.own @ (gyro * v + turn * q) + pull * (second.own @ q), load
+        load = self._load(spin)
+        stress, force = load[self.size :], jnp.zeros_like(q)
+        y, rate = self._monomials.values(q), self._monomials.rates(q, v)
+        if "companions_turn" not in self._absent:
+            matrix = self._c.companions_turn
+            stress += product(matrix, gyro * v + turn * q)
+            # M(S) is skew, M(S^2) symmetric.
+            force -= product(transposed(matrix), gyro * rate + turn * y)
+        if "companions_pull" not in self._absent:
+            matrix = self._c.companions_pull
+            stress += pull * product(matrix, q)
+            force += pull * product(transposed(matrix), y)
+        return load[: self.size] + force, stress, load[: self.size]
+
+    def _turning(self, q: Array, v: Array, spin: Spin) -> Array:
+        """Gyroscopic, Euler and centrifugal force on the coordinates themselves."""
+        gyro, turn, pull = self._weights(spin)
+        force = jnp.zeros_like(q)
+        if "turn" not in self._absent:
+            force += product(self._c.turn, gyro * v + turn * q)
+        if "pull" not in self._absent:
+            force += pull * product(self._c.pull, q)
+        return force
 
     def frame(self, q: Array, v: Array, spin: Spin) -> Array:
-        """Part of the forces that jumps with the motion, shape (r,)."""
-        force, stress = self.predicted(q, v, spin)
-        return force + self._on_coordinates(q, v, spin)[0] + self._applied(stress, self._pairs(q, v)[2])
+        """Part of the forces that jumps with the motion, shape (r, runs)."""
+        force, stress, _ = self.predicted(q, v, spin)
+        return force + self._turning(q, v, spin) + self._monomials.force(stress, q)
 
-    def forces(self, q: Array, v: Array, spin: Spin, predicted: tuple[Array, Array]) -> Forces:
+    def _stress(self, y: Array) -> Array:
+        return _through(self._plant.cubic, self._c.cubic, y)
+
+    def internal(self, q: Array, v: Array, predicted: tuple[Array, Array, Array]) -> Array:
+        """Internal force, that of the companions and their damping included, shape (r, runs)."""
+        y, rate = self._monomials.values(q), self._monomials.rates(q, v)
+        stress = predicted[1] + self._stress(y)
+        stress += _through(self._plant.viscous, self._c.viscous, self._beta * rate)
+        force = product(self._c.linear, q) + self._monomials.force(stress, q)
+        return force + product(self._c.quadratic, y) if self._plant.curved else force
+
+    def forces(self, q: Array, v: Array, spin: Spin, predicted: tuple[Array, Array, Array]) -> Forces:
         """All forces but inertia; the internal norm counts what the companions feel, as the single run does."""
-        c, (force, stress) = self._c, predicted
-        y, rate, swapped = self._pairs(q, v)
-        internal = c.linear @ q + self._applied(stress + self._cubic @ y + self._viscous @ rate, swapped)
-        if self._plant.curved:
-            internal += c.quadratic @ y
-        turning, load = self._on_coordinates(q, v, spin)
-        total = internal + force + turning + self._damping @ v
-        return Forces(total, jnp.linalg.norm(internal), jnp.linalg.norm(load))
+        internal = self.internal(q, v, predicted)
+        return Forces(internal + self.around(q, v, spin, predicted), norm(internal), norm(predicted[2]))
+
+    def around(self, q: Array, v: Array, spin: Spin, predicted: tuple[Array, Array, Array]) -> Array:
+        """All forces but inertia and internal ones, shape (r, runs)."""
+        return predicted[0] + self._turning(q, v, spin) + product(self._damping, v)
 
     def mass(self, a: Array) -> Array:
-        """Mass times acceleration, shape (r,)."""
-        return self._c.mass @ a
-
-    def mass_solve(self, force: Array) -> Array:
-        """Acceleration of a force, shape (r,)."""
-        return self._mass_inverse @ force
+        """Mass times acceleration, shape (r, runs)."""
+        return product(self._c.mass, a)
 
     def inverse(self, mass: Any, damping: Any, stiffness: Any) -> Callable[[Array], Array]:
         """Inverse of ``mass M + damping C + stiffness K`` at the reference."""
-        phi, squares = self._modes
-        diagonal = mass + damping * self._alpha + (stiffness + damping * self._beta) * squares
-        return lambda r: phi @ ((r @ phi) / diagonal)
+        diagonal = mass + damping * self._alpha + (stiffness + damping * self._beta) * self._squares
+        phi = self._phi
+        return lambda r: product(phi, product(transposed(phi), r) / diagonal)
+
+    def mass_solve(self, force: Array) -> Array:
+        """Acceleration of a force, shape (r, runs)."""
+        inverse = self.inverse(1.0, 0.0, 0.0)
+        return lax.custom_linear_solve(self.mass, force, lambda _, f: inverse(f), lambda _, f: inverse(f))
+
+    def end_acceleration(self, force: Array, half: Any, spin: Spin) -> Array:
+        """Solution a of ``(M + half (C + G)) a = force``, shape (r, runs)."""
+        gyro, _, _ = self._weights(spin)
+        without = self.inverse(1.0, half, 0.0)
+
+        def left(a: Array) -> Array:
+            result = self.mass(a) + half * product(self._damping, a)
+            return result if "turn" in self._absent else result + half * gyro * product(self._c.turn, a)
+
+        def solve(left: Callable[[Array], Array], force: Array) -> Array:
+            if "turn" in self._absent:
+                return without(force)
+            # The gyroscopic part is small: half a step times the rate.
+            return refined(left, without, force)
+
+        return lax.custom_linear_solve(left, force, solve, solve)
+
+    def follows(self, size: float, share: float, q: Array, predicted: tuple[Array, Array, Array]) -> Array:
+        """Whether a share of the limit of central differences lets steps of a size follow the stiffness at q.
+
+        Traces bound the eigenvalues; only where that is not enough the tangent is looked at. Likewise the companions'
+        damping, which is taken from the predicted velocity and must not reverse it.
+        """
+        q, predicted = lax.stop_gradient((q, predicted))
+        cubic, viscous, heaviness = lax.stop_gradient(self._bounds)
+        limit = share * 4.0 / size**2
+        stress = predicted[1] + self._stress(self._monomials.values(q))
+        bound = jnp.max(self._squares, axis=0) + heaviness * (
+            jnp.sum(q * product(cubic, q), axis=0) + jnp.sqrt(2.0) * norm(stress)
+        )
+        near = ~(bound <= limit)
+        if self._plant.curved:
+            near = jnp.ones_like(near)
+        soft = lax.cond(jnp.any(near), lambda: self._softer(limit, q, predicted), lambda: jnp.ones_like(near))
+        lagging = size * self._beta * jnp.sum(q * product(viscous, q), axis=0)
+        return (soft | ~near) & (lagging <= share)
+
+    def _softer(self, limit: float, q: Array, predicted: tuple[Array, Array, Array]) -> Array:
+        """Whether ``limit M`` less the tangent stiffness at q is positive definite."""
+
+        def force(q: Array) -> Array:
+            return self.internal(q, jnp.zeros_like(q), predicted)
+
+        units = jnp.eye(self.size)[:, :, None] * jnp.ones(q.shape[1:])
+        tangents = jax.vmap(lambda unit: jax.jvp(force, (q,), (unit,))[1])(units)
+        masses = jax.vmap(self.mass)(units)
+        return jnp.all(jnp.isfinite(jnp.linalg.cholesky(jnp.moveaxis(limit * masses - tangents, -1, 0))), axis=(1, 2))
 
     def sample(self, q: Array, v: Array, spin: Spin, store: tuple[str, ...]) -> Sample:
         """What is stored of an instant."""
         c, found = self._c, Sample()
-        y = self._monomials(q)
+        y = self._monomials.values(q)
         if "displacement" in store:
-            euler, square = self._scales(spin)
-            follow = c.follow_quadratic @ y + euler * self._follow[0] + square * self._follow[1]
-            found["displacement"] = (q @ self._kept + follow @ self._companions).reshape(-1, 3)
+            on = float(self._coupling.inertial_load)
+            first, second = (_column(part) for part in c.held)
+            held = on * spin.acceleration * first + on * spin.square * second
+            found["displacement"] = _points(self._kept @ q + product(c.follow, y) + held)
         if "velocity" in store:
-            follow = c.follow_quadratic @ self._pairs(q, v)[1]
-            found["velocity"] = (v @ self._kept + follow @ self._companions).reshape(-1, 3)
+            found["velocity"] = _points(self._kept @ v + product(c.follow, self._monomials.rates(q, v)))
         if "energy" in store:
-            strain = 0.5 * q @ c.linear @ q + q @ (c.quadratic @ y) / 3.0 + 0.5 * y @ self._cubic @ y
-            found["energy"] = jnp.stack([0.5 * v @ c.mass @ v, strain])
+            strain = 0.5 * jnp.sum(q * product(c.linear, q), axis=0)
+            strain += 0.5 * jnp.sum(y * self._stress(y), axis=0)
+            if self._plant.curved:
+                strain += jnp.sum(q * product(c.quadratic, y), axis=0) / 3.0
+            found["energy"] = jnp.stack([0.5 * jnp.sum(v * self.mass(v), axis=0), strain])
         return found
 
 
-class _Turning(NamedTuple):
-    """``M(Z)`` of the coordinates, between companions and coordinates both ways, and what the load Z does."""
-
-    own: Array
-    companions: Array
-    back: Array
-    load: Array
-    follow: Array
+def _column(vector: Array) -> Array:
+    """A vector per run, or one for all as a column."""
+    return vector[:, None] if vector.ndim == 1 else vector
 
 
-def _turning(c: Coefficients, weight: np.ndarray, origin: np.ndarray) -> _Turning:
-    """Terms of one matrix Z; the frame's origin is at ``-origin`` from the line it turns about."""
-    push = -weight @ origin
-    first = jnp.concatenate([c.first, c.first_stress], axis=2)
-    zeroth = jnp.concatenate([c.zeroth, c.zeroth_stress], axis=1)
-    return _Turning(
-        jnp.einsum("ab,abij->ij", weight, c.turning),
-        jnp.einsum("ab,abkj->kj", weight, c.turning_companions),
-        jnp.einsum("ab,bakj->kj", weight, c.turning_companions),
-        jnp.einsum("ab,abi->i", weight, first) + push @ zeroth,
-        jnp.einsum("ab,abi->i", weight, c.follow_first) + push @ c.follow_zeroth,
-    )
+def _points(readings: Array) -> Array:
+    """Readings of three components per probe: (n, runs) -> (probe, 3, runs)."""
+    return readings.reshape(-1, 3, *readings.shape[1:])
 
 
-def _natural_modes(mass: Array, stiffness: Array) -> tuple[Array, Array]:
-    """Mass-normalised modes as columns and squares of their frequencies."""
-    lower = jnp.linalg.cholesky(mass)
-    half = jax.scipy.linalg.solve_triangular(lower, stiffness, lower=True)
-    squares, turn = jnp.linalg.eigh(jax.scipy.linalg.solve_triangular(lower, half.T, lower=True))
-    return jax.scipy.linalg.solve_triangular(lower.T, turn, lower=False), squares
+def _through(fields: Any, matrix: Array, y: Array) -> Array:
+    """``F' A F y``."""
+    if fields.shape is None:
+        return product(matrix, y)
+    return fields.shape.T @ product(matrix, fields.shape @ y)

@@ -1,4 +1,4 @@
-"""One run as a pure function of its numbers."""
+"""Runs as a pure function of their numbers."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any, NamedTuple, Protocol
 import jax.numpy as jnp
 from jax import lax
 
-from tautflex.batch.course import Course, Numbers, spin_of
-from tautflex.batch.equation import STORED, Equation, Plant, Sample
-from tautflex.batch.grid import SLACK, Steps, steps_of_run
+from tautflex.batch.course import Course, Numbers, Spin, spin_of
+from tautflex.batch.equation import STORED, EachRun, Plant, Sample
+from tautflex.batch.grid import SLACK, Instants, Steps, instants, spin_at, steps_of_run
 from tautflex.batch.implicit import static_start
 from tautflex.batch.library import jax
 from tautflex.motion.coupling import Coupling
@@ -18,8 +18,6 @@ from tautflex.solvers.probes import ProbeSet
 
 Array = jax.Array
 
-# Reverse derivatives keep the state at the ends of blocks of so many steps and walk through one block at a time again.
-_BLOCK = 64
 _START_TOLERANCE = 1e-10
 
 
@@ -52,13 +50,22 @@ class Response(NamedTuple):
 
 
 class Walk(Protocol):
-    """Steps of one run."""
+    """Steps of a run, or of many."""
 
-    def start(self, q: Array, v: Array) -> Any:
+    block: int
+    """Steps between two checks; reverse derivatives keep the state there and walk through one block at a time again."""
+    evaluation: float
+    """Part of a step after which its forces are evaluated."""
+
+    def start(self, q: Array, v: Array, spin: Spin) -> Any:
         """State at t = 0; has ``q``, ``v``, ``alive`` and ``iterations``."""
         ...
 
-    def step(self, at: Any, step: Steps) -> Any:
+    def check(self, at: Any, first: Instants) -> Any:
+        """What is looked at only now and then, before the step given."""
+        ...
+
+    def step(self, at: Any, step: Instants) -> Any:
         """One step."""
         ...
 
@@ -72,9 +79,9 @@ def response_function(
     count: int,
     velocity: Any,
     store: tuple[str, ...],
-    walk_of: Callable[[Equation, Numbers], Walk],
-) -> Callable[[Numbers], Response]:
-    """Pure function from numbers to the record of a run.
+    walk_of: Callable[[Any], Walk],
+) -> Callable[[Numbers, EachRun], Response]:
+    """Pure function from numbers to the record of a run, or of many side by side.
 
     Parameters
     ----------
@@ -93,43 +100,65 @@ def response_function(
     store
         Names of `STORED`.
     walk_of
-        Makes the steps of a run from its equation and the numbers of its maneuver.
+        Makes the steps from an equation.
 
     Returns
     -------
     callable
+        Its result has the runs as last axis.
     """
+    # Blocks of equal length, so that few steps without length are added.
+    longest = count + jax.eval_shape(course.breaks, course.numbers).shape[0]
 
-    def respond(numbers: Numbers) -> Response:
-        turn = {name: numbers[f"maneuver.{name}"] for name in course.numbers}
-        equation = plant.equation(numbers, course, coupling, probes)
-        walk = walk_of(equation, turn)
-        q, found = jnp.zeros(plant.size), jnp.ones((), bool)
+    def respond(numbers: Numbers, each: EachRun) -> Response:
+        def turn(numbers: Numbers) -> Numbers:
+            return {name: numbers[f"maneuver.{name}"] for name in course.numbers}
+
+        equation = plant.equation(numbers, each, course, coupling, probes)
+        walk = walk_of(equation)
+        block = -(-longest // -(-longest // walk.block))
+        shape = (plant.size,) if each.runs is None else (plant.size, each.runs)
+        q, found = jnp.zeros(shape), jnp.ones(shape[1:], bool)
         if course.start is not None:
-            q, found = static_start(equation, spin_of(course.start(turn), 0.0), _START_TOLERANCE, plant.secants)
-        at = walk.start(q, jnp.asarray(velocity))
+            start = course.start
+            rate = each(lambda numbers: jnp.asarray(start(turn(numbers)), dtype=float))(numbers)
+            q, found = static_start(equation, spin_of(rate, 0.0), _START_TOLERANCE, plant.secants, shape)
+        begin = each(lambda numbers: spin_at(course, turn(numbers), 0.0, SLACK * time_step))(numbers)
+        at = walk.start(q, jnp.asarray(velocity).reshape(-1, *(1 for _ in shape[1:])) + jnp.zeros(shape), begin)
         at = at._replace(alive=at.alive & found)
 
-        def sample(at: Any, time: Array, after: Array) -> Sample:
-            record = equation.sample(at.q, at.v, course.spin(turn, time, after), store)
-            return {name: jnp.where(at.alive, part, jnp.nan) for name, part in record.items()}
+        def sample(q: Array, v: Array, alive: Array, spin: Spin) -> Sample:
+            record = equation.sample(q, v, spin, store)
+            return {name: jnp.where(alive, part, jnp.nan) for name, part in record.items()}
 
-        def step(at: Any, this: Steps) -> tuple[Any, Sample]:
+        def step(at: Any, this: Instants) -> tuple[Any, tuple[Array, Array, Array]]:
             at = walk.step(at, this)
-            edge = this.start + this.size
-            return at, sample(at, edge, edge + SLACK * time_step)
+            return at, (at.q, at.v, at.alive)
 
-        block = min(_BLOCK, count)
-        steps, place = steps_of_run(course.breaks(turn), time_step, count, block)
-        blocks = Steps(*(part.reshape(-1, block) for part in steps))
-        first = sample(at, jnp.zeros(()), jnp.asarray(SLACK * time_step))
-        last, record = lax.scan(jax.checkpoint(lambda at, some: lax.scan(jax.checkpoint(step), at, some)), at, blocks)
-        parts = {
-            name: jnp.concatenate([begin[None], record[name].reshape(-1, *begin.shape)[place]])
-            for name, begin in first.items()
-        }
+        def walk_block(at: Any, steps: Steps) -> tuple[Any, Sample]:
+            # What depends on time alone, and what is read from states, is done for all steps of a block at once.
+            these = each(lambda numbers, steps: instants(course, turn(numbers), steps, time_step, walk.evaluation))(
+                numbers, steps
+            )
+            at = walk.check(at, jax.tree.map(lambda part: part[0], these))
+            at, states = lax.scan(jax.checkpoint(step), at, these)
+            return at, jax.vmap(sample)(*states, these.after)
+
+        steps, place = each(lambda numbers: steps_of_run(course.breaks(turn(numbers)), time_step, count, block))(
+            numbers
+        )
+        blocks = Steps(*(part.reshape(-1, block, *shape[1:]) for part in steps))
+        first = sample(at.q, at.v, at.alive, begin)
+        last, record = lax.scan(jax.checkpoint(walk_block), at, blocks)
+
+        def on_grid(begin: Array, values: Array) -> Array:
+            values = values.reshape(-1, *begin.shape)
+            return jnp.concatenate([begin[None], each(lambda _, values, place: values[place])(numbers, values, place)])
+
+        parts = {name: on_grid(begin, record[name]) for name, begin in first.items()}
         times = time_step * jnp.arange(count + 1)
-        end = jnp.asarray(course.end(turn))
+        times = jnp.broadcast_to(times.reshape(-1, *(1 for _ in shape[1:])), (count + 1, *shape[1:]))
+        end = each(lambda numbers: jnp.asarray(course.end(turn(numbers)), dtype=float))(numbers)
         stored = {name: parts.get(name) for name in STORED}
         return Response(times, converged=last.alive, iterations=last.iterations, maneuver_end=end, **stored)
 

@@ -11,8 +11,10 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
+from tautflex.batch.chunks import ChunkRunner, usual_chunk
 from tautflex.batch.course import Course, Numbers, course_of
-from tautflex.batch.equation import STORED, Equation, Plant
+from tautflex.batch.equation import STORED, EachRun, Plant
+from tautflex.batch.explicit import ExplicitWalk
 from tautflex.batch.full import FullPlant
 from tautflex.batch.implicit import ImplicitWalk
 from tautflex.batch.library import jax
@@ -27,16 +29,12 @@ from tautflex.motion.kinematics import Maneuver
 from tautflex.motion.maneuvers import AtRest
 from tautflex.reduction.model import ReducedModel
 from tautflex.solvers.arguments import InitialVelocity, check_parts, start_velocity, step_count
+from tautflex.solvers.central_difference import CentralDifference
 from tautflex.solvers.integrator import ImplicitMethod
 from tautflex.solvers.prestress import PrestressedState
 from tautflex.solvers.probes import ProbeSet, place_probes
 from tautflex.solvers.status import Status
 from tautflex.solvers.wilson import WilsonTheta
-
-# Runs that are computed side by side unless told otherwise: on a processor what fits the cache of a core, on a GPU what
-# keeps it busy; (full, reduced).
-_CHUNK = {"cpu": (16, 128)}
-_CHUNK_ELSEWHERE = (64, 4096)
 
 
 class Batch:
@@ -62,13 +60,13 @@ class Batch:
             raise InputError(f"plant: expected a prestressed state or a reduced model, got {plant!r}")
         self._plant: Plant = ReducedPlant(plant) if isinstance(plant, ReducedModel) else FullPlant(plant)
         self._state = self._plant.state
-        self._compiled: dict[Hashable, Callable[..., Response]] = {}
+        self._run = ChunkRunner(self._plant.side_by_side)
 
     def response(
         self,
         maneuver: Maneuver | None = None,
         *,
-        method: ImplicitMethod | None = None,
+        method: ImplicitMethod | CentralDifference | None = None,
         time_step: float,
         end_time: float,
         damping: Rayleigh | None = None,
@@ -116,7 +114,10 @@ class Batch:
 
         def respond(parameters: Mapping[str, Any]) -> Response:
             check_names(parameters, self._plant.kinds, course)
-            return function({**defaults, **parameters})
+            numbers = {**defaults, **parameters}
+            if not self._plant.side_by_side:
+                return function(numbers, EachRun())
+            return jax.tree.map(lambda part: part[..., 0], function(numbers, EachRun(1)))
 
         return respond
 
@@ -125,7 +126,7 @@ class Batch:
         parameters: Mapping[str, ArrayLike],
         maneuver: Maneuver | None = None,
         *,
-        method: ImplicitMethod | None = None,
+        method: ImplicitMethod | CentralDifference | None = None,
         time_step: float,
         end_time: float,
         damping: Rayleigh | None = None,
@@ -187,44 +188,20 @@ class Batch:
         arrays, axes, runs = checked_numbers(parameters, self._plant.kinds, course)
         _check_maneuvers(maneuver, arrays, axes, runs)
         numbers = {**{name: np.asarray(value, dtype=float) for name, value in defaults.items()}, **arrays}
-        every = {name: axes.get(name) for name in numbers}
-        usual = _CHUNK.get(jax.default_backend(), _CHUNK_ELSEWHERE)[int(isinstance(self._plant, ReducedPlant))]
+        differ = frozenset(name for name, axis in axes.items() if axis == 0)
+        usual = usual_chunk(runs, self._plant.side_by_side)
         at_once = min(runs, usual if chunk is None else checks.whole("chunk", chunk, 1))
-        record = self._run_chunks(function, key, numbers, every, runs, at_once)
+        record = self._run(function, key, numbers, differ, runs, at_once)
         data = to_dataset(record, arrays, axes, runs, placed, method or WilsonTheta(), maneuver, time_step)
         failed = int(np.sum(data["status"].values != Status.COMPLETED.value))
         if failed and throw:
             raise NotConvergedError(f"{failed} of {runs} runs: {Status.NOT_CONVERGED.message}", result=data)
         return data
 
-    def _run_chunks(
-        self,
-        function: Callable[[Numbers], Response],
-        key: Hashable,
-        numbers: dict[str, NDArray[np.float64]],
-        axes: dict[str, int | None],
-        runs: int,
-        at_once: int,
-    ) -> Response:
-        """Compiled runs, ``at_once`` side by side; the last ones are filled up with copies."""
-        batched = frozenset(name for name, axis in axes.items() if axis == 0)
-        compiled = self._compiled.get((key, batched, frozenset(numbers)))
-        if compiled is None:
-            one = function if not batched else jax.vmap(function, in_axes=(axes,))
-            compiled = self._compiled[key, batched, frozenset(numbers)] = jax.jit(one)
-        if not batched:
-            return jax.tree.map(lambda part: np.asarray(part)[None], compiled(numbers))
-        parts = []
-        for first in range(0, runs, at_once):
-            rows = np.minimum(np.arange(first, first + at_once), runs - 1)
-            # Calls return before they are done, so that processor cores work on several chunks.
-            parts.append(compiled({name: value[rows] if name in batched else value for name, value in numbers.items()}))
-        return jax.tree.map(lambda *pieces: np.concatenate([np.asarray(piece) for piece in pieces])[:runs], *parts)
-
     def _function(
         self,
         maneuver: Maneuver | None,
-        method: ImplicitMethod | None,
+        method: ImplicitMethod | CentralDifference | None,
         time_step: float,
         end_time: float,
         damping: Rayleigh | None,
@@ -234,30 +211,23 @@ class Batch:
         initial_velocity: InitialVelocity,
         store: Sequence[str],
         tolerance: float | None,
-    ) -> tuple[Course, Numbers, Callable[[Numbers], Response], ProbeSet, Hashable]:
+    ) -> tuple[Course, Numbers, Callable[[Numbers, EachRun], Response], ProbeSet, Hashable]:
         """Course, default numbers, the run as a function of all numbers, probes, and the key of its compilation."""
         count = step_count(time_step, end_time, 1)
         maneuver, method = maneuver or AtRest(), method or WilsonTheta()
         damping, coupling = damping or Rayleigh(), coupling or Coupling()
         check_parts(maneuver, method, coupling, damping, None)
-        if not hasattr(method, "scheme") or method.scheme(1.0).average_stress:
-            raise UnsupportedError(
-                f"method: expected Newmark, HHT, GeneralizedAlpha or WilsonTheta in a batch, got {method!r}"
-            )
+        make, wanted = self._walks(method, time_step, tolerance)
         for name in store:
             checks.one_of("store", name, STORED)
-        wanted = checks.positive("tolerance", tolerance) if tolerance is not None else method.scheme(1.0).tolerance
         course = course_of(maneuver)
         placed = place_probes(self._state.system, probes or {}, probe_reading)
         velocity = start_velocity(self._state, initial_velocity)
         if isinstance(self._plant, ReducedPlant):
             velocity = self._plant.rom.coordinates(velocity)
 
-        def walk_of(equation: Equation, numbers: Numbers) -> Walk:
-            return ImplicitWalk(equation, method, course, numbers, time_step, wanted, self._plant.secants)
-
         function = response_function(
-            self._plant, course, coupling, placed, time_step, count, velocity, tuple(store), walk_of
+            self._plant, course, coupling, placed, time_step, count, velocity, tuple(store), make
         )
         defaults = {
             "damping.alpha": damping.alpha,
@@ -276,6 +246,26 @@ class Batch:
             tuple(store),
         )
         return course, defaults, function, placed, key
+
+    def _walks(
+        self, method: ImplicitMethod | CentralDifference, time_step: float, tolerance: float | None
+    ) -> tuple[Callable[[Any], Walk], float]:
+        """What makes the steps of an equation, and the tolerance they meet."""
+        wanted = 1.0 if tolerance is None else checks.positive("tolerance", tolerance)
+        if isinstance(method, CentralDifference):
+            if not self._plant.side_by_side:
+                raise UnsupportedError(
+                    "method: expected an implicit method for the full model in a batch, got CentralDifference(), whose "
+                    "stable step is thousands of times smaller; Batch(reduce(state)) takes it"
+                )
+            return (lambda equation: ExplicitWalk(equation, time_step)), wanted
+        if not hasattr(method, "scheme") or method.scheme(1.0).average_stress:
+            raise UnsupportedError(
+                "method: expected Newmark, HHT, GeneralizedAlpha, WilsonTheta or, for a reduced model, "
+                f"CentralDifference in a batch, got {method!r}"
+            )
+        wanted, secants = method.scheme(1.0).tolerance if tolerance is None else wanted, self._plant.secants
+        return (lambda equation: ImplicitWalk(equation, method, time_step, wanted, secants)), wanted
 
 
 def _check_maneuvers(

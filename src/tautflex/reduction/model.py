@@ -10,19 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.damping import Rayleigh
 from tautflex.reduction.basis import Basis, BasisVectors, ModalBasis
 from tautflex.reduction.forces import Plant
-from tautflex.reduction.monomials import monomial_rates, monomials, pairs, stress_fields
+from tautflex.reduction.monomials import WEAK_FIELD, monomial_rates, monomials, pairs, stress_fields
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.pieces import Coefficients, Pieces, assemble, project
 from tautflex.solvers.prestress import PrestressedState
 
 Array = NDArray[np.float64]
 
-# Fields of the companions' damping, itself a small force, may be coarser than those of the stiffness.
-_WEAK_DAMPING = 1e-3
+# Fields of the companions' damping, itself a small force, may be coarser than those of the stiffness, so many times.
+_COARSER = 100.0
 # Second-degree forces below this part of the linear ones are round-off of a flat reference.
 _ROUND_OFF = 1e-9
 
@@ -41,12 +42,15 @@ class ReducedModel(OnBasis):
         Projected structure, in pieces that parameters weigh.
     seconds
         What the reduction cost [s].
+    weak_field
+        Stress fields with less than this part of the strongest one's energy are left out.
     """
 
     state: PrestressedState
     basis: BasisVectors
     pieces: Pieces
     seconds: float
+    weak_field: float = WEAK_FIELD
 
     @cached_property
     def coefficients(self) -> Coefficients:
@@ -64,7 +68,7 @@ class ReducedModel(OnBasis):
         first, second = pairs(self.size)
         largest = float(np.abs(c.quadratic).max(initial=0.0) * self.basis.amplitude.max())
         curved = largest > _ROUND_OFF * float(np.abs(c.linear).max())
-        fields, viscous = self._fields
+        fields, viscous = self.fields
         # Companions have no mass here, so only the stiffness part of the damping acts on them.
         share = float(damping.entries(np.zeros(1), np.ones(1))[0])
         return Plant(
@@ -81,12 +85,12 @@ class ReducedModel(OnBasis):
         )
 
     @cached_property
-    def _fields(self) -> tuple[Array, Array]:
-        """Stress fields of the third-degree force, and of the companions' damping."""
+    def fields(self) -> tuple[Array, Array]:
+        """Stress fields of the third-degree force, and of the companions' damping, shapes (k, m) and (l, m)."""
         c, amplitude = self.coefficients, self.basis.amplitude
         return (
-            stress_fields(0.25 * c.cubic, amplitude),
-            stress_fields(c.viscous, amplitude, _WEAK_DAMPING),
+            stress_fields(0.25 * c.cubic, amplitude, self.weak_field),
+            stress_fields(c.viscous, amplitude, _COARSER * self.weak_field),
         )
 
     @property
@@ -138,7 +142,7 @@ class ReducedModel(OnBasis):
         )
 
 
-def reduce(state: PrestressedState, basis: Basis | None = None) -> ReducedModel:
+def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: float = WEAK_FIELD) -> ReducedModel:
     """Reduce a prestressed structure to a few coordinates.
 
     Parameters
@@ -147,6 +151,9 @@ def reduce(state: PrestressedState, basis: Basis | None = None) -> ReducedModel:
         Prestressed state; laws must be elastic (for wrinkling film see `hyper_reduce`).
     basis
         `ModalBasis` (default: all transverse rigid accelerations), `PodBasis`, or anything that finds vectors.
+    weak_field
+        Stress fields with less than this part of the strongest one's energy are left out (of the companions' damping,
+        a hundred times as much); 0 keeps all.
 
     Returns
     -------
@@ -155,7 +162,7 @@ def reduce(state: PrestressedState, basis: Basis | None = None) -> ReducedModel:
     Raises
     ------
     InputError
-        If ``basis`` is not a basis.
+        If ``basis`` is not a basis, or ``weak_field`` is not in [0, 1e-2].
     UnsupportedError
         If the structure has nonlinear laws or can drift away as a rigid body.
     """
@@ -163,6 +170,7 @@ def reduce(state: PrestressedState, basis: Basis | None = None) -> ReducedModel:
     basis = basis or ModalBasis()
     if not hasattr(basis, "vectors"):
         raise InputError(f"basis: expected an object such as ModalBasis(directions=('rx',)), got {basis!r}")
+    checks.between("weak_field", weak_field, 0.0, 1e-2)
     laws = sorted({block.law for block in state.system.blocks} - {"elastic"})
     if laws:
         raise UnsupportedError(
@@ -176,4 +184,4 @@ def reduce(state: PrestressedState, basis: Basis | None = None) -> ReducedModel:
         )
     vectors = basis.vectors(state)
     pieces = project(state, vectors)
-    return ReducedModel(state, vectors, pieces, clock.perf_counter() - began)
+    return ReducedModel(state, vectors, pieces, clock.perf_counter() - began, weak_field)

@@ -9,7 +9,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 # Stress fields that store less than this part of the energy of the strongest one are left out.
-_WEAK_FIELD = 1e-5
+WEAK_FIELD = 1e-5
 
 
 def pairs(count: int) -> tuple[Indices, Indices]:
@@ -59,7 +59,14 @@ def unpacked(coefficients: Array, count: int) -> Array:
     return result
 
 
-def stress_fields(matrix: Array, amplitude: Array, weak: float = _WEAK_FIELD) -> Array:
+def monomial_sizes(amplitude: Array) -> Array:
+    """Typical sizes of the monomials of coordinates of given size: (r,) -> (m,)."""
+    first, second = pairs(len(amplitude))
+    size = amplitude[first] * amplitude[second]
+    return np.maximum(size, 1e-8 * size.max())
+
+
+def stress_fields(matrix: Array, amplitude: Array, weak: float = WEAK_FIELD) -> Array:
     """Factor F with few rows such that ``F'F`` is a positive semidefinite matrix over monomials, shape (k, m).
 
     Parameters
@@ -71,9 +78,7 @@ def stress_fields(matrix: Array, amplitude: Array, weak: float = _WEAK_FIELD) ->
     weak
         Fields with less than this part of the strongest one's energy are left out.
     """
-    first, second = pairs(len(amplitude))
-    size = amplitude[first] * amplitude[second]
-    size = np.maximum(size, 1e-8 * size.max())
+    size = monomial_sizes(amplitude)
     values, vectors = np.linalg.eigh(size[:, None] * matrix * size)
     keep = values > weak * max(float(values[-1]), 0.0)
     if not np.any(matrix):

@@ -253,7 +253,7 @@ def assemble(pieces: Pieces, factors: Factors | None = None, xp: ModuleType = np
     return Coefficients(
         mass=_even(xp.einsum("aapq,pi,qj->ij", pair, reach, reach)),
         linear=_even(stiffness[:r, :r] + k_pa.T @ d),
-        quadratic=force[:r] + _mixed_quadratic(k_pa.T @ e, r, xp),
+        quadratic=force[:r] + mixed_quadratic(k_pa.T @ e, r, xp),
         cubic=_even(cubic + 4.0 * h.T @ e),
         viscous=_even(-h.T @ e),
         turning=xp.einsum("abpq,pi,qj->abij", pair, reach, reach),
@@ -273,7 +273,7 @@ def _even(matrix: Any) -> Any:
     return 0.5 * (matrix + matrix.T)
 
 
-def _mixed_quadratic(table: Any, count: int, xp: ModuleType) -> Any:
+def mixed_quadratic(table: Any, count: int, xp: ModuleType) -> Any:
     """Force of the energy ``eta_i table[i, k] y_k``: per monomial, shape (r, m)."""
     first, second = pairs(count)
     half = xp.where(xp.asarray(first == second), 1.0, 0.5)

@@ -1,0 +1,116 @@
+"""Runs in chunks that fit the cache of a processor core, every core with chunks of its own."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Hashable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.batch.course import Numbers
+from tautflex.batch.equation import EachRun
+from tautflex.batch.library import jax
+from tautflex.batch.response import Response
+
+Table = dict[str, NDArray[np.float64]]
+
+# Runs computed side by side unless told otherwise: on a processor what fits the cache of a core, on a GPU what keeps it
+# busy; (full, reduced).
+_CHUNK = {"cpu": (16, 32)}
+_CHUNK_ELSEWHERE = (64, 4096)
+
+
+def usual_chunk(runs: int, reduced: bool) -> int:
+    """Runs side by side that suit the device and leave no processor core without work."""
+    usual = _CHUNK.get(jax.default_backend(), _CHUNK_ELSEWHERE)[int(reduced)]
+    return min(usual, -(-runs // _workers()))
+
+
+def _workers() -> int:
+    """Threads that compute."""
+    if jax.default_backend() != "cpu":
+        return 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class ChunkRunner:
+    """Compiled runs of one kind after another.
+
+    Parameters
+    ----------
+    side_by_side
+        Whether the function takes many runs at once.
+    """
+
+    def __init__(self, side_by_side: bool) -> None:
+        self._side_by_side = side_by_side
+        self._compiled: dict[Hashable, Callable[[Numbers], Response]] = {}
+
+    def __call__(
+        self,
+        function: Callable[[Numbers, EachRun], Response],
+        key: Hashable,
+        numbers: Table,
+        differ: frozenset[str],
+        runs: int,
+        at_once: int,
+    ) -> Response:
+        """Record of all runs, the run as first axis.
+
+        Parameters
+        ----------
+        function
+            Runs as a function of their numbers.
+        key
+            What tells it from other functions.
+        numbers
+            Numbers of the runs.
+        differ
+            Names of those that have one row per run.
+        runs, at_once
+            Number of runs, and of those side by side; the last chunk is filled up with copies.
+        """
+
+        def rows(part: int) -> Table:
+            chosen = np.minimum(np.arange(part * at_once, (part + 1) * at_once), runs - 1)
+            return {name: value[chosen] if name in differ else value for name, value in numbers.items()}
+
+        whole = key, differ, at_once, jax.default_backend(), tuple(sorted(numbers))
+        if whole not in self._compiled:
+            self._compiled[whole] = jax.jit(self._many(function, differ, at_once)).lower(rows(0)).compile()
+        compiled = self._compiled[whole]
+
+        def compute(part: int) -> Response:
+            return jax.tree.map(np.asarray, compiled(rows(part)))
+
+        # Compiled code lets go of the interpreter.
+        with ThreadPoolExecutor(_workers()) as pool:
+            return _joined(pool.map(compute, range(-(-runs // at_once))), runs, at_once)
+
+    def _many(
+        self, function: Callable[[Numbers, EachRun], Response], differ: frozenset[str], at_once: int
+    ) -> Callable[[Numbers], Response]:
+        if self._side_by_side:
+            return lambda numbers: jax.tree.map(
+                lambda part: jnp.moveaxis(part, -1, 0), function(numbers, EachRun(at_once, differ))
+            )
+        return EachRun(at_once, differ, 0)(lambda numbers: function(numbers, EachRun()))
+
+
+def _joined(parts: Iterable[Response], runs: int, at_once: int) -> Response:
+    """Records of chunks as one, each put in place as it comes."""
+    whole: Any = None
+    for number, part in enumerate(parts):
+        if whole is None:
+            whole = jax.tree.map(lambda leaf: np.empty((runs, *leaf.shape[1:]), leaf.dtype), part)
+        first = number * at_once
+
+        def put(all_runs: NDArray[Any], leaf: NDArray[Any], first: int = first) -> None:
+            all_runs[first : first + at_once] = leaf[: runs - first]
+
+        jax.tree.map(put, whole, part)
+    return whole
