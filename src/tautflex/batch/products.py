@@ -1,12 +1,13 @@
 """Products for many runs side by side: arrays have the run as last axis, so that neighbours in memory do the same.
 
 Matrices that differ from run to run are multiplied row by row over all runs, those that all runs share with one matrix
-product. Both have simple derivatives, whatever they are compiled to.
+product.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -16,6 +17,17 @@ from tautflex.batch.library import jax
 from tautflex.reduction.monomials import pairs
 
 Array = jax.Array
+
+
+def one_by_one(function: Callable[..., Any], *arrays: Any) -> Any:
+    """Function of one run for all runs, the first axis of arrays and results.
+
+    On a processor one after the other: factorizations of many matrices at once wait for threads of the pool that they
+    are computed in, and may wait for ever (jaxlib 0.10).
+    """
+    if jax.default_backend() != "cpu":
+        return jax.vmap(function)(*arrays)
+    return lax.map(lambda some: function(*some), arrays)
 
 
 def norm(vector: Array) -> Array:
@@ -44,6 +56,19 @@ def product(matrix: Array, vector: Array) -> Array:
 def transposed(matrix: Array) -> Array:
     """Transposed matrices of all runs."""
     return jnp.swapaxes(matrix, 0, 1)
+
+
+def settled(matrix: Array, vector: Array) -> Array:
+    """`product` that is computed once, whatever its elements are used for.
+
+    The compiler would compute it again for every element that asks for it, but does not look into a branch. The other
+    branch is taken where no run has finite numbers left.
+    """
+    if matrix.ndim == 2:
+        return product(matrix, vector)
+    usable = jnp.any(jnp.isfinite(lax.stop_gradient(vector[0])))
+    lost = matrix.shape[0], vector.shape[1]
+    return lax.cond(usable, product, lambda matrix, vector: jnp.full(lost, jnp.nan), matrix, vector)
 
 
 @jax.custom_jvp

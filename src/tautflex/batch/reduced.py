@@ -12,7 +12,7 @@ from tautflex.batch.coefficients import Assembly, Coefficients, Fields
 from tautflex.batch.course import Course, Numbers, Spin
 from tautflex.batch.equation import EachRun, Forces, Sample
 from tautflex.batch.library import jax
-from tautflex.batch.products import Monomials, norm, product, refined, transposed
+from tautflex.batch.products import Monomials, norm, one_by_one, product, refined, settled, transposed
 from tautflex.mechanics.damping import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.reduction.model import ReducedModel
@@ -22,6 +22,8 @@ from tautflex.solvers.probes import ProbeSet
 Array = jax.Array
 
 _SECANTS = 1
+# Beginnings of the names of numbers that change coefficients.
+_STRUCTURE = ("tension", "youngs_modulus", "density")
 
 
 class ReducedPlant:
@@ -62,24 +64,24 @@ class ReducedPlant:
         def weigh(numbers: Numbers) -> tuple[Any, ...]:
             # Its fields are arrays of the library it was assembled with.
             c = assembly(_factors(numbers, self.kinds), companions, jnp)
-            alpha, beta = numbers["damping.alpha"], numbers["damping.beta"]
             modes = _natural_modes(lax.stop_gradient(c.mass), lax.stop_gradient(c.linear))
-            damping = jnp.asarray(alpha), jnp.asarray(beta), alpha * c.mass + beta * c.linear
-            traces = (
-                self.monomials.trace(fields.full(a)) for fields, a in ((self.cubic, c.cubic), (self.viscous, c.viscous))
-            )
-            return c, damping, modes, (*traces, jnp.max(jnp.sum(jnp.abs(jnp.linalg.inv(c.mass)), axis=0)))
+            both = (self.cubic, c.cubic), (self.viscous, c.viscous)
+            traces = [self.monomials.trace(fields.full(a)) for fields, a in both]
+            return c, modes, (*traces, jnp.max(jnp.sum(jnp.abs(jnp.linalg.inv(c.mass)), axis=0)))
 
-        c, damping, modes, bounds = each(weigh)(numbers)
-        same = _same_for_all(assembly, each)
-        c = Coefficients(*(part[..., 0] if name in same else part for name, part in zip(c._fields, c, strict=True)))
-        alone = each.runs == 1
-        if alone:
-            damping = (*damping[:2], damping[2][..., 0])
-        if alone or {"mass", "linear"} <= same:
-            modes = (modes[0][..., 0], modes[1][:, :1])
+        differ = frozenset(name for name in each.differ if name.startswith(_STRUCTURE))
+        if differ:
+            own = {name: numbers[name] for name in differ}
+            c, modes, bounds = one_by_one(lambda own: weigh({**numbers, **own}), own)
+            c, modes, bounds = jax.tree.map(lambda part: jnp.moveaxis(part, 0, -1), (c, modes, bounds))
+            same = _same_for_all(assembly, differ)
+            c = Coefficients(*(part[..., 0] if name in same else part for name, part in zip(c._fields, c, strict=True)))
+        else:
+            c, modes, bounds = weigh(numbers)
+            modes = modes[0], modes[1][:, None]
+        alpha, beta = (jnp.asarray(numbers[f"damping.{name}"]) + jnp.zeros(each.runs) for name in ("alpha", "beta"))
         kept = jnp.asarray(probes.map @ basis.kept.T)
-        return ReducedEquation(self, c, damping, modes, bounds, coupling, assembly.absent, kept)
+        return ReducedEquation(self, c, (alpha, beta), modes, bounds, coupling, assembly.absent, kept)
 
 
 def _factors(numbers: Numbers, kinds: tuple[str, ...]) -> Factors:
@@ -91,19 +93,15 @@ def _factors(numbers: Numbers, kinds: tuple[str, ...]) -> Factors:
     )
 
 
-def _same_for_all(assembly: Assembly, each: EachRun) -> frozenset[str]:
+def _same_for_all(assembly: Assembly, differ: frozenset[str]) -> frozenset[str]:
     """Names of the coefficients that do not differ from run to run."""
-    if each.runs == 1:
-        return frozenset(Coefficients._fields)
-    differ: frozenset[str] = frozenset()
-    if any(name.startswith(("tension", "youngs")) for name in each.differ):
-        differ |= assembly.by_stiffness
-    if any(name.startswith("density") for name in each.differ):
-        differ |= assembly.by_density
     # Readings were not part of the comparison; they follow the companions.
-    if differ:
-        differ |= {"follow", "held", "load"}
-    return frozenset(Coefficients._fields) - differ
+    different = {"follow", "held"}
+    if any(not name.startswith("density") for name in differ):
+        different |= assembly.by_stiffness
+    if any(name.startswith("density") for name in differ):
+        different |= assembly.by_density
+    return frozenset(Coefficients._fields) - different
 
 
 def _natural_modes(mass: Array, stiffness: Array) -> tuple[Array, Array]:
@@ -124,12 +122,11 @@ class ReducedEquation:
     c
         Coefficients; those that all runs share lack the last axis.
     damping
-        Rayleigh's alpha and beta, shape (runs,), and the damping matrix.
+        Rayleigh's alpha and beta, shape (runs,).
     modes
         Natural modes as columns, and squares of their frequencies.
     bounds
-        Traces of the two parts of the tangent as quadratic forms, shape (r, r, runs), and the norm of the inverse of
-        the mass matrix, shape (runs,).
+        Traces of two parts of the tangent as quadratic forms, matrices, and the norm of the inverse of the mass matrix.
     coupling
         Switches of the rotating-frame terms.
     absent
@@ -142,7 +139,7 @@ class ReducedEquation:
         self,
         plant: ReducedPlant,
         c: Coefficients,
-        damping: tuple[Array, Array, Array],
+        damping: tuple[Array, Array],
         modes: tuple[Array, Array],
         bounds: tuple[Array, Array, Array],
         coupling: Coupling,
@@ -150,8 +147,10 @@ class ReducedEquation:
         kept: Array,
     ) -> None:
         self.size, self._plant, self._c, self._coupling, self._absent = plant.size, plant, c, coupling, absent
-        self._alpha, self._beta, self._damping = damping
+        self._alpha, self._beta = damping
+        self._damping = self._alpha * _per_run(c.mass) + self._beta * _per_run(c.linear)
         (self._phi, self._squares), self._bounds = modes, bounds
+        self._back = transposed(self._phi)
         self._monomials, self._kept = plant.monomials, kept
 
     def _weights(self, spin: Spin) -> tuple[Any, Any, Any]:
@@ -166,7 +165,7 @@ class ReducedEquation:
     def _load(self, spin: Spin) -> Array:
         """Load on coordinates, then on monomials, shape (r + m, runs)."""
         on = float(self._coupling.inertial_load)
-        first, second = (_column(part) for part in self._c.load)
+        first, second = _per_run(self._c.load)
         return on * spin.acceleration * first + on * spin.square * second
 
     def predicted(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array, Array]:
@@ -237,8 +236,7 @@ class ReducedEquation:
     def inverse(self, mass: Any, damping: Any, stiffness: Any) -> Callable[[Array], Array]:
         """Inverse of ``mass M + damping C + stiffness K`` at the reference."""
         diagonal = mass + damping * self._alpha + (stiffness + damping * self._beta) * self._squares
-        phi = self._phi
-        return lambda r: product(phi, product(transposed(phi), r) / diagonal)
+        return lambda r: product(self._phi, settled(self._back, r) / diagonal)
 
     def mass_solve(self, force: Array) -> Array:
         """Acceleration of a force, shape (r, runs)."""
@@ -291,7 +289,8 @@ class ReducedEquation:
         units = jnp.eye(self.size)[:, :, None] * jnp.ones(q.shape[1:])
         tangents = jax.vmap(lambda unit: jax.jvp(force, (q,), (unit,))[1])(units)
         masses = jax.vmap(self.mass)(units)
-        return jnp.all(jnp.isfinite(jnp.linalg.cholesky(jnp.moveaxis(limit * masses - tangents, -1, 0))), axis=(1, 2))
+        lower = one_by_one(jnp.linalg.cholesky, jnp.moveaxis(limit * masses - tangents, -1, 0))
+        return jnp.all(jnp.isfinite(lower), axis=(1, 2))
 
     def sample(self, q: Array, v: Array, spin: Spin, store: tuple[str, ...]) -> Sample:
         """What is stored of an instant."""
@@ -299,7 +298,7 @@ class ReducedEquation:
         y = self._monomials.values(q)
         if "displacement" in store:
             on = float(self._coupling.inertial_load)
-            first, second = (_column(part) for part in c.held)
+            first, second = _per_run(c.held)
             held = on * spin.acceleration * first + on * spin.square * second
             found["displacement"] = _points(self._kept @ q + product(c.follow, y) + held)
         if "velocity" in store:
@@ -313,9 +312,9 @@ class ReducedEquation:
         return found
 
 
-def _column(vector: Array) -> Array:
-    """A vector per run, or one for all as a column."""
-    return vector[:, None] if vector.ndim == 1 else vector
+def _per_run(array: Array) -> Array:
+    """A matrix, or a pair of vectors, with an axis of the runs."""
+    return array[..., None] if array.ndim == 2 else array
 
 
 def _points(readings: Array) -> Array:
@@ -326,5 +325,5 @@ def _points(readings: Array) -> Array:
 def _through(fields: Any, matrix: Array, y: Array) -> Array:
     """``F' A F y``."""
     if fields.shape is None:
-        return product(matrix, y)
+        return settled(matrix, y)
     return fields.shape.T @ product(matrix, fields.shape @ y)

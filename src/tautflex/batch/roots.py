@@ -15,7 +15,7 @@ from jax import lax
 from jax.scipy.sparse.linalg import bicgstab
 
 from tautflex.batch.library import jax
-from tautflex.batch.products import norm
+from tautflex.batch.products import norm, one_by_one
 
 Array = jax.Array
 Residual = Callable[[Array], tuple[Array, Array]]
@@ -159,11 +159,12 @@ def find_root(
         return last.x, (last.memory, last.residual, last.scale, done, last.turn)
 
     def tangent_solve(linear: Callable[[Array], Array], right: Array) -> Array:
-        if len(right) <= _DENSE or right.ndim > 1:
-            units = jnp.eye(len(right)).reshape(len(right), len(right), *(1 for _ in right.shape[1:]))
-            columns = jax.vmap(linear)(units * jnp.ones(right.shape[1:]))
-            matrices = jnp.moveaxis(columns, (0, 1), (-1, -2))
-            return jnp.moveaxis(jnp.linalg.solve(matrices, jnp.moveaxis(right, 0, -1)[..., None])[..., 0], -1, 0)
+        if right.ndim > 1:
+            units = jnp.eye(len(right))[:, :, None] * jnp.ones(right.shape[1:])
+            matrices = jnp.moveaxis(jax.vmap(linear)(units), (0, 1), (2, 1))
+            return one_by_one(jnp.linalg.solve, matrices, right.T).T
+        if right.size <= _DENSE:
+            return jnp.linalg.solve(jax.vmap(linear)(jnp.eye(right.size)).T, right)
         found, _ = bicgstab(linear, right, tol=1e-12, maxiter=400, M=inverse)  # type: ignore[no-untyped-call]
         return found
 
