@@ -64,7 +64,7 @@ def test_plant_method_and_maneuver_must_have_a_batched_form(state):
     batch = tf.Batch(state)
     with pytest.raises(UnsupportedError, match="method: expected Newmark"):
         batch.response(method=tf.EnergyConserving(), **GRID)
-    with pytest.raises(UnsupportedError, match="method: expected Newmark"):
+    with pytest.raises(UnsupportedError, match="method: expected an implicit method for the full model"):
         batch.response(method=tf.CentralDifference(), **GRID)
     with pytest.raises(UnsupportedError, match="maneuver: expected Stop"):
         batch.response(tf.BaseAcceleration(1.0), **GRID)

@@ -10,6 +10,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from tautflex.batch.course import Numbers
 from tautflex.batch.equation import EachRun
@@ -87,8 +88,8 @@ class ChunkRunner:
         def compute(part: int) -> Response:
             return jax.tree.map(np.asarray, compiled(rows(part)))
 
-        # Compiled code lets go of the interpreter.
-        with ThreadPoolExecutor(_workers()) as pool:
+        # Compiled code lets go of the interpreter. Threads of the linear algebra would only wait for each other.
+        with threadpool_limits(1, "blas"), ThreadPoolExecutor(_workers()) as pool:
             return _joined(pool.map(compute, range(-(-runs // at_once))), runs, at_once)
 
     def _many(

@@ -142,7 +142,8 @@ def response_function(
             )
             at = walk.check(at, jax.tree.map(lambda part: part[0], these))
             at, states = lax.scan(jax.checkpoint(step), at, these)
-            return at, jax.vmap(sample)(*states, these.after)
+            q, v, alive = states
+            return at, jax.vmap(sample)(q, v, alive, these.after)
 
         steps, place = each(lambda numbers: steps_of_run(course.breaks(turn(numbers)), time_step, count, block))(
             numbers
