@@ -95,6 +95,49 @@ def test_batch_of_reduced_model_is_the_single_runs(rom, verification_row):
     verification_row("batch sizes 2 and 3 of a reduced model", 0, sizes, "each other")
 
 
+def test_central_differences_of_reduced_model_are_the_single_runs(rom, verification_row):
+    options, table = _options(method=tf.CentralDifference(), tolerance=None), _table(3)
+    batch = tf.Batch(rom)
+    data = batch.simulate(table, tf.Stop(0.6, 0.04), chunk=2, **options)
+    worst = 0.0
+    for run in range(3):
+        numbers = {name: float(values[run]) for name, values in table.items()}
+        worst = max(worst, _difference(data.isel(run=run), _single(rom, numbers, options)))
+    assert worst < 1e-9
+    verification_row("batch of a reduced model, 3 runs, 11 parameters, central differences", 0, worst, "single runs")
+
+    # A stiffer run is not stable; the others do not notice.
+    stiff = {name: values.copy() for name, values in table.items()}
+    stiff["tension_x"][2] = stiff["tension_y"][2] = 1e3
+    with pytest.raises(NotConvergedError, match="1 of 3 runs") as raised:
+        batch.simulate(stiff, tf.Stop(0.6, 0.04), chunk=2, **options)
+    kept = raised.value.result
+    assert kept.status.values.tolist() == ["completed", "completed", "not-converged"]
+    assert np.array_equal(kept.w[:2], data.w[:2])
+    assert np.isnan(kept.w[2]).all()
+
+    # One that starts stable and becomes too stiff, where the single run halves its steps, ends on its way.
+    hard = {"maneuver.rate": [0.6, 60.0]}
+    ended = batch.simulate(hard, tf.Stop(0.6, 0.04), throw=False, **options)
+    assert ended.status.values.tolist() == ["completed", "not-converged"]
+    assert np.isnan(ended.w[1]).any()
+    single = rom.simulate(tf.Stop(60.0, 0.04), throw=False, **options)
+    assert single.stats.halvings > 0 or single.status.value == "not-converged"
+
+
+def test_fixed_stress_fields_cost_less_than_the_truncation_of_the_single_run(state, verification_row):
+    options = _options(method=tf.Newmark())
+    every, few = (tf.reduce(state, tf.ModalBasis(directions=("rx",), count=6), weak_field=w) for w in (0.0, 1e-4))
+    assert len(few.fields[0]) < len(every.fields[0])
+    numbers = {name: values[1:] for name, values in _table(2).items()}
+    one = {name: float(values[0]) for name, values in numbers.items()}
+    data = tf.Batch(few).simulate(numbers, tf.Stop(0.6, 0.04), **options).isel(run=0)
+    exact, own = _single(every, one, options), _single(few, one, options)
+    truncation, fixed = _difference(own, exact), _difference(data, exact)
+    verification_row("stress fields of unchanged parameters over those of the run's own", 0, fixed, "all fields")
+    assert fixed < 3.0 * truncation
+
+
 def test_batch_of_full_model_is_the_single_runs(state, verification_row):
     options, table = _options(method=tf.GeneralizedAlpha(0.8)), _table(2)
     data = tf.Batch(state).simulate(table, tf.Stop(0.6, 0.04), **options)
@@ -163,6 +206,17 @@ def test_reverse_gradients_of_reduced_model(rom, verification_row):
     worst = _check_gradients(rom, jacobian, options, NUMBERS)
     assert worst < 1e-6
     verification_row("reverse gradients of 4 measures, reduced model, 11 parameters", 0, worst, "finite differences")
+
+
+def test_gradients_of_central_differences(rom, verification_row):
+    options = _options(method=tf.CentralDifference(), tolerance=None)
+    respond = tf.Batch(rom).response(tf.Stop(0.6, 0.04), **options)
+    worst = 0.0
+    for kind in (jax.jacrev, jax.jacfwd):
+        jacobian = jax.jit(kind(lambda numbers: _measures(respond(numbers))), compiler_options=QUICKLY)(NUMBERS)
+        worst = max(worst, _check_gradients(rom, jacobian, options, NUMBERS))
+    assert worst < 1e-6
+    verification_row("gradients of 4 measures both ways, central differences, 11 parameters", 0, worst, "differences")
 
 
 def test_forward_gradients_of_full_model(state, verification_row):

@@ -132,9 +132,10 @@ class Monomials:
 
     def force(self, stress: Array, q: Array) -> Array:
         """Force ``Y' s`` on the coordinates of stresses that work on the monomials, Y = dy/dq, shape (r, runs)."""
-        total = stress[self._place[0]] * (self._twice[0] * q[0])
+        both = stress[self._place]
+        total = both[:, 0] * (self._twice[0] * q[0])
         for j in range(1, q.shape[0]):
-            total = total + stress[self._place[j]] * (self._twice[j] * q[j])
+            total = total + both[:, j] * (self._twice[j] * q[j])
         return total
 
     def trace(self, matrix: Array) -> Array:
