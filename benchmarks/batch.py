@@ -147,7 +147,10 @@ def main() -> None:
                 found += measure(name, rom, method, step, seconds, arguments.sizes)
     about = {"machine": platform.machine(), "cores": os.cpu_count(), "jax": jax.__version__}
     print(json.dumps({**about, "rows": found}))
-    print("\n| antenna | coordinates | method | length [s] | device | runs | batch, sim s/s | loop, sim s/s | ratio |", end="")
+    print(
+        "\n| antenna | coordinates | method | length [s] | device | runs | batch, sim s/s | loop, sim s/s | ratio |",
+        end="",
+    )
     print(" difference | first call [s] |\n|" + "---|" * 11)
     for row in found:
         print(

@@ -117,12 +117,11 @@ def test_central_differences_of_reduced_model_are_the_single_runs(rom, verificat
     assert np.isnan(kept.w[2]).all()
 
     # One that starts stable and becomes too stiff, where the single run halves its steps, ends on its way.
-    hard = {"maneuver.rate": [0.6, 60.0]}
+    hard = {"maneuver.rate": [0.6, 2.0], "damping.beta": 2e-3}
     ended = batch.simulate(hard, tf.Stop(0.6, 0.04), throw=False, **options)
     assert ended.status.values.tolist() == ["completed", "not-converged"]
-    assert np.isnan(ended.w[1]).any()
-    single = rom.simulate(tf.Stop(60.0, 0.04), throw=False, **options)
-    assert single.stats.halvings > 0 or single.status.value == "not-converged"
+    assert 0 < np.isfinite(ended.w[1, :, 0]).sum() < ended.time.size
+    assert rom.simulate(tf.Stop(2.0, 0.04), damping=tf.Rayleigh(0.0, 2e-3), **options).stats.halvings > 0
 
 
 def test_fixed_stress_fields_cost_less_than_the_truncation_of_the_single_run(state, verification_row):
