@@ -107,7 +107,7 @@ class SecantMemory:
         Pairs kept.
     """
 
-    def __init__(self, depth: int = 10) -> None:
+    def __init__(self, depth: int = 6) -> None:
         self._depth, self._size = depth, -1
         self.clear()
 
