@@ -94,28 +94,25 @@ def solve_newton(
     NewtonOutcome
     """
     memory = memory if memory is not None else SecantMemory(0)
+    memory.begin()
     outcome = NewtonOutcome(start)
     x = start
     residual, error = _measure(problem, x, outcome)
     fresh = False
-    last: tuple[Array, Array, Array] | None = None
 
     def refresh() -> None:
-        nonlocal fresh, last
+        nonlocal fresh
         problem.refresh(x)
         memory.clear()
-        fresh, last = True, None
+        fresh = True
 
     while error > tolerance and outcome.iterations < max_iterations and np.isfinite(error):
         if not problem.ready():
             refresh()
-        plain = -problem.solve(residual)
+        step, slope = memory.propose(problem.solve(residual), residual)
         outcome.iterations += 1
-        if last is not None:
-            memory.learn(last[0], residual - last[1], last[2] - plain)
-        step = memory.correct(plain)
-        slope = float(step @ residual)
-        trial, trial_error = _measure(problem, x + step, outcome)
+        end = x + step
+        trial, trial_error = _measure(problem, end, outcome)
         # A tiny residual may bounce at round-off level, where slopes mean nothing.
         good = trial_error <= tolerance or abs(float(step @ trial)) <= SLOPE_ACCEPTED * abs(slope)
         if not good and not fresh:
@@ -123,10 +120,10 @@ def solve_newton(
             continue
         if not good:
             fraction, trial, trial_error = _line_search(problem, x, step, slope, trial, outcome)
-            step = fraction * step
+            memory.shorten(fraction)
+            end = x + fraction * step
         slow = _iterations_left(error, trial_error, tolerance) > PATIENCE
-        x, last = x + step, (step, residual, plain)
-        residual, error = trial, trial_error
+        x, residual, error = end, trial, trial_error
         fresh = False
         if slow and error > tolerance and np.isfinite(error):
             refresh()

@@ -16,28 +16,34 @@ _jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, e
 
 @_jit
 def _learn(
-    changes: Array, shifts: Array, gram: Array, row: int, used: int, move: Array, change: Array, answer: Array
+    changes: Array, shifts: Array, gram: Array, row: int, used: int, last: Array, solution: Array, residual: Array
 ) -> bool:
-    """Put a pair, scaled to unit energy, into a row; False if its energy is not positive."""
-    energy = 0.0
-    for i in range(move.size):
+    """Put the pair of the last step, scaled to unit energy, into a row; False if its energy is not positive.
+
+    ``last`` holds the last step, residual and uncorrected step.
+    """
+    size = solution.size
+    change, answer, energy = np.empty(size), np.empty(size), 0.0
+    for i in range(size):
+        change[i] = residual[i] - last[1, i]
+        answer[i] = last[2, i] + solution[i]
         energy += change[i] * answer[i]
     if not energy > 0.0 or not np.isfinite(energy):
         return False
     scale = 1.0 / np.sqrt(energy)
-    for i in range(move.size):
+    for i in range(size):
         changes[row, i] = scale * change[i]
-        shifts[row, i] = scale * (answer[i] - move[i])
+        shifts[row, i] = scale * (answer[i] - last[0, i])
     for k in range(used):
         total, other = 0.0, changes[k]
-        for i in range(move.size):
+        for i in range(size):
             total += other[i] * answer[i]
         gram[row, k] = gram[k, row] = scale * total
     return True
 
 
 @_jit
-def _correct(changes: Array, shifts: Array, gram: Array, used: int, step: Array) -> Array:
+def _correct(changes: Array, shifts: Array, gram: Array, used: int, step: Array) -> None:
     """Solve ``(gram + ridge) gamma = -changes . step`` by Cholesky and add ``gamma . shifts`` to the step."""
     gamma, factor = np.empty(used), np.empty((used, used))
     for k in range(used):
@@ -60,12 +66,31 @@ def _correct(changes: Array, shifts: Array, gram: Array, used: int, step: Array)
         for i in range(k + 1, used):
             gamma[k] -= factor[i, k] * gamma[i]
         gamma[k] /= factor[k, k]
-    result = step.copy()
     for k in range(used):
         weight, shift = gamma[k], shifts[k]
         for i in range(step.size):
-            result[i] += weight * shift[i]
-    return result
+            step[i] += weight * shift[i]
+
+
+@_jit
+def _propose(
+    changes: Array, shifts: Array, gram: Array, count: int, known: bool, last: Array, solution: Array, residual: Array
+) -> tuple[Array, float, int]:
+    """Learn from the last step if it is known; next step, its slope and the number of pairs learned so far."""
+    depth, size = changes.shape[0], solution.size
+    if known and _learn(changes, shifts, gram, count % depth, min(count + 1, depth), last, solution, residual):
+        count += 1
+    step = np.empty(size)
+    for i in range(size):
+        step[i] = -solution[i]
+        last[1, i], last[2, i] = residual[i], step[i]
+    if count > 0:
+        _correct(changes, shifts, gram, min(count, depth), step)
+    slope = 0.0
+    for i in range(size):
+        last[0, i] = step[i]
+        slope += step[i] * residual[i]
+    return step, slope, count
 
 
 class SecantMemory:
@@ -82,38 +107,46 @@ class SecantMemory:
         Pairs kept.
     """
 
-    def __init__(self, depth: int = 10) -> None:
-        self._depth = depth
+    def __init__(self, depth: int = 6) -> None:
+        self._depth, self._size = depth, -1
         self.clear()
 
     def clear(self) -> None:
         """Forget everything (after a refactorization)."""
         self._count = 0
+        self.begin()
 
-    def learn(self, move: Array, change: Array, answer: Array) -> None:
-        """Add a pair, in place of the oldest one when the memory is full.
+    def begin(self) -> None:
+        """Begin a new solution: the next proposal does not follow from the last one."""
+        self._known = False
+
+    def propose(self, solution: Array, residual: Array) -> tuple[Array, float]:
+        """Learn from the step proposed last, if it was taken, and propose the next one.
 
         Parameters
         ----------
-        move, change
-            Change of x and of the residual, shape (size,).
-        answer
-            ``K^-1 change``, shape (size,).
-        """
-        if not self._depth:
-            return
-        if not self._count:
-            self._changes, self._shifts = np.empty((2, self._depth, move.size))
-            self._gram = np.eye(self._depth)
-        # Scaled to unit energy, so that the Gram matrix has a unit diagonal.
-        row, used = self._count % self._depth, min(self._count + 1, self._depth)
-        if _learn(self._changes, self._shifts, self._gram, row, used, move, change, answer):
-            self._count += 1
+        solution
+            ``K^-1 residual``, shape (size,).
+        residual
+            At the point where the last proposal led, shape (size,).
 
-    def correct(self, step: Array) -> Array:
-        """Corrected step from ``step = -K^-1 r``, shape (size,)."""
-        used = min(self._count, self._depth)
-        if not used:
-            return step
-        corrected: Array = _correct(self._changes, self._shifts, self._gram, used, step)
-        return corrected
+        Returns
+        -------
+        step
+            Shape (size,).
+        slope
+            ``step . residual``, the slope of the potential along the step.
+        """
+        if self._size != residual.size:
+            self._size = residual.size
+            self._changes, self._shifts = np.empty((2, self._depth, self._size))
+            self._gram, self._last = np.eye(self._depth), np.empty((3, self._size))
+        step, slope, self._count = _propose(
+            self._changes, self._shifts, self._gram, self._count, self._known, self._last, solution, residual
+        )
+        self._known = self._depth > 0
+        return step, slope
+
+    def shorten(self, fraction: float) -> None:
+        """Only this part of the last proposal was taken."""
+        self._last[0] *= fraction

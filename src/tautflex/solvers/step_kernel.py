@@ -20,8 +20,8 @@ _jit = numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 
 @_jit
 def known_forces(
-    start: Indices, column: Places, mass: Array, damping: Array, pairs: Any, coefficients: Array, q: Array, v: Array,
-    a: Array, load: Array, gyroscopic: Array, turning: Array, known: Array,
+    start: Indices, column: Places, mass: Array, damping: Array, damped: bool, pairs: Any, coefficients: Array,
+    q: Array, v: Array, a: Array, load: Array, gyroscopic: Array, turning: Array, known: Array,
 ) -> float:  # fmt: skip
     """Fill ``known`` with the forces of a step that do not depend on the increment, return their norm.
 
@@ -29,6 +29,8 @@ def known_forces(
     ----------
     start, column, mass, damping
         Mass and damping in compressed rows.
+    damped
+        Whether there is damping at all.
     pairs
         Inertia products.
     coefficients
@@ -52,9 +54,14 @@ def known_forces(
     for i in range(size):
         total = 0.0
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
-            j = column[k]
-            total += mass[k] * acceleration[j] + damping[k] * velocity[j]
+            total += mass[k] * acceleration[column[k]]
         known[i] += total
+    if damped:
+        for i in range(size):
+            total = 0.0
+            for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
+                total += damping[k] * velocity[column[k]]
+            known[i] += total
     add_pair_products(pairs, gyroscopic, 1.0, velocity, known)
     add_pair_products(pairs, turning, weight, q, known)
     return np.sqrt(np.sum(known * known))

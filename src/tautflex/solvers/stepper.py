@@ -216,8 +216,8 @@ class _StepProblem:
         self._matrix: tuple[Any, Any] = products.start, products.column
         self._pairs, self._reference = stepper._inertia.pairs, stepper.state.reference_force
         self._known_norm = known_forces(
-            *self._matrix, products.mass, products.damping, self._pairs, coefficients.known, at.q, at.v, at.a,
-            load, terms.velocity, terms.displacement, self._known,
+            *self._matrix, products.mass, products.damping, products.damped, self._pairs, coefficients.known, at.q,
+            at.v, at.a, load, terms.velocity, terms.displacement, self._known,
         )  # fmt: skip
         self.history = _NONE
         if scheme.weight < 1.0:

@@ -156,6 +156,28 @@ def _factor_triangle(start: Indices, values: Array, diagonal: Array, first: int,
 
 
 @_jit
+def _update_by_three(
+    start: Indices, values: Array, diagonal: Array, first: int, own: Rows, relative: Indices, k: int, inside: int,
+    behind: int,
+) -> None:  # fmt: skip
+    """Subtract the products of a panel of three columns from the ancestor columns ``own[k:inside]``."""
+    below = own.size
+    c0, c1 = values[start[first + 1] - below : start[first + 1]], values[start[first + 2] - below : start[first + 2]]
+    c2 = values[start[first + 3] - below : start[first + 3]]
+    d0, d1, d2 = diagonal[first], diagonal[first + 1], diagonal[first + 2]
+    for m in range(k, inside):
+        column = np.int64(own[m])
+        f0, f1, f2 = d0 * c0[m], d1 * c1[m], d2 * c2[m]
+        diagonal[column] -= f0 * c0[m] + f1 * c1[m] + f2 * c2[m]
+        base = start[column] - column - 1
+        for i in range(m + 1, inside):
+            values[base + own[i]] -= f0 * c0[i] + f1 * c1[i] + f2 * c2[i]
+        base = start[column + 1] - behind
+        for i in range(inside, below):
+            values[base + relative[i]] -= f0 * c0[i] + f1 * c1[i] + f2 * c2[i]
+
+
+@_jit
 def factorize_panels(pattern: Any, entries: Array, values: Array, diagonal: Array) -> bool:
     """Fill the entries of L and D from those of the matrix's upper triangle; False at a zero pivot.
 
@@ -199,6 +221,10 @@ def factorize_panels(pattern: Any, entries: Array, values: Array, diagonal: Arra
                 while theirs[pointer] != own[i]:
                     pointer += 1
                 relative[i] = pointer
+            if last - first == 2:
+                _update_by_three(start, values, diagonal, first, own, relative, k, inside, theirs.size)
+                k = inside
+                continue
             for m in range(k, inside):
                 column, update = np.int64(own[m]), buffer[m:below]
                 update.fill(0.0)
