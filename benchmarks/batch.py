@@ -154,8 +154,8 @@ def main() -> None:
     print(" difference | first call [s] |\n|" + "---|" * 11)
     for row in found:
         print(
-            f"| {row['model']} | {row['coordinates']} | {row['method']}, {1e3 * row['step']:g} ms | {row['seconds']:g} | "
-            f"{row['device']} | {row['runs']} | {row['batch_simulated_seconds_per_second']:.0f} | "
+            f"| {row['model']} | {row['coordinates']} | {row['method']}, {1e3 * row['step']:g} ms | "
+            f"{row['seconds']:g} | {row['device']} | {row['runs']} | {row['batch_simulated_seconds_per_second']:.0f} | "
             f"{row['loop_simulated_seconds_per_second']:.0f} | {row['ratio']:.1f} | {row['difference']:.0e} | "
             f"{row['first_call_seconds']:.0f} |"
         )

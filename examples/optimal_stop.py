@@ -124,11 +124,8 @@ def optimal_rates(rom: ReducedModel, turn: Turn, iterations: int) -> Array:
 
     def cost(inner: jax.Array) -> jax.Array:
         profile = rates(inner)
-        left = jax.vmap(
-            lambda factor: residual_energy(
-                respond({"maneuver.rates": profile, "tension_x": factor, "tension_y": factor}), turn.duration
-            )
-        )(TENSIONS)
+        runs = respond({"maneuver.rates": profile, "tension_x": TENSIONS, "tension_y": TENSIONS})
+        left = jax.vmap(lambda run: residual_energy(run, turn.duration))(runs)
         excess = jnp.maximum(jnp.abs(between @ profile) / (0.999 * turn.largest_rate) - 1.0, 0.0)
         return jnp.log(jnp.mean(left)) + 1e5 * jnp.mean(excess**2)
 

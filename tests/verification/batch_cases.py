@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 import tautflex as tf
 from tautflex.reduction.model import ReducedModel
 from tautflex.reduction.pieces import Moments, prestress_fields

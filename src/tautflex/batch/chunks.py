@@ -82,7 +82,7 @@ class ChunkRunner:
 
         whole = key, differ, at_once, jax.default_backend(), tuple(sorted(numbers))
         if whole not in self._compiled:
-            self._compiled[whole] = jax.jit(self._many(function, differ, at_once)).lower(rows(0)).compile()
+            self._compiled[whole] = jax.jit(self.many(function, differ, at_once)).lower(rows(0)).compile()
         compiled = self._compiled[whole]
 
         def compute(part: int) -> Response:
@@ -92,9 +92,10 @@ class ChunkRunner:
         with threadpool_limits(1, "blas"), ThreadPoolExecutor(_workers()) as pool:
             return _joined(pool.map(compute, range(-(-runs // at_once))), runs, at_once)
 
-    def _many(
+    def many(
         self, function: Callable[[Numbers, EachRun], Response], differ: frozenset[str], at_once: int
     ) -> Callable[[Numbers], Response]:
+        """Runs of all rows of the numbers that differ, the run as first axis; not compiled."""
         if self._side_by_side:
             return lambda numbers: jax.tree.map(
                 lambda part: jnp.moveaxis(part, -1, 0), function(numbers, EachRun(at_once, differ))

@@ -89,7 +89,8 @@ class Batch:
         Returns
         -------
         callable
-            Mapping of parameters, see `simulate`, to a `Response`; what it leaves out is as in the arguments.
+            Mapping of parameters, see `simulate`, to a `Response`; what it leaves out is as in the arguments. Where
+            parameters have a row per run, so has everything in the response (faster than `jax.vmap`).
 
         Raises
         ------
@@ -115,6 +116,9 @@ class Batch:
         def respond(parameters: Mapping[str, Any]) -> Response:
             check_names(parameters, self._plant.kinds, course)
             numbers = {**defaults, **parameters}
+            differ = frozenset(name for name in parameters if np.ndim(numbers[name]) > np.ndim(defaults.get(name, 0.0)))
+            if differ:
+                return self._run.many(function, differ, len(numbers[min(differ)]))(numbers)
             if not self._plant.side_by_side:
                 return function(numbers, EachRun())
             return jax.tree.map(lambda part: part[..., 0], function(numbers, EachRun(1)))
