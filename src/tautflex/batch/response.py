@@ -131,19 +131,17 @@ def response_function(
             record = equation.sample(q, v, spin, store)
             return {name: jnp.where(alive, part, jnp.nan) for name, part in record.items()}
 
-        def step(at: Any, this: Instants) -> tuple[Any, tuple[Array, Array, Array]]:
+        def step(at: Any, this: Instants) -> tuple[Any, Sample]:
             at = walk.step(at, this)
-            return at, (at.q, at.v, at.alive)
+            return at, sample(at.q, at.v, at.alive, this.after)
 
-        def walk_block(at: Any, steps: Steps) -> tuple[Any, Sample]:
-            # What depends on time alone, and what is read from states, is done for all steps of a block at once.
+        def walk_block(at: Any, steps: Steps) -> Any:
+            # What depends on time alone is found for all steps of a block at once.
             these = each(lambda numbers, steps: instants(course, turn(numbers), steps, time_step, walk.evaluation))(
                 numbers, steps
             )
             at = walk.check(at, jax.tree.map(lambda part: part[0], these))
-            at, states = lax.scan(jax.checkpoint(step), at, these)
-            q, v, alive = states
-            return at, jax.vmap(sample)(q, v, alive, these.after)
+            return lax.scan(jax.checkpoint(step), at, these)
 
         steps, place = each(lambda numbers: steps_of_run(course.breaks(turn(numbers)), time_step, count, block))(
             numbers
