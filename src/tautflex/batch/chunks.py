@@ -10,11 +10,10 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from tautflex.batch.course import Numbers
 from tautflex.batch.equation import EachRun
-from tautflex.batch.library import jax
+from tautflex.batch.library import jax, threadpool_limits
 from tautflex.batch.response import Response
 
 Table = dict[str, NDArray[np.float64]]

@@ -6,12 +6,13 @@ from tautflex.errors import MissingExtraError
 
 try:
     import jax
+    from threadpoolctl import threadpool_limits
 except ImportError as error:
     raise MissingExtraError(
-        "batch: expected the package jax, which is not installed; pip install 'tautflex[batch]'"
+        "batch: expected the packages jax and threadpoolctl, not both installed; pip install 'tautflex[batch]'"
     ) from error
 
 # Stiff films lose everything in single precision. The switch is JAX's own and holds for the whole process.
 jax.config.update("jax_enable_x64", True)  # type: ignore[no-untyped-call]
 
-__all__ = ["jax"]
+__all__ = ["jax", "threadpool_limits"]
