@@ -95,8 +95,8 @@ def test_missing_jax_is_said_in_one_line():
         "try:\n    tf.Batch\nexcept tf.MissingExtraError as error:\n    print(error)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert (
-        done.stdout.strip() == "batch: expected the package jax, which is not installed; pip install 'tautflex[batch]'"
+    assert done.stdout.strip() == (
+        "batch: expected the packages jax and threadpoolctl, not both installed; pip install 'tautflex[batch]'"
     )
 
 
