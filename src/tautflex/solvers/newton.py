@@ -12,8 +12,8 @@ from tautflex.solvers.secant import SecantMemory
 
 Array = NDArray[np.float64]
 
-# A slower old tangent is given up. A refactorization costs ten iterations (40x20 film), but the rate of one iteration
-# is a pessimistic guess: the secant memory has yet to learn (measured: large amplitude, 1 ms steps, 8 to 40 tried).
+# A slower old tangent is given up. A refactorization costs ten iterations (40x20 film), but a rate is a pessimistic
+# guess while the secant memory learns; the first one of a step tells nothing about the next ones at all.
 PATIENCE = 20
 SLOPE_ACCEPTED = 0.9
 
@@ -74,7 +74,7 @@ def solve_newton(
 
     Every step is judged by the slope of the potential along it, ``step . residual``: if that does not fall, an old
     tangent is refreshed at once, and a fresh one is followed by a secant line search. A converging but slow old
-    tangent is refreshed when it would need more than `PATIENCE` further iterations.
+    tangent is refreshed when, from its second step on, it would need more than `PATIENCE` further iterations.
 
     Parameters
     ----------
@@ -122,7 +122,8 @@ def solve_newton(
             fraction, trial, trial_error = _line_search(problem, x, step, slope, trial, outcome)
             memory.shorten(fraction)
             end = x + fraction * step
-        slow = _iterations_left(error, trial_error, tolerance) > PATIENCE
+        patience = PATIENCE if outcome.iterations > 1 or trial_error >= error else np.inf
+        slow = _iterations_left(error, trial_error, tolerance) > patience
         x, residual, error = end, trial, trial_error
         fresh = False
         if slow and error > tolerance and np.isfinite(error):

@@ -33,8 +33,8 @@ Array = NDArray[np.float64]
 # The force scale of a step never falls below this part of the largest one met so far: after the motion has died
 # away there is nothing to resolve at full relative accuracy.
 _SCALE_FLOOR = 1e-3
-# Iterations lost to an old factorization, summed over steps, that pay for a new one (measured: 40x20 antenna).
-_REFRESH_COST = 16
+# Iterations lost to an old factorization, summed over steps, that pay for a new one (measured: 40x20 film and antenna).
+_REFRESH_COST = 10
 _NONE = np.zeros(0)
 
 
