@@ -12,7 +12,7 @@ from tautflex.solvers.secant import SecantMemory
 
 Array = NDArray[np.float64]
 
-# A slower old tangent is given up. A refactorization costs ten iterations (40x20 film), but a rate is a pessimistic
+# A slower old tangent is given up. A refactorization costs nine iterations (40x20 film), but a rate is a pessimistic
 # guess while the secant memory learns; the first one of a step tells nothing about the next ones at all.
 PATIENCE = 20
 SLOPE_ACCEPTED = 0.9
