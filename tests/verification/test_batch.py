@@ -57,6 +57,13 @@ def _difference(one, other) -> float:
     return max(float(np.abs(one[name] - other[name]).max() / np.abs(other[name]).max()) for name in VARIABLES)
 
 
+def _worst_run(data, plant, table, options):
+    """Largest difference of the runs of a batch to single runs with their numbers."""
+    runs = range(data.sizes["run"])
+    rows = [{name: float(values[run]) for name, values in table.items()} for run in runs]
+    return max(_difference(data.isel(run=run), _single(plant, rows[run], options)) for run in runs)
+
+
 def _table(count):
     """Runs between the nominal numbers and those above."""
     nominal = {**dict.fromkeys(NUMBERS, 1.0), "damping.alpha": 0.1, "damping.beta": 1e-3}
@@ -69,10 +76,8 @@ def test_batch_of_reduced_model_is_the_single_runs(rom, verification_row):
     options, table = _options(method=tf.Newmark()), _table(3)
     batch = tf.Batch(rom)
     data = batch.simulate(table, tf.Stop(0.6, 0.04), chunk=2, **options)
-    worst = 0.0
-    for run in range(3):
-        numbers = {name: float(values[run]) for name, values in table.items()}
-        worst = max(worst, _difference(data.isel(run=run), _single(rom, numbers, options)))
+    assert data.sizes["run"] == 3
+    worst = _worst_run(data, rom, table, options)
     assert worst < 1e-9
     verification_row("batch of a reduced model, 3 runs with 11 parameters, Newmark", 0, worst, "single runs")
     assert set(data.status.values) == {"completed"}
@@ -99,10 +104,8 @@ def test_central_differences_of_reduced_model_are_the_single_runs(rom, verificat
     options, table = _options(method=tf.CentralDifference(), tolerance=None), _table(3)
     batch = tf.Batch(rom)
     data = batch.simulate(table, tf.Stop(0.6, 0.04), chunk=2, **options)
-    worst = 0.0
-    for run in range(3):
-        numbers = {name: float(values[run]) for name, values in table.items()}
-        worst = max(worst, _difference(data.isel(run=run), _single(rom, numbers, options)))
+    assert data.sizes["run"] == 3
+    worst = _worst_run(data, rom, table, options)
     assert worst < 1e-9
     verification_row("batch of a reduced model, 3 runs, 11 parameters, central differences", 0, worst, "single runs")
 
@@ -140,10 +143,8 @@ def test_fixed_stress_fields_cost_less_than_the_truncation_of_the_single_run(sta
 def test_batch_of_full_model_is_the_single_runs(state, verification_row):
     options, table = _options(method=tf.GeneralizedAlpha(0.8)), _table(2)
     data = tf.Batch(state).simulate(table, tf.Stop(0.6, 0.04), **options)
-    worst = 0.0
-    for run in range(2):
-        numbers = {name: float(values[run]) for name, values in table.items()}
-        worst = max(worst, _difference(data.isel(run=run), _single(state, numbers, options)))
+    assert data.sizes["run"] == 2
+    worst = _worst_run(data, state, table, options)
     assert worst < 1e-8
     verification_row("batch of the full model, 2 runs with 11 parameters, generalized-alpha", 0, worst, "single runs")
 

@@ -18,7 +18,7 @@ from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.maneuvers import unit_axis
 from tautflex.reduction.model import ReducedModel
 from tautflex.reduction.monomials import monomial_sizes
-from tautflex.reduction.pieces import Factors, mixed_quadratic
+from tautflex.reduction.pieces import Factors, mixed_quadratic, weigh
 
 Array = NDArray[np.float64]
 
@@ -166,15 +166,8 @@ class Assembly:
         """
         pieces = self._rom.pieces
         r = pieces.kept
-        young = {kind: factors.youngs_modulus.get(kind, 1.0) for kind in pieces.elastic}
+        stiffness, force, cubic = weigh(pieces, factors, xp)
         density = {kind: factors.density.get(kind, 1.0) for kind in pieces.inertia}
-        tension = {"x": factors.tension_x, "y": factors.tension_y}
-        if "xy" in pieces.stress:
-            tension["xy"] = xp.sqrt(factors.tension_x * factors.tension_y)
-        stiffness = sum(young[kind] * part for kind, part in pieces.elastic.items())
-        stiffness = stiffness + sum(tension[name] * part for name, part in pieces.stress.items())
-        force = sum(young[kind] * part.quadratic for kind, part in pieces.higher.items())
-        cubic = sum(young[kind] * part.cubic for kind, part in pieces.higher.items())
         pair = sum(density[kind] * part for kind, part in self._pair.items())
         load = sum(density[kind] * part for kind, part in self._load.items())
         k_pa, k_pp, h = stiffness[r:, :r], stiffness[r:, r:], force[r:]

@@ -209,7 +209,37 @@ def project_moments(inertia: InertiaOperator, vectors: Array) -> Moments:
     return Moments(pair, inertia.first_moment @ vectors.T, inertia.zeroth_moment @ vectors.T)
 
 
-def assemble(pieces: Pieces, factors: Factors | None = None, xp: ModuleType = np) -> Coefficients:
+def weigh(pieces: Pieces, factors: Factors, xp: ModuleType) -> tuple[Any, Any, Any]:
+    """Stiffness, second-degree force and fourth-degree coefficients of coordinates and companions under parameters.
+
+    Parameters
+    ----------
+    pieces
+        Projected structure.
+    factors
+        Parameters, possibly traced.
+    xp
+        Array library: numpy, or one with its interface such as jax.numpy.
+
+    Returns
+    -------
+    tuple
+        Shapes (r + p, r + p), (r + p, m) and (m, m).
+    """
+    young = {kind: factors.youngs_modulus.get(kind, 1.0) for kind in pieces.elastic}
+    tension = {
+        "x": factors.tension_x,
+        "y": factors.tension_y,
+        "xy": xp.sqrt(factors.tension_x * factors.tension_y) if "xy" in pieces.stress else 0.0,
+    }
+    stiffness = sum(young[kind] * part for kind, part in pieces.elastic.items())
+    stiffness = stiffness + sum(tension[name] * part for name, part in pieces.stress.items())
+    force = sum(young[kind] * part.quadratic for kind, part in pieces.higher.items())
+    cubic = sum(young[kind] * part.cubic for kind, part in pieces.higher.items())
+    return stiffness, force, cubic
+
+
+def assemble(pieces: Pieces, factors: Factors | None = None) -> Coefficients:
     """Weigh the pieces with parameters and condense the companions.
 
     Parameters
@@ -218,8 +248,6 @@ def assemble(pieces: Pieces, factors: Factors | None = None, xp: ModuleType = np
         Projected structure.
     factors
         Parameters; None is the state that was reduced.
-    xp
-        Array library: numpy, or one with its interface such as jax.numpy.
 
     Returns
     -------
@@ -227,16 +255,7 @@ def assemble(pieces: Pieces, factors: Factors | None = None, xp: ModuleType = np
     """
     factors = factors or Factors()
     r = pieces.kept
-    young = {kind: factors.youngs_modulus.get(kind, 1.0) for kind in pieces.elastic}
-    stiffness = sum(young[kind] * part for kind, part in pieces.elastic.items())
-    force = sum(young[kind] * part.quadratic for kind, part in pieces.higher.items())
-    cubic = sum(young[kind] * part.cubic for kind, part in pieces.higher.items())
-    tension = {
-        "x": factors.tension_x,
-        "y": factors.tension_y,
-        "xy": xp.sqrt(factors.tension_x * factors.tension_y) if "xy" in pieces.stress else 0.0,
-    }
-    stiffness = stiffness + sum(tension[name] * part for name, part in pieces.stress.items())
+    stiffness, force, cubic = weigh(pieces, factors, np)
     density = {kind: factors.density.get(kind, 1.0) for kind in pieces.inertia}
     pair, first, zeroth = (
         sum(density[kind] * getattr(part, name) for kind, part in pieces.inertia.items())
@@ -245,19 +264,19 @@ def assemble(pieces: Pieces, factors: Factors | None = None, xp: ModuleType = np
     k_pa, k_pp, h = stiffness[r:, :r], stiffness[r:, r:], force[r:]
     # One solution for everything the companions follow.
     p = k_pp.shape[0]
-    loads = xp.concatenate([first[..., r:].reshape(9, p), zeroth[..., r:]])
-    follow = -xp.linalg.solve(k_pp, xp.concatenate([k_pa, h, loads.T], axis=1))
+    loads = np.concatenate([first[..., r:].reshape(9, p), zeroth[..., r:]])
+    follow = -np.linalg.solve(k_pp, np.concatenate([k_pa, h, loads.T], axis=1))
     d, e, pulled = follow[:, :r], follow[:, r : r + h.shape[1]], follow[:, r + h.shape[1] :].T
     # Coordinates move the companions along: V' = kept + D' companions.
-    reach = xp.concatenate([xp.eye(r), d])
+    reach = np.concatenate([np.eye(r), d])
     return Coefficients(
-        mass=_even(xp.einsum("aapq,pi,qj->ij", pair, reach, reach)),
+        mass=_even(np.einsum("aapq,pi,qj->ij", pair, reach, reach)),
         linear=_even(stiffness[:r, :r] + k_pa.T @ d),
-        quadratic=force[:r] + mixed_quadratic(k_pa.T @ e, r, xp),
+        quadratic=force[:r] + mixed_quadratic(k_pa.T @ e, r, np),
         cubic=_even(cubic + 4.0 * h.T @ e),
         viscous=_even(-h.T @ e),
-        turning=xp.einsum("abpq,pi,qj->abij", pair, reach, reach),
-        turning_companions=xp.einsum("pm,abpq,qj->abmj", e, pair[..., r:, :], reach),
+        turning=np.einsum("abpq,pi,qj->abij", pair, reach, reach),
+        turning_companions=np.einsum("pm,abpq,qj->abmj", e, pair[..., r:, :], reach),
         first=first @ reach,
         zeroth=zeroth @ reach,
         first_stress=first[..., r:] @ e,
