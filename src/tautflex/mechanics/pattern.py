@@ -94,6 +94,19 @@ def _find_element_slots(
                 slots[i, j, e] = _find_slot(size, start, rows, dofs[e, i], dofs[e, j])
 
 
+@_jit
+def _find_upper_slots(
+    size: int, start: NDArray[np.int32], rows: NDArray[np.int32], dofs: Indices, slots: NDArray[np.uint32]
+) -> None:
+    for e in range(dofs.shape[0]):
+        pair = 0
+        for i in range(dofs.shape[1]):
+            for j in range(i + 1):
+                row, column = min(dofs[e, i], dofs[e, j]), max(dofs[e, i], dofs[e, j])
+                slots[pair, e] = _find_slot(size, start, rows, row, column)
+                pair += 1
+
+
 @dataclass(frozen=True)
 class SparsityPattern:
     """Compressed-column pattern with sorted rows, symmetric in structure.
@@ -152,6 +165,16 @@ class SparsityPattern:
         _find_element_slots(self.size, self.column_start, self.rows, dofs, slots)
         return slots
 
+    def upper_slots(self, dofs: NDArray[np.int64]) -> NDArray[np.uint32]:
+        """Positions in the upper triangle of the pairs (i, j <= i) of element unknowns, for dofs (element, dof).
+
+        Shape (pair, element), pairs in the order (0, 0), (1, 0), (1, 1), (2, 0) ...
+        """
+        _, start, rows = self.upper
+        slots = np.empty((dofs.shape[1] * (dofs.shape[1] + 1) // 2, len(dofs)), dtype=np.uint32)
+        _find_upper_slots(self.size, start, rows, dofs, slots)
+        return slots
+
     def matrix(self, values: Array) -> csc_array:
         """Sparse matrix (entries,) -> (size, size) that shares this pattern's index arrays."""
         result = csc_array((values, self.rows, self.column_start), shape=(self.size, self.size), copy=False)
@@ -177,6 +200,21 @@ class SparsityPattern:
         keep = np.flatnonzero(self.rows <= self.columns)
         start = np.searchsorted(self.columns[keep], np.arange(self.size + 1))
         return keep, start.astype(np.int32), self.rows[keep]
+
+    @cached_property
+    def from_upper(self) -> NDArray[np.uint32]:
+        """Position in the upper triangle of every stored entry of a symmetric matrix, shape (entries,)."""
+        keep, _, _ = self.upper
+        place = np.empty(self.entries, dtype=np.uint32)
+        place[keep] = np.arange(len(keep))
+        lower = np.flatnonzero(self.rows > self.columns)
+        place[lower] = place[self.transpose_slots[lower]]
+        return place
+
+    @cached_property
+    def upper_diagonal(self) -> NDArray[np.int64]:
+        """Position in the upper triangle of the diagonal: the last entry of every column, shape (size,)."""
+        return self.upper[1][1:].astype(np.int64) - 1
 
     def upper_matrix(self, values: Array) -> csc_array:
         """Upper triangle of a symmetric matrix given by its values."""

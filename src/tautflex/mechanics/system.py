@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cached_property
 from typing import Any
 
@@ -45,7 +46,7 @@ class StructuralSystem:
         self._dofs = [place[block.dofs] for block in self.blocks]
         self._places = [np.ascontiguousarray(dofs.T).astype(np.uint32) for dofs in self._dofs]
         self.pattern = SparsityPattern.from_elements(self.size, self._dofs)
-        self._slots = [self.pattern.element_slots(dofs) for dofs in self._dofs]
+        self._slots = [self.pattern.upper_slots(dofs) for dofs in self._dofs]
         self._set_stress(initial_stress or [block.initial_stress for block in self.blocks])
 
     def _set_stress(self, initial_stress: list[Array]) -> None:
@@ -119,13 +120,16 @@ class StructuralSystem:
     @cached_property
     def inertia(self) -> InertiaOperator:
         """Inertia operator on the free unknowns."""
-        return InertiaOperator.from_blocks(self.blocks, self._places, self._slots, self.pattern)
+        return self._inertia_of(range(len(self.blocks)))
 
     def inertia_of(self, kind: str) -> InertiaOperator:
         """Inertia operator of the blocks of one kind, on all free unknowns."""
-        chosen = self.block_index(kind)
-        blocks, places = [self.blocks[i] for i in chosen], [self._places[i] for i in chosen]
-        return InertiaOperator.from_blocks(blocks, places, [self._slots[i] for i in chosen], self.pattern)
+        return self._inertia_of(self.block_index(kind))
+
+    def _inertia_of(self, chosen: Iterable[int]) -> InertiaOperator:
+        parts = [(self.blocks[i], self._places[i], self.pattern.element_slots(self._dofs[i])) for i in chosen]
+        blocks, places, slots = ([part[k] for part in parts] for k in range(3))
+        return InertiaOperator.from_blocks(blocks, places, slots, self.pattern)
 
     def extended(self, q: Array) -> Array:
         """Free unknowns with the zero of all supported ones behind them (a reused buffer)."""
@@ -165,12 +169,17 @@ class StructuralSystem:
         add_average_forces(self.store, before, after, force)
         return force[:-1]
 
-    def tangent(self, q: Array) -> Array:
-        """Values of the tangent stiffness [N/m ...] at free unknowns ``q`` in the pattern, shape (entries,)."""
-        extended, values = self.extended(q), np.zeros(self.pattern.entries + 1)
+    def upper_tangent(self, q: Array) -> Array:
+        """Upper triangle of the tangent stiffness [N/m ...] at free unknowns ``q``, shape (upper entries,)."""
+        extended, values = self.extended(q), np.zeros(len(self.pattern.upper[0]) + 1)
         for block, slots in enumerate(self._slots):
             add_tangent(self.store, block, extended, slots, values)
         return values[:-1]
+
+    def tangent(self, q: Array) -> Array:
+        """Values of the tangent stiffness [N/m ...] at free unknowns ``q`` in the pattern, shape (entries,)."""
+        values: Array = self.upper_tangent(q)[self.pattern.from_upper]
+        return values
 
     def matrix(self, values: Array) -> csc_array:
         """Sparse matrix of values in the pattern."""

@@ -1,4 +1,4 @@
-"""Compiled tangents of any element block, added straight into the values of the sparsity pattern [theory.md 2]."""
+"""Compiled tangents of any element block, added to the upper triangle of the sparsity pattern [theory.md 2]."""
 
 from __future__ import annotations
 
@@ -107,21 +107,18 @@ def _block_tangent(data: Any, q: Array, slots: Places, values: Array) -> None:
                 result, part = element[column, k], half[row, k]
                 for e in range(width):
                     result[e] += measure[e] * factor[e] * part[e]
+        pair = 0
         for m in range(unknowns):
             for k in range(m + 1):
-                part, place = element[m, k], slots[m, k, first : first + width]
+                part, place = element[m, k], slots[pair, first : first + width]
                 for e in range(width):
                     values[place[e]] += part[e]
-        for m in range(unknowns):
-            for k in range(m):
-                part, place = element[m, k], slots[k, m, first : first + width]
-                for e in range(width):
-                    values[place[e]] += part[e]
+                pair += 1
 
 
 @_jit
 def add_tangent(store: Any, block: int, q: Array, slots: Places, values: Array) -> None:
-    """Add one block's tangents ``G' V (B' D B + sigma.Q) G`` to sparse values.
+    """Add one block's tangents ``G' V (B' D B + sigma.Q) G`` to the values of an upper triangle.
 
     Parameters
     ----------
@@ -132,8 +129,8 @@ def add_tangent(store: Any, block: int, q: Array, slots: Places, values: Array) 
     q
         Extended vector, shape (size + 1,).
     slots
-        Places of the element matrices' entries, shape (dof, dof, element).
+        Places of the pairs of element unknowns, `SparsityPattern.upper_slots`.
     values
-        Values in the pattern and one more for what belongs to supports, shape (entries + 1,).
+        Values of the upper triangle and one more for what belongs to supports, shape (upper entries + 1,).
     """
     _block_tangent(block_data(store, block), q, slots, values)

@@ -102,22 +102,26 @@ class SymmetricFactorization:
         numpy.linalg.LinAlgError
             If the matrix is singular or not finite.
         """
+        self.factorize_upper(values[self.pattern.upper[0]])
+
+    def factorize_upper(self, upper: Array) -> None:
+        """Factorize the symmetric matrix with this upper triangle, shape (upper entries,); errors of `factorize`."""
         # The sum alone is finite unless an entry is not, or (hardly ever) it overflows.
-        if not np.isfinite(values.sum()) and not np.all(np.isfinite(values)):
+        if not np.isfinite(upper.sum()) and not np.all(np.isfinite(upper)):
             raise np.linalg.LinAlgError("matrix has entries that are not finite")
         self.factorizations += 1
         self._ready, self._fallback = False, None
-        upper = self._reduce(values[self.pattern.upper[0]])
+        kept = self._reduce(upper)
         if self._direct is None:
             self._direct = _choose()(self.pattern.size, self._start, self._rows, self._memo())
         try:
-            self._direct.factorize(upper)
-            trusted = not self._direct.negative_pivots() or self._leaves_no_residual(values)
+            self._direct.factorize(kept)
+            trusted = not self._direct.negative_pivots() or self._leaves_no_residual(upper)
         except np.linalg.LinAlgError:
             trusted = False
         if not trusted:
             self._fallback = PivotedLU(self.pattern.size, self._start, self._rows, {})
-            self._fallback.factorize(upper)
+            self._fallback.factorize(kept)
         self._ready = True
 
     def _reduce(self, upper: Array) -> Array:
@@ -141,11 +145,11 @@ class SymmetricFactorization:
             del memo[next(iter(memo))]
         return memo.setdefault(part, {})
 
-    def _leaves_no_residual(self, values: Array) -> bool:
+    def _leaves_no_residual(self, upper: Array) -> bool:
         """Whether the factors of an indefinite matrix reproduce it: without pivoting their entries may grow."""
         assert self._direct is not None
         expected = np.random.default_rng(0).standard_normal(self.pattern.size)
-        matrix = self.pattern.symmetric_matrix(values)
+        matrix = self.pattern.symmetric_matrix(upper[self.pattern.from_upper])
         right = matrix @ expected
         left = right - matrix @ self._direct.solve(right)
         return bool(np.linalg.norm(left) <= _TRUSTED * np.linalg.norm(right))

@@ -109,7 +109,7 @@ def solve_newton(
     while error > tolerance and outcome.iterations < max_iterations and np.isfinite(error):
         if not problem.ready():
             refresh()
-        step, slope = memory.propose(problem.solve(residual), residual)
+        step, slope = memory.propose(problem.solve, residual)
         outcome.iterations += 1
         end = x + step
         trial, trial_error = _measure(problem, end, outcome)

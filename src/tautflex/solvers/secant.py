@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Protocol
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -93,6 +96,18 @@ def _propose(
     return step, slope, count
 
 
+class Axes(Protocol):
+    """Axes in which the factorized matrix stays the same."""
+
+    def into(self, vector: Array) -> Array:
+        """A force in these axes, a new array of shape (size,)."""
+        ...
+
+    def out_of(self, vector: Array) -> Array:
+        """A displacement in these axes back in the structure's, in place; the transpose of `into`."""
+        ...
+
+
 class SecantMemory:
     """Anderson acceleration in the energy norm of the factorized matrix K.
 
@@ -105,10 +120,12 @@ class SecantMemory:
     ----------
     depth
         Pairs kept.
+    axes
+        Where the matrix was factorized, and where pairs are kept; None for the structure's own.
     """
 
-    def __init__(self, depth: int = 6) -> None:
-        self._depth, self._size = depth, -1
+    def __init__(self, depth: int = 6, axes: Axes | None = None) -> None:
+        self._depth, self._size, self._axes = depth, -1, axes
         self.clear()
 
     def clear(self) -> None:
@@ -120,13 +137,13 @@ class SecantMemory:
         """Begin a new solution: the next proposal does not follow from the last one."""
         self._known = False
 
-    def propose(self, solution: Array, residual: Array) -> tuple[Array, float]:
+    def propose(self, solve: Callable[[Array], Array], residual: Array) -> tuple[Array, float]:
         """Learn from the step proposed last, if it was taken, and propose the next one.
 
         Parameters
         ----------
-        solution
-            ``K^-1 residual``, shape (size,).
+        solve
+            Applies ``K^-1``.
         residual
             At the point where the last proposal led, shape (size,).
 
@@ -137,6 +154,9 @@ class SecantMemory:
         slope
             ``step . residual``, the slope of the potential along the step.
         """
+        if self._axes is not None:
+            residual = self._axes.into(residual)
+        solution = solve(residual)
         if self._size != residual.size:
             self._size = residual.size
             self._changes, self._shifts = np.empty((2, self._depth, self._size))
@@ -145,7 +165,7 @@ class SecantMemory:
             self._changes, self._shifts, self._gram, self._count, self._known, self._last, solution, residual
         )
         self._known = self._depth > 0
-        return step, slope
+        return step if self._axes is None else self._axes.out_of(step), slope
 
     def shorten(self, fraction: float) -> None:
         """Only this part of the last proposal was taken."""

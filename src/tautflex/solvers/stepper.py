@@ -12,6 +12,7 @@ from tautflex.mechanics.damping import Rayleigh
 from tautflex.mechanics.inputs import InputSet
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.solvers.corotation import Corotation
 from tautflex.solvers.equation import EquationOfMotion, MotionState, MotionTerms
 from tautflex.solvers.integrator import Combination, ImplicitMethod, StepScheme
 from tautflex.solvers.linear import SymmetricFactorization
@@ -75,12 +76,11 @@ class Stepper:
         self._factor = SymmetricFactorization(self._pattern)
         self._factor_size, self._factor_inertia = 0.0, 0.0
         self._fewest_iterations, self._lost_iterations, self._judged = 0, 0, 0
-        self._memory = SecantMemory()
+        self._corotation = Corotation(system)
+        self._memory = SecantMemory(axes=self._corotation)
         self._scheme: tuple[float, _Coefficients] | None = None
         self._largest_scale = 0.0
-        unknowns = np.arange(self._pattern.size)
-        self._diagonal_slots = self._pattern.slots(unknowns, unknowns)
-        self._diagonal = self.state.tangent_entries[self._diagonal_slots]
+        self._diagonal = self.state.tangent_entries[self._pattern.upper[0]][self._pattern.upper_diagonal]
 
     @property
     def statistics(self) -> Statistics:
@@ -119,6 +119,7 @@ class Stepper:
         self.equation.set_time(instant, segment.end)
         problem = _StepProblem(self, coefficients, terms, at, size)
         guess = first_guess(scheme.evaluation * size, at.v, at.a, _NONE if at.jerk is None else at.jerk)
+        self._corotation.follow(at.q + guess)
         outcome = solve_newton(problem, guess, self.tolerance, self.max_iterations, self._memory)
         self.statistics.iterations += outcome.iterations
         q, v, a, jerk = end_of_step(coefficients.end, size, outcome.x, at.q, at.v, at.a)
@@ -155,15 +156,17 @@ class Stepper:
         The skew parts (gyroscopic, Euler) are small against the inertia of a resolved step and are left to the
         iteration.
         """
-        tangent = self._system.tangent(q)
-        self._diagonal = tangent[self._diagonal_slots]
-        values = tangent if scheme.weight == 1.0 else scheme.weight * tangent
+        values = self._system.upper_tangent(q)
+        self._diagonal = values[self._pattern.upper_diagonal]
+        if scheme.weight != 1.0:
+            values *= scheme.weight
         values += self.coefficients(size).constant_stiffness
         symmetric = 0.5 * (terms.displacement + terms.displacement.T)
         if symmetric.any():
-            values += scheme.weight * self._inertia.entries(symmetric)
-        self._factor.factorize(values)
+            values += scheme.weight * self._inertia.entries(symmetric)[self._pattern.upper[0]]
+        self._factor.factorize_upper(values)
         self._factor_size, self._factor_inertia = size, scheme.inertia.d
+        self._corotation.restart(q)
 
     def usable_factor(self, size: float) -> bool:
         """Whether the last factors belong to this step size."""
@@ -195,10 +198,11 @@ class _Coefficients:
         inertia, velocity = scheme.inertia, scheme.velocity
         self.known = np.array([scheme.weight, inertia.v, inertia.a, velocity.v, velocity.a])
         self.linear = equation.products.combined(inertia.d, scheme.weight * velocity.d)
-        # The same in the whole pattern, for the effective stiffness.
-        self.constant_stiffness = inertia.d * equation.inertia.mass_entries
+        # The same in the pattern's upper triangle, for the effective stiffness.
+        constant = inertia.d * equation.inertia.mass_entries
         if equation.products.damped:
-            self.constant_stiffness += scheme.weight * velocity.d * equation.damping_entries
+            constant += scheme.weight * velocity.d * equation.damping_entries
+        self.constant_stiffness = constant[equation.system.pattern.upper[0]]
 
 
 class _StepProblem:

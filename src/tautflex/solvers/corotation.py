@@ -1,0 +1,133 @@
+"""Axes that turn with the structure, in which an old tangent stays good.
+
+The stiffness of a film, cable or beam is that of its plane or line. Rotating it by a degree couples transverse and
+in-plane unknowns anew, which is what makes a kept tangent useless, though in axes that turn with the material it has
+hardly changed. With Q the rotation of every node since the tangent was factorized, to first order ``1 + theta x``,
+
+    K_now ~ Q K_then Q',    K_now^-1 ~ Q K_then^-1 Q'
+
+(the corotational view of a tangent; a node's mass is the same in all directions, so the effective stiffness of a step
+turns likewise). Only the iteration's speed depends on it, never its result.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from tautflex.mechanics.inertia import cross_matrix
+from tautflex.mechanics.products import product
+from tautflex.mechanics.system import StructuralSystem
+
+Array = NDArray[np.float64]
+Places = NDArray[np.uint32]
+
+# Directions in which the neighbours of a node say nothing about its rotation: along a straight cable or beam.
+_SINGULAR = 1e-6
+
+_jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, error_model="numpy")
+
+
+@_jit
+def _turn(places: Places, owner: Places, angle: Array, sign: float, vector: Array) -> None:
+    """Add ``sign angle x`` to every vector of three unknowns, in place."""
+    for k in range(owner.size):
+        i, j, m = places[k, 0], places[k, 1], places[k, 2]
+        x, y, z = sign * angle[owner[k], 0], sign * angle[owner[k], 1], sign * angle[owner[k], 2]
+        a, b, c = vector[i], vector[j], vector[m]
+        vector[i] = a + y * c - z * b
+        vector[j] = b + z * a - x * c
+        vector[m] = c + x * b - y * a
+
+
+def _neighbours(system: StructuralSystem) -> NDArray[np.int64]:
+    """Pairs of nodes that share an element, each in both directions, shape (pair, 2)."""
+    pairs = [np.zeros((0, 2), dtype=np.int64)]
+    for group in system.model.groups:
+        corners = group.connectivity.shape[1]
+        pairs += [group.connectivity[:, [i, j]] for i in range(corners) for j in range(corners) if i != j]
+    return np.unique(np.concatenate(pairs), axis=0)
+
+
+def rotation_operator(system: StructuralSystem, nodes: NDArray[np.int64]) -> csr_array:
+    """Rotations of nodes that fit the displacements of their neighbours best, linear in the free unknowns.
+
+    Minimises ``sum |d - theta x e|^2 / |e|^2`` over the neighbours, with e their distance and d their relative
+    displacement: ``theta = (sum I - e e'/|e|^2)^-1 sum e x d / |e|^2``; exact for a rigid rotation.
+
+    Parameters
+    ----------
+    system
+        The structure.
+    nodes
+        Node numbers.
+
+    Returns
+    -------
+    csr_array
+        Rotation vectors [rad], node after node, from free unknowns, shape (3 nodes, size).
+    """
+    model, count = system.model, len(nodes)
+    rank = np.full(len(model.nodes), -1)
+    rank[nodes] = np.arange(count)
+    pairs = _neighbours(system)
+    pairs = pairs[rank[pairs[:, 0]] >= 0]
+    own, arm = rank[pairs[:, 0]], model.nodes[pairs[:, 1]] - model.nodes[pairs[:, 0]]
+    square = np.sum(arm**2, axis=1)[:, None, None]
+    normal = np.zeros((count, 3, 3))
+    np.add.at(normal, own, np.eye(3) - arm[:, :, None] * arm[:, None, :] / square)
+    cross = np.array([cross_matrix(vector) for vector in arm]).reshape(-1, 3, 3)
+    weight = np.linalg.pinv(normal, rcond=_SINGULAR, hermitian=True)[own] @ cross / square
+    place = system.place[model.translation_dofs]
+    rows = np.broadcast_to((3 * own[:, None] + np.arange(3))[:, :, None], weight.shape)
+    columns = [np.broadcast_to(place[pairs[:, end], None, :], weight.shape) for end in (1, 0)]
+    values = np.concatenate([weight.ravel(), -weight.ravel()])
+    row, column = np.concatenate([rows.ravel()] * 2), np.concatenate([part.ravel() for part in columns])
+    used = column < system.size
+    operator = csr_array((values[used], (row[used], column[used])), shape=(3 * count, system.size))
+    operator.sum_duplicates()
+    operator.data[np.abs(operator.data) <= 1e-12 * np.abs(operator.data).max(initial=0.0)] = 0.0
+    operator.eliminate_zeros()
+    return operator
+
+
+class Corotation:
+    """Rotation of a structure's nodes since its tangent was factorized.
+
+    Parameters
+    ----------
+    system
+        The structure. Nodes with supported translations are not turned.
+    """
+
+    def __init__(self, system: StructuralSystem) -> None:
+        model = system.model
+        place = system.place[model.translation_dofs]
+        nodes = np.flatnonzero(np.all(place < system.size, axis=1))
+        operator = rotation_operator(system, nodes)
+        self._operator = operator.indptr.astype(np.int64), operator.indices.astype(np.uint32), operator.data
+        self._places, self._owner = place[nodes].astype(np.uint32), np.arange(len(nodes), dtype=np.uint32)
+        self._then = np.zeros(system.size)
+        self._angle = np.zeros((len(nodes), 3))
+
+    def restart(self, q: Array) -> None:
+        """A tangent was factorized at ``q``, shape (size,)."""
+        self._then = q.copy()
+        self._angle = np.zeros_like(self._angle)
+
+    def follow(self, q: Array) -> None:
+        """Turn with the nodes to ``q``, shape (size,)."""
+        self._angle = product(*self._operator, q - self._then).reshape(-1, 3)
+
+    def into(self, vector: Array) -> Array:
+        """``Q' vector``: as seen where the tangent was factorized, a new array of shape (size,)."""
+        turned = vector.copy()
+        _turn(self._places, self._owner, self._angle, -1.0, turned)
+        return turned
+
+    def out_of(self, vector: Array) -> Array:
+        """``Q vector``, in place."""
+        _turn(self._places, self._owner, self._angle, 1.0, vector)
+        return vector
