@@ -127,8 +127,9 @@ class StructuralSystem:
         return self._inertia_of(self.block_index(kind))
 
     def _inertia_of(self, chosen: Iterable[int]) -> InertiaOperator:
-        parts = [(self.blocks[i], self._places[i], self.pattern.element_slots(self._dofs[i])) for i in chosen]
-        blocks, places, slots = ([part[k] for part in parts] for k in range(3))
+        chosen = list(chosen)
+        blocks, places = [self.blocks[i] for i in chosen], [self._places[i] for i in chosen]
+        slots = [self.pattern.element_slots(self._dofs[i]) for i in chosen]
         return InertiaOperator.from_blocks(blocks, places, slots, self.pattern)
 
     def extended(self, q: Array) -> Array:

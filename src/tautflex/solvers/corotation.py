@@ -108,7 +108,14 @@ class Corotation:
         nodes = np.flatnonzero(np.all(place < system.size, axis=1))
         operator = rotation_operator(system, nodes)
         self._operator = operator.indptr.astype(np.int64), operator.indices.astype(np.uint32), operator.data
-        self._places, self._owner = place[nodes].astype(np.uint32), np.arange(len(nodes), dtype=np.uint32)
+        # Rotations of beam nodes are vectors that turn as well.
+        offset = model.dof_offset
+        turned = nodes[np.diff(offset)[nodes] == 6]
+        rotations = system.place[offset[turned][:, None] + np.arange(3, 6)]
+        free = np.all(rotations < system.size, axis=1)
+        owners = [np.arange(len(nodes)), np.searchsorted(nodes, turned[free])]
+        self._places = np.concatenate([place[nodes], rotations[free]]).astype(np.uint32)
+        self._owner = np.concatenate(owners).astype(np.uint32)
         self._then = np.zeros(system.size)
         self._angle = np.zeros((len(nodes), 3))
 

@@ -23,7 +23,7 @@ from tautflex.solvers.equation import EquationOfMotion, MotionState
 from tautflex.solvers.integrator import Combination, ImplicitMethod, StepScheme
 from tautflex.solvers.linear import SymmetricFactorization
 from tautflex.solvers.momentum import MomentumBalance, RigidBlocks
-from tautflex.solvers.newton import NewtonOutcome, solve_newton
+from tautflex.solvers.newton import NewtonOutcome, relative_error, solve_newton
 from tautflex.solvers.probes import ProbeSet
 from tautflex.solvers.secant import SecantMemory
 
@@ -291,7 +291,8 @@ class _HubProblem:
         norms = [float(np.linalg.norm(part)) for part in (internal, rigid, inertia)]
         self.scale = max(norms[0], norms[1])
         lost = 100.0 * float(np.finfo(float).eps) / stepper._tolerance * sum(norms)
-        return forces + rigid + inertia, max(self.scale, lost, 1e-3 * stepper._scale)
+        total = forces + rigid + inertia
+        return total, relative_error(float(np.linalg.norm(total)), max(self.scale, lost, 1e-3 * stepper._scale))
 
     def refresh(self, x: Array) -> None:
         self._stepper.refresh(self._at.q + x, self._scheme, self._size)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -22,7 +23,7 @@ class NonlinearProblem(Protocol):
     """Residual and approximate tangent of ``residual(x) = 0``."""
 
     def residual(self, x: Array) -> tuple[Array, float]:
-        """Residual [N] and the force scale [N] that its norm is measured against."""
+        """Residual [N] and its norm over the force scale that it is measured against, see `relative_error`."""
         ...
 
     def solve(self, right: Array) -> Array:
@@ -51,7 +52,7 @@ class NewtonOutcome:
     residual
         Residual at ``x`` [N].
     history
-        Residual norms divided by their scales, one per evaluation.
+        Relative errors, one per evaluation.
     iterations
         Number of back-substitutions that made a step.
     """
@@ -61,6 +62,13 @@ class NewtonOutcome:
     residual: Array = field(default_factory=lambda: np.zeros(0))
     history: list[float] = field(default_factory=list)
     iterations: int = 0
+
+
+def relative_error(norm: float, scale: float) -> float:
+    """Norm of a residual over its force scale; zero forces are in balance whatever the scale."""
+    if norm == 0.0:
+        return 0.0
+    return norm / scale if scale > 0.0 else math.inf
 
 
 def solve_newton(
@@ -106,7 +114,7 @@ def solve_newton(
         memory.clear()
         fresh = True
 
-    while error > tolerance and outcome.iterations < max_iterations and np.isfinite(error):
+    while error > tolerance and outcome.iterations < max_iterations and math.isfinite(error):
         if not problem.ready():
             refresh()
         step, slope = memory.propose(problem.solve, residual)
@@ -122,20 +130,18 @@ def solve_newton(
             fraction, trial, trial_error = _line_search(problem, x, step, slope, trial, outcome)
             memory.shorten(fraction)
             end = x + fraction * step
-        patience = PATIENCE if outcome.iterations > 1 or trial_error >= error else np.inf
+        patience = PATIENCE if outcome.iterations > 1 or trial_error >= error else math.inf
         slow = _iterations_left(error, trial_error, tolerance) > patience
         x, residual, error = end, trial, trial_error
         fresh = False
-        if slow and error > tolerance and np.isfinite(error):
+        if slow and error > tolerance and math.isfinite(error):
             refresh()
     outcome.x, outcome.residual, outcome.converged = x, residual, bool(error <= tolerance)
     return outcome
 
 
 def _measure(problem: NonlinearProblem, x: Array, outcome: NewtonOutcome) -> tuple[Array, float]:
-    residual, scale = problem.residual(x)
-    norm = float(np.sqrt(residual @ residual))
-    error = 0.0 if norm == 0.0 else norm / scale if scale > 0.0 else np.inf
+    residual, error = problem.residual(x)
     outcome.history.append(error)
     return residual, error
 
@@ -145,8 +151,8 @@ def _iterations_left(before: float, after: float, tolerance: float) -> float:
     if after <= tolerance:
         return 0.0
     if not after < before:
-        return np.inf
-    return float(np.log(after / tolerance) / np.log(before / after))
+        return math.inf
+    return math.log(after / tolerance) / math.log(before / after)
 
 
 def _line_search(

@@ -102,8 +102,9 @@ class Recorder:
         """Store one sample; the system's stresses must belong to ``q``."""
         row = self._count
         self._time[row] = time
-        self._probe[row] = self._probes.read(q), self._probes.read(v)
-        self._spin[row] = motion.angular_velocity, motion.angular_acceleration
+        probe, spin = self._probe[row], self._spin[row]
+        probe[0], probe[1] = self._probes.read(q), self._probes.read(v)
+        spin[0], spin[1] = motion.angular_velocity, motion.angular_acceleration
         survey = survey_film(self._system)
         slack = sum(int(np.count_nonzero(stress < 0.0)) for stress, _, _ in self._system.cables)
         self._scalar[row] = *energies, survey.smallest, survey.largest, survey.wrinkled, survey.slack, slack

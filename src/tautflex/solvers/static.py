@@ -14,7 +14,7 @@ from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.solvers.linear import SymmetricFactorization
 from tautflex.solvers.minimum import find_minimum
-from tautflex.solvers.newton import solve_newton
+from tautflex.solvers.newton import relative_error, solve_newton
 from tautflex.solvers.response import largest_force
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class _StaticProblem:
 
     def residual(self, x: Array) -> tuple[Array, float]:
         total, _, scale, _ = self.gradient(x)
-        return total, scale
+        return total, relative_error(float(np.linalg.norm(total)), scale)
 
     def refresh(self, x: Array) -> None:
         self._factor.factorize(self.tangent(x))

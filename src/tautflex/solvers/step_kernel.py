@@ -1,4 +1,4 @@
-"""Compiled parts of one implicit step: what is known, the residual, and the state at the end."""
+"""Compiled parts of one implicit step: what is known before, the residual, and the state at the end."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _jit = numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 
 
 @_jit
-def known_forces(
+def begin_step(
     start: Indices, column: Places, mass: Array, damping: Array, damped: bool, pairs: Any, coefficients: Array,
-    q: Array, v: Array, a: Array, load: Array, gyroscopic: Array, turning: Array, known: Array,
-) -> float:  # fmt: skip
-    """Fill ``known`` with the forces of a step that do not depend on the increment, return their norm.
+    gyroscopic: Array, displacement: Array, load: Array, diagonal: Array, q: Array, v: Array, a: Array,
+) -> tuple[Array, Array, float, float, float]:  # fmt: skip
+    """What a step does not have to compute again for every increment.
 
     Parameters
     ----------
@@ -34,23 +34,36 @@ def known_forces(
     pairs
         Inertia products.
     coefficients
-        Weight of the forces; factors of v and a in the inertia's acceleration; and in the velocity, shape (5,).
-    q, v, a
-        State at the start of the step.
+        Weight of the forces; factors of v and a in the inertia's acceleration; factors of v, a and the increment in
+        the velocity, shape (6,).
+    gyroscopic, displacement
+        Matrices Z of the forces ``M(Z) velocity`` and ``M(Z) q``.
     load
         Load on the left-hand side.
-    gyroscopic, turning
-        Matrices Z of the forces ``M(Z) velocity`` and ``M(Z) q``.
+    diagonal
+        Diagonal of the stiffness.
+    q, v, a
+        State at the start of the step.
+
+    Returns
+    -------
     known
-        Result, shape (size,).
+        Forces that do not depend on the increment, shape (size,).
+    turning
+        Matrix Z of the frame's forces ``M(Z) increment``.
+    known_norm, load_norm, stiff_norm
+        Norms of ``known``, of the weighted load and of ``diagonal * q``.
     """
     size = q.size
-    weight, inertia_v, inertia_a, velocity_v, velocity_a = coefficients
-    acceleration, velocity = np.empty(size), np.empty(size)
+    weight, inertia_v, inertia_a, velocity_v, velocity_a, velocity_d = coefficients
+    acceleration, velocity, known = np.empty(size), np.empty(size), np.empty(size)
+    load_square, stiff_square = 0.0, 0.0
     for i in range(size):
         acceleration[i] = inertia_v * v[i] + inertia_a * a[i]
         velocity[i] = weight * (velocity_v * v[i] + velocity_a * a[i])
         known[i] = weight * load[i]
+        load_square += known[i] * known[i]
+        stiff_square += diagonal[i] * diagonal[i] * q[i] * q[i]
     for i in range(size):
         total = 0.0
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
@@ -63,20 +76,22 @@ def known_forces(
                 total += damping[k] * velocity[column[k]]
             known[i] += total
     add_pair_products(pairs, gyroscopic, 1.0, velocity, known)
-    add_pair_products(pairs, turning, weight, q, known)
-    return np.sqrt(np.sum(known * known))
+    add_pair_products(pairs, displacement, weight, q, known)
+    # Gyroscopic and K_T forces are both M(Z) times something, so one product serves the increment.
+    turning = weight * (velocity_d * gyroscopic + displacement)
+    return known, turning, np.sqrt(np.sum(known * known)), np.sqrt(load_square), np.sqrt(stiff_square)
 
 
 @_jit
 def assemble_residual(
-    start: Indices, column: Places, linear: Array, pairs: Any, turning: Array, weight: float, x: Array,
-    reference: Array, known: Array, force: Array, residual: Array,
-) -> tuple[float, float]:  # fmt: skip
-    """Fill the residual of an increment from its internal forces.
+    x: Array, force: Array, start: Indices, column: Places, linear: Array, pairs: Any, turning: Array, weight: float,
+    reference: Array, known: Array,
+) -> tuple[Array, float, float, float]:  # fmt: skip
+    """Residual of an increment from its internal forces.
 
-    Returns the norms of the weighted internal forces above the reference and of the linear forces.
+    Returns it with its norm and those of the weighted internal forces above the reference and of the linear forces.
     """
-    internal, inertia = 0.0, 0.0
+    internal, inertia, residual = 0.0, 0.0, np.empty(x.size)
     for i in range(x.size):
         f, part = weight * (force[i] - reference[i]), 0.0
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
@@ -85,22 +100,22 @@ def assemble_residual(
         inertia += part * part
         residual[i] = f + part + known[i]
     add_pair_products(pairs, turning, 1.0, x, residual)
-    return np.sqrt(internal), np.sqrt(inertia)
+    return residual, np.sqrt(np.sum(residual * residual)), np.sqrt(internal), np.sqrt(inertia)
 
 
 @_jit
 def step_residual(
-    store: Any, stresses: Array, q: Array, start: Indices, column: Places, linear: Array, pairs: Any, turning: Array,
-    weight: float, x: Array, reference: Array, known: Array, residual: Array,
-) -> tuple[float, float]:  # fmt: skip
-    """Residual of the increment ``x`` from ``q``; returns the norms of `assemble_residual`."""
+    x: Array, q: Array, store: Any, stresses: Array, start: Indices, column: Places, linear: Array, pairs: Any,
+    turning: Array, weight: float, reference: Array, known: Array,
+) -> tuple[Array, float, float, float]:  # fmt: skip
+    """Residual of the increment ``x`` from ``q`` and the norms of `assemble_residual`."""
     size = x.size
     extended, force = np.empty(size + 1), np.zeros(size + 1)
     for i in range(size):
         extended[i] = q[i] + x[i]
     extended[size] = 0.0
     add_forces(store, extended, force, stresses, True, False)
-    return assemble_residual(start, column, linear, pairs, turning, weight, x, reference, known, force, residual)
+    return assemble_residual(x, force, start, column, linear, pairs, turning, weight, reference, known)
 
 
 @_jit
@@ -130,12 +145,3 @@ def end_of_step(coefficients: Array, size: float, d: Array, q: Array, v: Array, 
         end[0, i] += q[i]
         end[3, i] = (end[2, i] - a[i]) / size
     return end
-
-
-@_jit
-def scaled_norm(scale: Array, vector: Array) -> float:
-    """Norm of ``scale * vector``."""
-    total = 0.0
-    for i in range(vector.size):
-        total += scale[i] * scale[i] * vector[i] * vector[i]
-    return np.sqrt(total)

@@ -16,16 +16,15 @@ from tautflex.solvers.corotation import Corotation
 from tautflex.solvers.equation import EquationOfMotion, MotionState, MotionTerms
 from tautflex.solvers.integrator import Combination, ImplicitMethod, StepScheme
 from tautflex.solvers.linear import SymmetricFactorization
-from tautflex.solvers.newton import NewtonOutcome, solve_newton
+from tautflex.solvers.newton import NewtonOutcome, relative_error, solve_newton
 from tautflex.solvers.prestress import PrestressedState
 from tautflex.solvers.secant import SecantMemory
 from tautflex.solvers.status import Statistics
 from tautflex.solvers.step_kernel import (
     assemble_residual,
+    begin_step,
     end_of_step,
     first_guess,
-    known_forces,
-    scaled_norm,
     step_residual,
 )
 
@@ -37,6 +36,7 @@ _SCALE_FLOOR = 1e-3
 # Iterations lost to an old factorization, summed over steps, that pay for a new one (measured: 40x20 film and antenna).
 _REFRESH_COST = 12
 _NONE = np.zeros(0)
+_ROUND_OFF = 100.0 * float(np.finfo(float).eps)
 
 
 @dataclass
@@ -196,7 +196,7 @@ class _Coefficients:
         ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
         self.end = np.array([(part.d, part.v, part.a) for part in ends])
         inertia, velocity = scheme.inertia, scheme.velocity
-        self.known = np.array([scheme.weight, inertia.v, inertia.a, velocity.v, velocity.a])
+        self.known = np.array([scheme.weight, inertia.v, inertia.a, velocity.v, velocity.a, velocity.d])
         self.linear = equation.products.combined(inertia.d, scheme.weight * velocity.d)
         # The same in the pattern's upper triangle, for the effective stiffness.
         constant = inertia.d * equation.inertia.mass_entries
@@ -212,51 +212,44 @@ class _StepProblem:
         self, stepper: Stepper, coefficients: _Coefficients, terms: MotionTerms, at: MotionState, size: float
     ) -> None:
         self._stepper, self._at, self._size, self._terms = stepper, at, size, terms
-        self._scheme, self._linear = coefficients.scheme, coefficients.linear
-        scheme, equation = self._scheme, stepper.equation
+        self._scheme = scheme = coefficients.scheme
+        equation, pairs = stepper.equation, stepper._inertia.pairs
         products = equation.products
-        load = terms.load - equation.input_load
-        self._known = np.empty(load.size)
-        self._matrix: tuple[Any, Any] = products.start, products.column
-        self._pairs, self._reference = stepper._inertia.pairs, stepper.state.reference_force
-        self._known_norm = known_forces(
-            *self._matrix, products.mass, products.damping, products.damped, self._pairs, coefficients.known, at.q,
-            at.v, at.a, load, terms.velocity, terms.displacement, self._known,
+        load = terms.load - equation.input_load if equation.inputs else terms.load
+        known, turning, known_norm, load_norm, stiff_norm = begin_step(
+            products.start, products.column, products.mass, products.damping, products.damped, pairs,
+            coefficients.known, terms.velocity, terms.displacement, load, stepper._diagonal, at.q, at.v, at.a,
         )  # fmt: skip
         self.history = _NONE
         if scheme.weight < 1.0:
             if at.forces is None:
                 raise RuntimeError("the method needs the forces at the start of the step")
             self.history = at.forces
-            self._known += (1.0 - scheme.weight) * at.forces
-            self._known_norm = float(np.linalg.norm(self._known))
-        self._round_off = 100.0 * float(np.finfo(float).eps) / stepper.tolerance
-        # Stiff elements far from their reference position: the round-off of q alone makes forces of this size.
-        self._lost_force = 0.1 * self._round_off * scaled_norm(stepper._diagonal, at.q)
-        # Gyroscopic and K_T forces are both M(Z) times something, so one product serves the increment.
-        self._turning = scheme.weight * (scheme.velocity.d * terms.velocity + terms.displacement)
-        self._load_scale = scheme.weight * float(np.sqrt(load @ load))
+            known += (1.0 - scheme.weight) * at.forces
+            known_norm = float(np.linalg.norm(known))
+        round_off = _ROUND_OFF / stepper.tolerance
+        # Inertia forces of a tiny step cancel each other; nothing below their round-off can be asked for. Stiff
+        # elements far from their reference position: the round-off of q alone makes forces of this size.
+        self._round_off, self._lost = round_off, round_off * (known_norm + 0.1 * stiff_norm)
+        self._least_scale, self._load_scale = _SCALE_FLOOR * stepper._largest_scale, load_norm
+        self._fixed: Any = (
+            products.start, products.column, coefficients.linear, pairs, turning, scheme.weight,
+            stepper.state.reference_force, known,
+        )  # fmt: skip
+        self._forces: Any = stepper._system.store, stepper._system.stresses
         self.scale = 0.0
 
     def residual(self, x: Array) -> tuple[Array, float]:
-        scheme, start, system = self._scheme, self._at.q, self._stepper._system
         self._stepper.statistics.force_evaluations += 1
-        residual = np.empty(x.size)
-        if scheme.average_stress:
-            force = system.average_force(start, start + x / scheme.evaluation)
-            internal, inertia = assemble_residual(
-                *self._matrix, self._linear, self._pairs, self._turning, scheme.weight, x, self._reference, self._known,
-                force, residual,
-            )  # fmt: skip
+        if self._scheme.average_stress:
+            start = self._at.q
+            force = self._stepper._system.average_force(start, start + x / self._scheme.evaluation)
+            residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
         else:
-            internal, inertia = step_residual(
-                system.store, system.stresses, start, *self._matrix, self._linear, self._pairs, self._turning,
-                scheme.weight, x, self._reference, self._known, residual,
-            )  # fmt: skip
+            residual, norm, internal, inertia = step_residual(x, self._at.q, *self._forces, *self._fixed)
         self.scale = max(internal, self._load_scale)
-        # Inertia forces of a tiny step cancel each other; nothing below their round-off can be asked for.
-        lost = self._round_off * (self._known_norm + inertia) + self._lost_force
-        return residual, max(self.scale, lost, _SCALE_FLOOR * self._stepper._largest_scale)
+        lost = self._lost + self._round_off * inertia
+        return residual, relative_error(norm, max(self.scale, lost, self._least_scale))
 
     def refresh(self, x: Array) -> None:
         self._stepper.refresh(self._at.q + x, self._scheme, self._terms, self._size)

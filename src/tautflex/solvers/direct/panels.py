@@ -172,9 +172,26 @@ def _update_by_three(
         base = start[column] - column - 1
         for i in range(m + 1, inside):
             values[base + own[i]] -= f0 * c0[i] + f1 * c1[i] + f2 * c2[i]
-        base = start[column + 1] - behind
+    # Behind the ancestor panel its columns have the same rows: three at a time read everything once.
+    m = k
+    while m + 2 < inside:
+        f0, f1, f2 = d0 * c0[m], d1 * c1[m], d2 * c2[m]
+        g0, g1, g2 = d0 * c0[m + 1], d1 * c1[m + 1], d2 * c2[m + 1]
+        h0, h1, h2 = d0 * c0[m + 2], d1 * c1[m + 2], d2 * c2[m + 2]
+        one, two = start[own[m] + 1] - behind, start[own[m + 1] + 1] - behind
+        three = start[own[m + 2] + 1] - behind
+        for i in range(inside, below):
+            place, x0, x1, x2 = relative[i], c0[i], c1[i], c2[i]
+            values[one + place] -= f0 * x0 + f1 * x1 + f2 * x2
+            values[two + place] -= g0 * x0 + g1 * x1 + g2 * x2
+            values[three + place] -= h0 * x0 + h1 * x1 + h2 * x2
+        m += 3
+    while m < inside:
+        f0, f1, f2 = d0 * c0[m], d1 * c1[m], d2 * c2[m]
+        base = start[own[m] + 1] - behind
         for i in range(inside, below):
             values[base + relative[i]] -= f0 * c0[i] + f1 * c1[i] + f2 * c2[i]
+        m += 1
 
 
 @_jit
