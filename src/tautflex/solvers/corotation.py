@@ -124,9 +124,9 @@ class Corotation:
         self._then = q.copy()
         self._angle = np.zeros_like(self._angle)
 
-    def follow(self, q: Array) -> None:
-        """Turn with the nodes to ``q``, shape (size,)."""
-        self._angle = product(*self._operator, q - self._then).reshape(-1, 3)
+    def follow(self, q: Array, share: float = 1.0) -> None:
+        """Turn with the nodes to ``q``, shape (size,); ``share`` is the part of the stiffness that turns."""
+        self._angle = product(*self._operator, share * (q - self._then)).reshape(-1, 3)
 
     def into(self, vector: Array) -> Array:
         """``Q' vector``: as seen where the tangent was factorized, a new array of shape (size,)."""

@@ -119,7 +119,7 @@ class Stepper:
         self.equation.set_time(instant, segment.end)
         problem = _StepProblem(self, coefficients, terms, at, size)
         guess = first_guess(scheme.evaluation * size, at.v, at.a, _NONE if at.jerk is None else at.jerk)
-        self._corotation.follow(at.q + guess)
+        self._corotation.follow(at.q + guess, coefficients.turning_share)
         outcome = solve_newton(problem, guess, self.tolerance, self.max_iterations, self._memory)
         self.statistics.iterations += outcome.iterations
         q, v, a, jerk = end_of_step(coefficients.end, size, outcome.x, at.q, at.v, at.a)
@@ -193,6 +193,8 @@ class _Coefficients:
 
     def __init__(self, scheme: StepScheme, equation: EquationOfMotion) -> None:
         self.scheme = scheme
+        # Damping in proportion to stiffness resists in the axes of the reference: it does not turn with the structure.
+        self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.damping.beta)
         ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
         self.end = np.array([(part.d, part.v, part.a) for part in ends])
         inertia, velocity = scheme.inertia, scheme.velocity
