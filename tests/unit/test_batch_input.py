@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import tautflex as tf
+from tautflex.batch.chunks import usual_chunk
 from tautflex.batch.course import course_of
 from tautflex.batch.grid import steps_of_run
+from tautflex.batch.library import jax
 from tautflex.batch.numbers import checked_numbers
 from tautflex.batch.tables import gather_table, multiply, shared_rows
 from tautflex.errors import InputError, UnsupportedError
@@ -154,3 +156,12 @@ def test_tables_are_the_sparse_matrices():
     places = np.array([3, 1, 1, 4, 3, 3])
     table = gather_table(places, 4)
     assert [sorted(row[row < 6].tolist()) for row in table] == [[], [1, 2], [], [0, 4, 5]]
+
+
+def test_chunks_suit_the_device_that_was_chosen(monkeypatch):
+    monkeypatch.setattr(jax, "default_backend", lambda: "gpu")
+    assert usual_chunk(4096, reduced=True) == 4096
+    with jax.default_device(jax.devices("cpu")[0]):
+        assert usual_chunk(4096, reduced=True) == 32
+    with jax.default_device("cpu"):
+        assert usual_chunk(4096, reduced=True) == 32

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tautflex.batch.course import Numbers
 from tautflex.batch.equation import EachRun
-from tautflex.batch.library import jax, threadpool_limits
+from tautflex.batch.library import jax, platform, threadpool_limits
 from tautflex.batch.response import Response
 
 Table = dict[str, NDArray[np.float64]]
@@ -26,13 +26,13 @@ _CHUNK_ELSEWHERE = (64, 4096)
 
 def usual_chunk(runs: int, reduced: bool) -> int:
     """Runs side by side that suit the device and leave no processor core without work."""
-    usual = _CHUNK.get(jax.default_backend(), _CHUNK_ELSEWHERE)[int(reduced)]
+    usual = _CHUNK.get(platform(), _CHUNK_ELSEWHERE)[int(reduced)]
     return min(usual, -(-runs // _workers()))
 
 
 def _workers() -> int:
     """Threads that compute."""
-    if jax.default_backend() != "cpu":
+    if platform() != "cpu":
         return 1
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -79,7 +79,7 @@ class ChunkRunner:
             chosen = np.minimum(np.arange(part * at_once, (part + 1) * at_once), runs - 1)
             return {name: value[chosen] if name in differ else value for name, value in numbers.items()}
 
-        whole = key, differ, at_once, jax.default_backend(), tuple(sorted(numbers))
+        whole = key, differ, at_once, platform(), tuple(sorted(numbers))
         if whole not in self._compiled:
             self._compiled[whole] = jax.jit(self.many(function, differ, at_once)).lower(rows(0)).compile()
         compiled = self._compiled[whole]

@@ -15,4 +15,12 @@ except ImportError as error:
 # Stiff films lose everything in single precision. The switch is JAX's own and holds for the whole process.
 jax.config.update("jax_enable_x64", True)  # type: ignore[no-untyped-call]
 
-__all__ = ["jax", "threadpool_limits"]
+__all__ = ["jax", "platform", "threadpool_limits"]
+
+
+def platform() -> str:
+    """Kind of device that computes here, such as ``"cpu"``: of `jax.default_device` where one is set."""
+    chosen = jax.config.jax_default_device  # type: ignore[attr-defined]
+    if chosen is None:
+        return str(jax.default_backend())
+    return chosen if isinstance(chosen, str) else str(chosen.platform)

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from tautflex.batch.library import jax
+from tautflex.batch.library import jax, platform
 from tautflex.reduction.monomials import pairs
 
 Array = jax.Array
@@ -25,7 +25,7 @@ def one_by_one(function: Callable[..., Any], *arrays: Any) -> Any:
     On a processor one after the other: factorizations of many matrices at once wait for threads of the pool that they
     are computed in, and may wait for ever (jaxlib 0.10).
     """
-    if jax.default_backend() != "cpu":
+    if platform() != "cpu":
         return jax.vmap(function)(*arrays)
     return lax.map(lambda some: function(*some), arrays)
 
