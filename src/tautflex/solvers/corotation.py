@@ -2,7 +2,7 @@
 
 The stiffness of a film, cable or beam is that of its plane or line. Rotating it by a degree couples transverse and
 in-plane unknowns anew, which is what makes a kept tangent useless, though in axes that turn with the material it has
-hardly changed. With Q the rotation of every node since the tangent was factorized, to first order ``1 + theta x``,
+hardly changed. With Q the rotation of every node since the tangent was factorized
 
     K_now ~ Q K_then Q',    K_now^-1 ~ Q K_then^-1 Q'
 
@@ -32,14 +32,20 @@ _jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, e
 
 @_jit
 def _turn(places: Places, owner: Places, angle: Array, sign: float, vector: Array) -> None:
-    """Add ``sign angle x`` to every vector of three unknowns, in place."""
+    """Rotate every vector of three unknowns by ``sign angle``, in place.
+
+    By Cayley's map, ``v + (t x v + t x (t x v) / 2) / (1 + t't/4)``: orthogonal however large the angle, and its
+    transpose is the rotation by ``-angle``.
+    """
     for k in range(owner.size):
         i, j, m = places[k, 0], places[k, 1], places[k, 2]
         x, y, z = sign * angle[owner[k], 0], sign * angle[owner[k], 1], sign * angle[owner[k], 2]
         a, b, c = vector[i], vector[j], vector[m]
-        vector[i] = a + y * c - z * b
-        vector[j] = b + z * a - x * c
-        vector[m] = c + x * b - y * a
+        share = 1.0 / (1.0 + 0.25 * (x * x + y * y + z * z))
+        p, q, r = y * c - z * b, z * a - x * c, x * b - y * a
+        vector[i] = a + share * (p + 0.5 * (y * r - z * q))
+        vector[j] = b + share * (q + 0.5 * (z * p - x * r))
+        vector[m] = c + share * (r + 0.5 * (x * q - y * p))
 
 
 def _neighbours(system: StructuralSystem) -> NDArray[np.int64]:

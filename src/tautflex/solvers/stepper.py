@@ -194,7 +194,9 @@ class _Coefficients:
     def __init__(self, scheme: StepScheme, equation: EquationOfMotion) -> None:
         self.scheme = scheme
         # Damping in proportion to stiffness resists in the axes of the reference: it does not turn with the structure.
-        self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.damping.beta)
+        turning = 1.0 / (1.0 + scheme.velocity.d * equation.damping.beta)
+        # Tangents that do not turn keep linear momentum to round-off at any tolerance, as conserving methods should.
+        self.turning_share = 0.0 if scheme.average_stress else turning
         ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
         self.end = np.array([(part.d, part.v, part.a) for part in ends])
         inertia, velocity = scheme.inertia, scheme.velocity
