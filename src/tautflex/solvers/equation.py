@@ -86,13 +86,17 @@ class EquationOfMotion:
         self.damping_entries = self.damping.entries(self.inertia.mass_entries, self.state.tangent_entries)
         self.products = MassDamping(self.system.pattern, self.inertia.mass_entries, self.damping_entries)
         self._mass_factor = SymmetricFactorization(self.system.pattern)
-        self._terms: MotionTerms | None = None
+        self._motion: RigidMotion | None = None
+        self._terms = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(self.system.size))
         self.input_load = np.zeros(self.system.size)
 
     def motion_terms(self, motion: RigidMotion) -> MotionTerms:
         """Gyroscopic and K_T matrices and the load of a motion; kept while the motion does not change."""
+        if motion is self._motion:
+            return self._terms
+        self._motion = motion
         key = (*motion.angular_velocity, *motion.angular_acceleration, *motion.origin_acceleration)
-        if self._terms is not None and self._terms.key == key:
+        if self._terms.key == key:
             return self._terms
         self._terms = MotionTerms(
             key,

@@ -122,6 +122,7 @@ class Stepper:
         self._corotation.follow(at.q + guess, coefficients.turning_share)
         outcome = solve_newton(problem, guess, self.tolerance, self.max_iterations, self._memory)
         self.statistics.iterations += outcome.iterations
+        self.statistics.force_evaluations += len(outcome.history)
         q, v, a, jerk = end_of_step(coefficients.end, size, outcome.x, at.q, at.v, at.a)
         end = MotionState(at.time + size, q, v, a, jerk=jerk)
         if scheme.weight < 1.0 and outcome.converged:
@@ -217,6 +218,7 @@ class _StepProblem:
     ) -> None:
         self._stepper, self._at, self._size, self._terms = stepper, at, size, terms
         self._scheme = scheme = coefficients.scheme
+        self._average = scheme.average_stress
         equation, pairs = stepper.equation, stepper._inertia.pairs
         products = equation.products
         load = terms.load - equation.input_load if equation.inputs else terms.load
@@ -244,8 +246,7 @@ class _StepProblem:
         self.scale = 0.0
 
     def residual(self, x: Array) -> tuple[Array, float]:
-        self._stepper.statistics.force_evaluations += 1
-        if self._scheme.average_stress:
+        if self._average:
             start = self._at.q
             force = self._stepper._system.average_force(start, start + x / self._scheme.evaluation)
             residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
