@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from tautflex.mechanics.inertia import cross_matrix
 from tautflex.mechanics.products import product
 from tautflex.mechanics.system import StructuralSystem
 
@@ -26,6 +25,8 @@ Places = NDArray[np.uint32]
 
 # Directions in which the neighbours of a node say nothing about its rotation: along a straight cable or beam.
 _SINGULAR = 1e-6
+# Matrix of a cross product: (a x b)_i = e_iaj a_a b_j.
+_PERMUTATIONS = np.array([[np.cross(row, column) for column in np.eye(3)] for row in np.eye(3)]).transpose(2, 0, 1)
 
 _jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, error_model="numpy")
 
@@ -50,11 +51,11 @@ def _turn(places: Places, owner: Places, angle: Array, sign: float, vector: Arra
 
 def _neighbours(system: StructuralSystem) -> NDArray[np.int64]:
     """Pairs of nodes that share an element, each in both directions, shape (pair, 2)."""
-    pairs = [np.zeros((0, 2), dtype=np.int64)]
+    count, keys = len(system.model.nodes), [np.zeros(0, dtype=np.int64)]
     for group in system.model.groups:
-        corners = group.connectivity.shape[1]
-        pairs += [group.connectivity[:, [i, j]] for i in range(corners) for j in range(corners) if i != j]
-    return np.unique(np.concatenate(pairs), axis=0)
+        corners = group.connectivity.T
+        keys += [count * corners[i] + corners[j] for i in range(len(corners)) for j in range(len(corners)) if i != j]
+    return np.stack(np.divmod(np.unique(np.concatenate(keys)), count), axis=1)
 
 
 def rotation_operator(system: StructuralSystem, nodes: NDArray[np.int64]) -> csr_array:
@@ -84,7 +85,7 @@ def rotation_operator(system: StructuralSystem, nodes: NDArray[np.int64]) -> csr
     square = np.sum(arm**2, axis=1)[:, None, None]
     normal = np.zeros((count, 3, 3))
     np.add.at(normal, own, np.eye(3) - arm[:, :, None] * arm[:, None, :] / square)
-    cross = np.array([cross_matrix(vector) for vector in arm]).reshape(-1, 3, 3)
+    cross = np.einsum("iaj,na->nij", _PERMUTATIONS, arm)
     weight = np.linalg.pinv(normal, rcond=_SINGULAR, hermitian=True)[own] @ cross / square
     place = system.place[model.translation_dofs]
     rows = np.broadcast_to((3 * own[:, None] + np.arange(3))[:, :, None], weight.shape)
