@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 # away there is nothing to resolve at full relative accuracy.
 _SCALE_FLOOR = 1e-3
 # Iterations lost to an old factorization, summed over steps, that pay for a new one (measured: 40x20 film and antenna).
-_REFRESH_COST = 12
+_REFRESH_COST = 20
 _NONE = np.zeros(0)
 _ROUND_OFF = 100.0 * float(np.finfo(float).eps)
 
