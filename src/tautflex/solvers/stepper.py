@@ -33,8 +33,9 @@ Array = NDArray[np.float64]
 # The force scale of a step never falls below this part of the largest one met so far: after the motion has died
 # away there is nothing to resolve at full relative accuracy.
 _SCALE_FLOOR = 1e-3
-# Iterations lost to an old factorization, summed over steps, that pay for a new one (measured: 40x20 film and antenna).
-_REFRESH_COST = 20
+# Iterations lost to an old factorization, summed over steps, that pay for a new one (measured: 40x20 film and antenna),
+# where tangents turn with the structure and where they do not.
+_REFRESH_COST, _REFRESH_COST_UNTURNED = 20, 12
 _NONE = np.zeros(0)
 _ROUND_OFF = 100.0 * float(np.finfo(float).eps)
 
@@ -129,12 +130,12 @@ class Stepper:
             inertia_force = self.equation.products.mass_product(_combine(scheme.inertia, outcome.x, at))
             history = (1.0 - scheme.weight) * problem.history
             end.forces = (outcome.residual - inertia_force - history) / scheme.weight
-        self._judge_factor(outcome.iterations)
+        self._judge_factor(outcome.iterations, _REFRESH_COST if coefficients.turning_share else _REFRESH_COST_UNTURNED)
         if outcome.converged:
             self._largest_scale = max(self._largest_scale, problem.scale)
         return end, outcome
 
-    def _judge_factor(self, iterations: int) -> None:
+    def _judge_factor(self, iterations: int, price: int) -> None:
         """Drop the factorization once the iterations that its age cost would have paid for a new one."""
         if self._judged != self._factor.factorizations:
             self._judged = self._factor.factorizations
@@ -142,7 +143,7 @@ class Stepper:
             return
         self._fewest_iterations = min(self._fewest_iterations, iterations)
         self._lost_iterations += iterations - self._fewest_iterations
-        if self._lost_iterations > _REFRESH_COST:
+        if self._lost_iterations > price:
             self._factor_size = 0.0
 
     def coefficients(self, size: float) -> _Coefficients:
