@@ -216,6 +216,11 @@ class SparsityPattern:
         """Position in the upper triangle of the diagonal: the last entry of every column, shape (size,)."""
         return self.upper[1][1:].astype(np.int64) - 1
 
+    @cached_property
+    def diagonal(self) -> NDArray[np.int64]:
+        """Position of the diagonal, shape (size,)."""
+        return self.upper[0][self.upper_diagonal]
+
     def upper_matrix(self, values: Array) -> csc_array:
         """Upper triangle of a symmetric matrix given by its values."""
         keep, start, rows = self.upper

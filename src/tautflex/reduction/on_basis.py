@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from functools import cached_property
 from typing import Any
 
@@ -18,7 +19,7 @@ from tautflex.structure.model import Model
 Array = NDArray[np.float64]
 
 
-class OnBasis:
+class OnBasis(ABC):
     """Structure on a basis; as it stands here, nothing follows the coordinates but their vectors."""
 
     state: PrestressedState
@@ -40,13 +41,13 @@ class OnBasis:
         return ReferenceSolver(self.state)
 
     @property
+    @abstractmethod
     def coefficients(self) -> Coefficients:
         """Equation of motion of the coordinates at the parameters of the state."""
-        raise NotImplementedError
 
+    @abstractmethod
     def plant(self, damping: Rayleigh) -> Any:
         """Arrays for the compiled stepper under a damping model."""
-        raise NotImplementedError
 
     def coordinates(self, q: Array) -> Array:
         """Coordinates of free unknowns by mass projection, shape (..., size) -> (..., r)."""

@@ -80,7 +80,7 @@ def _rotations(state: PrestressedState, snapshots: Array, turning: NDArray[np.in
     held[turning] = False
     values = np.where(held[pattern.rows] | held[pattern.columns], 0.0, state.tangent_entries)
     unknowns = np.flatnonzero(held)
-    values[pattern.slots(unknowns, unknowns)] = 1.0
+    values[pattern.diagonal[unknowns]] = 1.0
     factor = SymmetricFactorization(pattern)
     factor.factorize(values)
     load[held] = 0.0

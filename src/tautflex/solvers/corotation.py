@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from tautflex.mechanics.inertia import cross_matrix
+from tautflex.mechanics.kernel import FASTMATH
 from tautflex.mechanics.products import product
 from tautflex.mechanics.system import StructuralSystem
 
@@ -25,10 +27,9 @@ Places = NDArray[np.uint32]
 
 # Directions in which the neighbours of a node say nothing about its rotation: along a straight cable or beam.
 _SINGULAR = 1e-6
-# Matrix of a cross product: (a x b)_i = e_iaj a_a b_j.
-_PERMUTATIONS = np.array([[np.cross(row, column) for column in np.eye(3)] for row in np.eye(3)]).transpose(2, 0, 1)
+_CROSS_MATRICES = np.array([cross_matrix(axis) for axis in np.eye(3)])
 
-_jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, error_model="numpy")
+_jit = numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 
 
 @_jit
@@ -85,7 +86,7 @@ def rotation_operator(system: StructuralSystem, nodes: NDArray[np.int64]) -> csr
     square = np.sum(arm**2, axis=1)[:, None, None]
     normal = np.zeros((count, 3, 3))
     np.add.at(normal, own, np.eye(3) - arm[:, :, None] * arm[:, None, :] / square)
-    cross = np.einsum("iaj,na->nij", _PERMUTATIONS, arm)
+    cross = np.tensordot(arm, _CROSS_MATRICES, 1)
     weight = np.linalg.pinv(normal, rcond=_SINGULAR, hermitian=True)[own] @ cross / square
     place = system.place[model.translation_dofs]
     rows = np.broadcast_to((3 * own[:, None] + np.arange(3))[:, :, None], weight.shape)

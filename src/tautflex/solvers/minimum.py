@@ -92,7 +92,7 @@ def find_minimum(
     MinimumOutcome
     """
     outcome, factor = MinimumOutcome(start), SymmetricFactorization(pattern)
-    diagonal = pattern.slots(np.arange(pattern.size), np.arange(pattern.size))
+    diagonal = pattern.diagonal
     x, shift = start, max(first_shift, floor)
     gradient, energy, scale, terms = potential.gradient(x)
     error = _ratio(gradient, scale)

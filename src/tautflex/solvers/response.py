@@ -123,7 +123,7 @@ def _solve_singular(system: StructuralSystem, stiffness: Array, load: Array) -> 
     A small shift makes K definite; iterative refinement removes its effect from the stiff directions.
     """
     pattern = system.pattern
-    diagonal = pattern.slots(np.arange(pattern.size), np.arange(pattern.size))
+    diagonal = pattern.diagonal
     shifted = stiffness.copy()
     shifted[diagonal] += 1e-10 * float(np.abs(stiffness[diagonal]).max())
     factor = SymmetricFactorization(pattern)

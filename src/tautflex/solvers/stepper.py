@@ -77,11 +77,13 @@ class Stepper:
         self._factor = SymmetricFactorization(self._pattern)
         self._factor_size, self._factor_inertia = 0.0, 0.0
         self._fewest_iterations, self._lost_iterations, self._judged = 0, 0, 0
-        self._corotation = Corotation(system)
+        # Tangents that do not turn keep linear momentum to round-off at any tolerance, as conserving methods should.
+        self._corotation = None if self.method.scheme(1.0).average_stress else Corotation(system)
+        self._refresh_cost = _REFRESH_COST_UNTURNED if self._corotation is None else _REFRESH_COST
         self._memory = SecantMemory(axes=self._corotation)
         self._scheme: tuple[float, _Coefficients] | None = None
         self._largest_scale = 0.0
-        self._diagonal = self.state.tangent_entries[self._pattern.upper[0]][self._pattern.upper_diagonal]
+        self._diagonal = self.state.tangent_entries[self._pattern.diagonal]
 
     @property
     def statistics(self) -> Statistics:
@@ -120,7 +122,8 @@ class Stepper:
         self.equation.set_time(instant, segment.end)
         problem = _StepProblem(self, coefficients, terms, at, size)
         guess = first_guess(scheme.evaluation * size, at.v, at.a, _NONE if at.jerk is None else at.jerk)
-        self._corotation.follow(at.q + guess, coefficients.turning_share)
+        if self._corotation is not None:
+            self._corotation.follow(at.q + guess, coefficients.turning_share)
         outcome = solve_newton(problem, guess, self.tolerance, self.max_iterations, self._memory)
         self.statistics.iterations += outcome.iterations
         self.statistics.force_evaluations += len(outcome.history)
@@ -130,12 +133,12 @@ class Stepper:
             inertia_force = self.equation.products.mass_product(_combine(scheme.inertia, outcome.x, at))
             history = (1.0 - scheme.weight) * problem.history
             end.forces = (outcome.residual - inertia_force - history) / scheme.weight
-        self._judge_factor(outcome.iterations, _REFRESH_COST if coefficients.turning_share else _REFRESH_COST_UNTURNED)
+        self._judge_factor(outcome.iterations)
         if outcome.converged:
             self._largest_scale = max(self._largest_scale, problem.scale)
         return end, outcome
 
-    def _judge_factor(self, iterations: int, price: int) -> None:
+    def _judge_factor(self, iterations: int) -> None:
         """Drop the factorization once the iterations that its age cost would have paid for a new one."""
         if self._judged != self._factor.factorizations:
             self._judged = self._factor.factorizations
@@ -143,7 +146,7 @@ class Stepper:
             return
         self._fewest_iterations = min(self._fewest_iterations, iterations)
         self._lost_iterations += iterations - self._fewest_iterations
-        if self._lost_iterations > price:
+        if self._lost_iterations > self._refresh_cost:
             self._factor_size = 0.0
 
     def coefficients(self, size: float) -> _Coefficients:
@@ -168,7 +171,8 @@ class Stepper:
             values += scheme.weight * self._inertia.entries(symmetric)[self._pattern.upper[0]]
         self._factor.factorize_upper(values)
         self._factor_size, self._factor_inertia = size, scheme.inertia.d
-        self._corotation.restart(q)
+        if self._corotation is not None:
+            self._corotation.restart(q)
 
     def usable_factor(self, size: float) -> bool:
         """Whether the last factors belong to this step size."""
@@ -196,9 +200,7 @@ class _Coefficients:
     def __init__(self, scheme: StepScheme, equation: EquationOfMotion) -> None:
         self.scheme = scheme
         # Damping in proportion to stiffness resists in the axes of the reference: it does not turn with the structure.
-        turning = 1.0 / (1.0 + scheme.velocity.d * equation.damping.beta)
-        # Tangents that do not turn keep linear momentum to round-off at any tolerance, as conserving methods should.
-        self.turning_share = 0.0 if scheme.average_stress else turning
+        self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.damping.beta)
         ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
         self.end = np.array([(part.d, part.v, part.a) for part in ends])
         inertia, velocity = scheme.inertia, scheme.velocity
@@ -219,7 +221,6 @@ class _StepProblem:
     ) -> None:
         self._stepper, self._at, self._size, self._terms = stepper, at, size, terms
         self._scheme = scheme = coefficients.scheme
-        self._average = scheme.average_stress
         equation, pairs = stepper.equation, stepper._inertia.pairs
         products = equation.products
         load = terms.load - equation.input_load if equation.inputs else terms.load
@@ -247,7 +248,7 @@ class _StepProblem:
         self.scale = 0.0
 
     def residual(self, x: Array) -> tuple[Array, float]:
-        if self._average:
+        if self._scheme.average_stress:
             start = self._at.q
             force = self._stepper._system.average_force(start, start + x / self._scheme.evaluation)
             residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
