@@ -18,11 +18,11 @@ import numpy as np
 import xarray as xr
 
 import tautflex as tf
-from tautflex.config import Case, parse_case
-from tautflex.reduction.hyper import HyperReducedModel
-from tautflex.solvers.dynamics import Run
-from tautflex.solvers.prestress import PrestressedState
-from tautflex.study.build import build_damping, build_maneuver, build_model
+from tautflex.case import Case, parse_case
+from tautflex.case.build import build_damping, build_maneuver, build_model
+from tautflex.reduction.hyper.model import HyperReducedModel
+from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.simulate import Run
 
 # Film tension of M1 along x and y [N/m], and cable stiffness per metre of edge, as in the consistent case.
 TENSION = (0.999 * 0.147, 1.10 * 0.25)

@@ -8,8 +8,8 @@ from importlib.resources import files
 import numpy as np
 
 import tautflex as tf
-from tautflex.solvers.dynamics import Run
-from tautflex.study.build import build_damping
+from tautflex.case.build import build_damping
+from tautflex.solvers.transient.simulate import Run
 
 END, GRID = 2.0, 5e-3
 

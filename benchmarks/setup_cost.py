@@ -21,7 +21,7 @@ from step_cost import antenna
 
 import tautflex as tf
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.solvers.linear import SymmetricFactorization
+from tautflex.solvers.linear.factorization import SymmetricFactorization
 
 
 def peak_gigabytes() -> float:

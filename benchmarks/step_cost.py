@@ -16,14 +16,14 @@ import time
 import numpy as np
 
 import tautflex as tf
-from tautflex.mechanics.damping import Rayleigh
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.maneuvers import Stop
-from tautflex.solvers.driver import GridDriver
-from tautflex.solvers.dynamics import _Flight
-from tautflex.solvers.probes import place_probes
-from tautflex.solvers.record import Recorder
-from tautflex.solvers.stepper import Stepper
+from tautflex.solvers.transient.driver import GridDriver
+from tautflex.solvers.transient.implicit import Stepper
+from tautflex.solvers.transient.probes import place_probes
+from tautflex.solvers.transient.recorder import Recorder
+from tautflex.solvers.transient.simulate import _Flight
 from tautflex.structure.antenna import AntennaLayout, build_antenna
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 

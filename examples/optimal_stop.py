@@ -24,9 +24,9 @@ from scipy.optimize import minimize
 
 import tautflex as tf
 from tautflex.batch import residual_energy
-from tautflex.reduction.model import ReducedModel
-from tautflex.solvers.dynamics import Run
-from tautflex.solvers.prestress import PrestressedState
+from tautflex.reduction.polynomial.model import ReducedModel
+from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.simulate import Run
 from tautflex.structure.antenna import AntennaLayout, build_antenna
 
 Array = NDArray[np.float64]

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
         scalogram,
         spectrum,
     )
-    from tautflex.analysis.participation import appendage_data, dynamic_mass
     from tautflex.batch import Batch
-    from tautflex.config import Case, load_case
+    from tautflex.case import Case, load_case
+    from tautflex.case.build import build_model
     from tautflex.errors import (
         CaseError,
         InputError,
@@ -42,41 +42,41 @@ if TYPE_CHECKING:
         TautflexError,
         UnsupportedError,
     )
-    from tautflex.exchange import MeshData, read_mesh
-    from tautflex.exchange.appendage import save_appendage
-    from tautflex.export import write_csv, write_vtu
-    from tautflex.mechanics.damping import Rayleigh
-    from tautflex.mechanics.film import film_states
-    from tautflex.mechanics.inputs import CableTension, EdgeForce, FilmTemperature, NodalForce
-    from tautflex.mechanics.loads import PressureLoad
+    from tautflex.files.appendage import save_appendage
+    from tautflex.files.export import write_csv, write_vtu
+    from tautflex.files.mesh import MeshData, read_mesh
+    from tautflex.files.netcdf import load, save
+    from tautflex.mechanics.dampings.rayleigh import Rayleigh
+    from tautflex.mechanics.loads.inputs import CableTension, EdgeForce, FilmTemperature, NodalForce
+    from tautflex.mechanics.loads.pressure import PressureLoad
+    from tautflex.mechanics.membrane import film_states
     from tautflex.motion.attitude import attitude
-    from tautflex.motion.base import BaseAcceleration
     from tautflex.motion.coupling import Coupling
     from tautflex.motion.hub import FreeHub, HubState
     from tautflex.motion.maneuvers import AtRest, Stop
     from tautflex.motion.sequence import Sequence
     from tautflex.motion.slew import Slew, SpinUp
     from tautflex.motion.tabulated import Tabulated
-    from tautflex.reduction.basis import ModalBasis, PodBasis
-    from tautflex.reduction.hyper import HyperReducedModel, hyper_reduce
-    from tautflex.reduction.model import ReducedModel, reduce
-    from tautflex.results import load, save
-    from tautflex.solvers.adaptive import Adaptive
-    from tautflex.solvers.campbell import campbell
-    from tautflex.solvers.central_difference import CentralDifference
-    from tautflex.solvers.dynamics import simulate
-    from tautflex.solvers.energy_conserving import EnergyConserving
-    from tautflex.solvers.generalized_alpha import HHT, GeneralizedAlpha, Newmark
-    from tautflex.solvers.linear import linear_solver
-    from tautflex.solvers.modal import solve_modes
-    from tautflex.solvers.prestress import solve_prestress
-    from tautflex.solvers.spinning import solve_spinning_modes
-    from tautflex.solvers.static import solve_static
-    from tautflex.solvers.tuning import tune_pretension
-    from tautflex.solvers.wilson import WilsonTheta
+    from tautflex.motion.translation import BaseAcceleration
+    from tautflex.reduction.bases.basis import ModalBasis, PodBasis
+    from tautflex.reduction.hyper.model import HyperReducedModel, hyper_reduce
+    from tautflex.reduction.polynomial.model import ReducedModel, reduce
+    from tautflex.solvers.linear.factorization import linear_solver
+    from tautflex.solvers.modal.campbell import campbell
+    from tautflex.solvers.modal.natural import solve_modes
+    from tautflex.solvers.modal.participation import appendage_data, dynamic_mass
+    from tautflex.solvers.modal.spinning import solve_spinning_modes
+    from tautflex.solvers.modal.tuning import tune_pretension
+    from tautflex.solvers.static.equilibrium import solve_static
+    from tautflex.solvers.static.prestress import solve_prestress
+    from tautflex.solvers.transient.adaptive import Adaptive
+    from tautflex.solvers.transient.explicit import CentralDifference
+    from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
+    from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
+    from tautflex.solvers.transient.methods.wilson import WilsonTheta
+    from tautflex.solvers.transient.simulate import simulate
     from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
     from tautflex.structure.model import Model, Support
-    from tautflex.study.build import build_model
 
 __all__ = [
     "HHT",
@@ -170,12 +170,12 @@ _NAMES_OF_MODULE = {
         "scalogram",
         "spectrum",
     ),
-    "analysis.participation": (
+    "solvers.modal.participation": (
         "appendage_data",
         "dynamic_mass",
     ),
     "batch": ("Batch",),
-    "config": (
+    "case": (
         "Case",
         "load_case",
     ),
@@ -189,26 +189,26 @@ _NAMES_OF_MODULE = {
         "TautflexError",
         "UnsupportedError",
     ),
-    "exchange": (
+    "files.mesh": (
         "MeshData",
         "read_mesh",
     ),
-    "exchange.appendage": ("save_appendage",),
-    "export": (
+    "files.appendage": ("save_appendage",),
+    "files.export": (
         "write_csv",
         "write_vtu",
     ),
-    "mechanics.damping": ("Rayleigh",),
-    "mechanics.film": ("film_states",),
-    "mechanics.inputs": (
+    "mechanics.dampings.rayleigh": ("Rayleigh",),
+    "mechanics.membrane": ("film_states",),
+    "mechanics.loads.inputs": (
         "CableTension",
         "EdgeForce",
         "FilmTemperature",
         "NodalForce",
     ),
-    "mechanics.loads": ("PressureLoad",),
+    "mechanics.loads.pressure": ("PressureLoad",),
     "motion.attitude": ("attitude",),
-    "motion.base": ("BaseAcceleration",),
+    "motion.translation": ("BaseAcceleration",),
     "motion.coupling": ("Coupling",),
     "motion.hub": (
         "FreeHub",
@@ -224,39 +224,39 @@ _NAMES_OF_MODULE = {
         "SpinUp",
     ),
     "motion.tabulated": ("Tabulated",),
-    "reduction.basis": (
+    "reduction.bases.basis": (
         "ModalBasis",
         "PodBasis",
     ),
-    "reduction.hyper": (
+    "reduction.hyper.model": (
         "HyperReducedModel",
         "hyper_reduce",
     ),
-    "reduction.model": (
+    "reduction.polynomial.model": (
         "ReducedModel",
         "reduce",
     ),
-    "results": (
+    "files.netcdf": (
         "load",
         "save",
     ),
-    "solvers.adaptive": ("Adaptive",),
-    "solvers.campbell": ("campbell",),
-    "solvers.central_difference": ("CentralDifference",),
-    "solvers.dynamics": ("simulate",),
-    "solvers.energy_conserving": ("EnergyConserving",),
-    "solvers.generalized_alpha": (
+    "solvers.transient.adaptive": ("Adaptive",),
+    "solvers.modal.campbell": ("campbell",),
+    "solvers.transient.explicit": ("CentralDifference",),
+    "solvers.transient.simulate": ("simulate",),
+    "solvers.transient.methods.energy_conserving": ("EnergyConserving",),
+    "solvers.transient.methods.generalized_alpha": (
         "GeneralizedAlpha",
         "HHT",
         "Newmark",
     ),
-    "solvers.linear": ("linear_solver",),
-    "solvers.modal": ("solve_modes",),
-    "solvers.prestress": ("solve_prestress",),
-    "solvers.spinning": ("solve_spinning_modes",),
-    "solvers.static": ("solve_static",),
-    "solvers.tuning": ("tune_pretension",),
-    "solvers.wilson": ("WilsonTheta",),
+    "solvers.linear.factorization": ("linear_solver",),
+    "solvers.modal.natural": ("solve_modes",),
+    "solvers.static.prestress": ("solve_prestress",),
+    "solvers.modal.spinning": ("solve_spinning_modes",),
+    "solvers.static.equilibrium": ("solve_static",),
+    "solvers.modal.tuning": ("tune_pretension",),
+    "solvers.transient.methods.wilson": ("WilsonTheta",),
     "structure.materials": (
         "BeamSection",
         "CableSection",
@@ -267,7 +267,7 @@ _NAMES_OF_MODULE = {
         "Model",
         "Support",
     ),
-    "study.build": ("build_model",),
+    "case.build": ("build_model",),
 }
 _MODULE_OF_NAME = {name: module for module, names in _NAMES_OF_MODULE.items() for name in names}
 

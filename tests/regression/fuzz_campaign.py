@@ -25,8 +25,8 @@ import tautflex as tf
 from regression import mesh_files
 from regression.mutations import mutated
 from regression.small_result import result_files
-from tautflex.config import M2_TEMPLATE
-from tautflex.exchange import read_mesh
+from tautflex.case import M2_TEMPLATE
+from tautflex.files.mesh import read_mesh
 from verification.builders import antenna
 
 MEMORY = 3 * 1024**3  # [B] of address space; the readers' samples are some kilobytes

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 import tautflex as tf
 from regression import mesh_files
 from regression.fuzz_campaign import PLAIN, TARGETS, attempt, campaign
-from tautflex.config import M2_TEMPLATE, parse_case
-from tautflex.exchange.abaqus import read_abaqus
-from tautflex.exchange.nastran import read_nastran
+from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.files.mesh.abaqus import read_abaqus
+from tautflex.files.mesh.nastran import read_nastran
 
 COUNTS = {"case": 150, "abaqus": 150, "nastran": 150, "results": 150, "gmsh": 6}
 READERS = {"case": "case reader", "results": "result reader", "gmsh": "Gmsh reader (in its own process)"}

@@ -10,11 +10,11 @@ import pytest
 
 import tautflex as tf
 from tautflex.batch.chunks import usual_chunk
-from tautflex.batch.course import course_of
-from tautflex.batch.grid import steps_of_run
+from tautflex.batch.equations.rate_history import course_of
+from tautflex.batch.gather import gather_table, multiply, shared_rows
 from tautflex.batch.library import jax
-from tautflex.batch.numbers import checked_numbers
-from tautflex.batch.tables import gather_table, multiply, shared_rows
+from tautflex.batch.parameters import checked_numbers
+from tautflex.batch.steps.grid import steps_of_run
 from tautflex.errors import InputError, UnsupportedError
 from verification.dynamic_cases import small_antenna
 

@@ -11,10 +11,10 @@ from contextlib import contextmanager
 import pytest
 
 import tautflex
-from tautflex import results
+from tautflex.case import load_case
 from tautflex.cli import main
-from tautflex.cli.simulation import default_directory
-from tautflex.config import load_case
+from tautflex.cli.runs.run import default_directory
+from tautflex.files import netcdf
 
 # A square film under equal stress has f_mn = sqrt(m^2 + n^2)/(2 a) sqrt(stress/density). Rotation about x
 # excites shapes that are antisymmetric in y, first of all (1,2).
@@ -105,7 +105,7 @@ def test_run_writes_what_it_says(film, answer):
     assert {"run", "summary"} < set(found["files"])
     for path in found["files"].values():
         assert (film.parent / path).is_file()
-    data = results.load(film.parent / "out" / "run.nc")
+    data = netcdf.load(film.parent / "out" / "run.nc")
     assert data.sizes["time"] == 201
     assert data.attrs["status"] == "completed"
     stored = film.parent / "stored.toml"
@@ -122,11 +122,11 @@ def test_interrupted_run_is_kept_and_labelled(film, answer, monkeypatch):
 
         yield progress
 
-    monkeypatch.setattr("tautflex.cli.simulation.progress_bar", impatient)
+    monkeypatch.setattr("tautflex.cli.runs.run.progress_bar", impatient)
     code, found = answer("run", film, "-o", "out")
     assert code == 1
     assert found["status"] == "interrupted"
-    data = results.load(film.parent / "out" / "run.nc")
+    data = netcdf.load(film.parent / "out" / "run.nc")
     assert data.attrs["status"] == "interrupted"
     assert 0.5 < float(data.time[-1]) < 2.0
 
@@ -136,7 +136,7 @@ def test_run_that_does_not_converge_is_kept_and_exits_with_1(film, answer):
     code, found = answer("run", film, "-o", "out", *(part for key in impossible for part in ("--set", key)))
     assert code == 1
     assert found["status"] == "not-converged"
-    assert results.load(film.parent / "out" / "run.nc").attrs["status"] == "not-converged"
+    assert netcdf.load(film.parent / "out" / "run.nc").attrs["status"] == "not-converged"
 
 
 def test_run_without_motion_has_no_frequency(film, answer):
@@ -184,7 +184,7 @@ def test_help_does_not_load_the_numerics():
     code = "import sys; from tautflex.cli import main; main(['--help']); print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = set(done.stdout.split("\n")[-2].split())
-    assert "tautflex.cli.simulation" in loaded
+    assert "tautflex.cli.runs.run" in loaded
     assert loaded.isdisjoint({"numba", "numpy", "scipy", "matplotlib", "xarray", "pydantic"})
 
 

@@ -7,8 +7,8 @@ import os
 
 import pytest
 
+from tautflex.case import M2_TEMPLATE
 from tautflex.cli import main
-from tautflex.config import M2_TEMPLATE
 
 # A plain film whose four edges are fixed: the smallest case there is.
 FILM = """

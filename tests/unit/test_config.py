@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
-from tautflex.config import (
+from tautflex.case import (
     M2_TEMPLATE,
     Cables,
     Case,
@@ -26,7 +26,7 @@ from tautflex.config import (
     load_case,
     parse_case,
 )
-from tautflex.config.messages import show
+from tautflex.case.messages import show
 from tautflex.errors import CaseError
 
 FILM = {
@@ -137,7 +137,7 @@ def test_misspelt_required_key_is_named_before_the_missing_one():
 
 
 def test_memory_guard_counts_the_history_too(monkeypatch):
-    monkeypatch.setattr("tautflex.config.memory.available_bytes", lambda: 10_000_000)
+    monkeypatch.setattr("tautflex.case.memory.available_bytes", lambda: 10_000_000)
     small = Case(membrane=FIXED, mesh={"divisions": (4, 2)}, output={"probes": {"A": (0, 0)}})
     # 10 000 stored steps of 16 numbers of 8 bytes fit into 10 MB, a hundred times as many do not.
     assert small.output.every == 1

@@ -13,7 +13,7 @@ import tautflex as tf
 from regression.small_result import small_result
 from tautflex.cli import main
 from tautflex.errors import InputError
-from tautflex.export import write_csv, write_vtu
+from tautflex.files.export import write_csv, write_vtu
 from verification.builders import antenna
 
 TYPES = {"Float64": np.float64, "Int64": np.int64, "Int32": np.int32, "UInt8": np.uint8}

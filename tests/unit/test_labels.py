@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tautflex.errors import InputError
-from tautflex.solvers.mode_labels import FilmSampler, half_wave_labels, symmetry_class
+from tautflex.solvers.modal.labels import FilmSampler, half_wave_labels, symmetry_class
 
 
 def grid(nx=10, ny=5):

@@ -8,10 +8,10 @@ from scipy.sparse import csc_array, random_array
 
 from tautflex.errors import InputError, MissingExtraError
 from tautflex.mechanics.pattern import SparsityPattern
-from tautflex.solvers.direct import BACKENDS
-from tautflex.solvers.direct.ordering import order_and_fill
-from tautflex.solvers.direct.pardiso import available
-from tautflex.solvers.linear import SymmetricFactorization, linear_solver
+from tautflex.solvers.linear.backends import BACKENDS
+from tautflex.solvers.linear.factorization import SymmetricFactorization, linear_solver
+from tautflex.solvers.linear.ordering import order_and_fill
+from tautflex.solvers.linear.pardiso import available
 
 NAMES = [
     pytest.param(name, marks=pytest.mark.skipif(name == "pardiso" and not available(), reason="pypardiso is missing"))
@@ -156,7 +156,7 @@ def test_zeros_are_left_out_until_a_matrix_needs_them():
 
 
 def test_order_is_found_once_for_all_that_share_a_pattern(monkeypatch):
-    from tautflex.solvers.direct import ldl
+    from tautflex.solvers.linear import ldl
 
     calls = []
     original = ldl.analyse

@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tautflex import AtRest, BaseAcceleration, Sequence, Slew, SpinUp, Stop, Tabulated
+from tautflex.case import Case, Maneuver, load_case, parse_case
+from tautflex.case.build import build_maneuver
+from tautflex.case.motion import describe_maneuver
+from tautflex.case.sections.maneuver import KEYS_OF_KIND
 from tautflex.cli import main
-from tautflex.config import Case, Maneuver, load_case, parse_case
-from tautflex.config.maneuver import KEYS_OF_KIND
 from tautflex.errors import CaseError
-from tautflex.study.build import build_maneuver
-from tautflex.study.maneuvers import describe_maneuver
 
 FILM = """schema = 1
 [membrane]

@@ -12,8 +12,9 @@ import pytest
 import tautflex as tf
 from regression import mesh_files
 from tautflex.errors import InputError, MeshError, MissingExtraError
-from tautflex.exchange import MeshData, gmsh_files, read_mesh
-from tautflex.exchange.numerals import integer, real
+from tautflex.files.mesh import MeshData, read_mesh
+from tautflex.files.mesh import gmsh as gmsh_reader
+from tautflex.files.mesh.numerals import integer, real
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from verification.builders import CABLE, FILM, FRAME, THICKNESS, antenna
 
@@ -312,10 +313,10 @@ def test_damaged_gmsh_files(old, new, words, read, tmp_path, monkeypatch):
 def test_gmsh_that_takes_too_long_is_ended(tmp_path, monkeypatch):
     sleeper = tmp_path / "_gmsh_worker.py"
     sleeper.write_text("import time\ntime.sleep(60)\n", encoding="utf-8")
-    monkeypatch.setattr(gmsh_files, "__file__", str(tmp_path / "gmsh_files.py"))
+    monkeypatch.setattr(gmsh_reader, "__file__", str(tmp_path / "gmsh_reader.py"))
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: name)
     with pytest.raises(MeshError, match="within 1 s"):
-        gmsh_files.read_gmsh(MSH.encode(), seconds=1)
+        gmsh_reader.read_gmsh(MSH.encode(), seconds=1)
 
 
 @pytest.mark.parametrize(
@@ -331,10 +332,10 @@ def test_what_becomes_of_the_worker(status, said, error, words, tmp_path, monkey
     worker = tmp_path / "_gmsh_worker.py"
     end = f"os.kill(os.getpid(), {-status})" if status < 0 else f"sys.exit({status})"
     worker.write_text(f"import os, sys\nsys.stderr.write({said!r})\n{end}\n", encoding="utf-8")
-    monkeypatch.setattr(gmsh_files, "__file__", str(tmp_path / "gmsh_files.py"))
+    monkeypatch.setattr(gmsh_reader, "__file__", str(tmp_path / "gmsh_reader.py"))
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: name)
     with pytest.raises(error) as caught:
-        gmsh_files.read_gmsh(MSH.encode())
+        gmsh_reader.read_gmsh(MSH.encode())
     assert all(word in str(caught.value) for word in words)
 
 
@@ -359,7 +360,7 @@ def test_paths_that_are_no_files(tmp_path):
 
 
 def test_sets_that_unfold_without_end_are_refused(read, monkeypatch):
-    monkeypatch.setattr("tautflex.exchange.raw._LARGEST_EXPANSION", 1000)
+    monkeypatch.setattr("tautflex.files.mesh.raw._LARGEST_EXPANSION", 1000)
     sets = "".join(f"*NSET, NSET=s{k}\nall, all, all\n" for k in range(100))
     with pytest.raises(MeshError, match="more than 1000 members"):
         read(".inp", INP.replace("*NODE", "*NODE, NSET=all") + sets)

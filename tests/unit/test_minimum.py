@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tautflex.mechanics.pattern import SparsityPattern
-from tautflex.solvers.minimum import find_minimum
+from tautflex.solvers.nonlinear.minimum import find_minimum
 
 Array = NDArray[np.float64]
 PATTERN = SparsityPattern.from_elements(2, [np.array([[0, 1]])])

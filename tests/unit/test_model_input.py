@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tautflex.errors import InputError, MeshError
-from tautflex.solvers.modal import solve_modes
-from tautflex.solvers.prestress import solve_prestress
+from tautflex.solvers.modal.natural import solve_modes
+from tautflex.solvers.static.prestress import solve_prestress
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.model import Model, Support

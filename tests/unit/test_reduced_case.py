@@ -7,10 +7,10 @@ import json
 import numpy as np
 import pytest
 
+from tautflex.case import M2_TEMPLATE, Case, load_case
+from tautflex.case.build import build_basis
 from tautflex.cli import main
-from tautflex.config import M2_TEMPLATE, Case, load_case
 from tautflex.errors import CaseError
-from tautflex.study.build import build_basis
 
 
 @pytest.fixture

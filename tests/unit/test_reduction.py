@@ -7,10 +7,10 @@ import pytest
 
 import tautflex as tf
 from tautflex.motion.kinematics import Segment
-from tautflex.reduction.frame import sample
-from tautflex.reduction.monomials import monomial_rates, monomials, packed, pairs, stress_fields, unpacked
-from tautflex.reduction.schedule import stretches
-from tautflex.reduction.snapshots import full_snapshots, transverse_unknowns
+from tautflex.reduction.bases.snapshots import full_snapshots, transverse_unknowns
+from tautflex.reduction.marching.frame_terms import sample
+from tautflex.reduction.marching.schedule import stretches
+from tautflex.reduction.polynomial.monomials import monomial_rates, monomials, packed, pairs, stress_fields, unpacked
 from verification.dynamic_cases import small_antenna, soft_film
 
 

@@ -12,14 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tautflex.config import parse_case
+from tautflex.case import parse_case
 from tautflex.errors import InputError, NotConvergedError
-from tautflex.reproduce import work
-from tautflex.reproduce.catalogue import RunSpec
-from tautflex.reproduce.comparison import make_plan
-from tautflex.reproduce.engine import load_results, perform
-from tautflex.solvers import stepper
-from tautflex.solvers.newton import NewtonOutcome
+from tautflex.paper import work
+from tautflex.paper.cases.catalogue import RunSpec
+from tautflex.paper.comparison import make_plan
+from tautflex.paper.engine import load_results, perform
+from tautflex.solvers.nonlinear.newton import NewtonOutcome
+from tautflex.solvers.transient import implicit
 
 FILM = """
 schema = 1
@@ -61,7 +61,7 @@ SCRIPT = """
 import sys
 sys.path.insert(0, {here!r})
 from test_reproduce_engine import spec
-from tautflex.reproduce.engine import perform
+from tautflex.paper.engine import perform
 if __name__ == "__main__":
     perform([spec(k, 4.0) for k in range(4)], {place!r}, workers={workers})
 """
@@ -123,7 +123,7 @@ def test_a_failed_run_is_named_and_the_others_are_kept(tmp_path, monkeypatch):
         with monkeypatch.context() as patch:
             if given.name == "film/1":
                 patch.setattr(
-                    stepper, "solve_newton", lambda problem, start, *rest: NewtonOutcome(start, history=[1.0])
+                    implicit, "solve_newton", lambda problem, start, *rest: NewtonOutcome(start, history=[1.0])
                 )
             return simulate(given, progress)
 

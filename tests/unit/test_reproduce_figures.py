@@ -3,12 +3,12 @@ import pytest
 
 from tautflex.analysis import dominant_frequency
 from tautflex.errors import InputError
-from tautflex.reproduce import published
-from tautflex.reproduce.catalogue import catalogue
-from tautflex.reproduce.figure_names import MODELS, RATES, run_name
-from tautflex.reproduce.figures import FIGURES, save_figures
-from tautflex.reproduce.figures_histories import about_equilibrium
-from tautflex.reproduce.figures_trends import DURATION_TREND, RATE_TREND, response_frequency
+from tautflex.paper.cases.catalogue import catalogue
+from tautflex.paper.cases.run_names import MODELS, RATES, run_name
+from tautflex.paper.figures.histories import about_equilibrium
+from tautflex.paper.figures.index import FIGURES, save_figures
+from tautflex.paper.figures.trends import DURATION_TREND, RATE_TREND, response_frequency
+from tautflex.paper.tables import published
 from unit.test_plots import drawn
 
 PAPER_ORDER = ["3", "4", "5a", "5b", "5c", "6", "7", "8", "9a", "9b", "10", "11", "12a", "12b", "13a", "13b"]

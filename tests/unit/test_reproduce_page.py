@@ -6,13 +6,14 @@ from html.parser import HTMLParser
 import pytest
 
 from tautflex.errors import InputError
+from tautflex.paper.page import reasons, words
+from tautflex.paper.page.agreement import comparison, listing, sorted_rows
+from tautflex.paper.page.blocks import gap_cell, percent, quantity_text
+from tautflex.paper.page.compose import build_page
+from tautflex.paper.tables import published
+from tautflex.paper.tables.paper_tables import case_words
+from tautflex.paper.tables.rows import Row
 from tautflex.plot.style import new_figure, save_figure
-from tautflex.reproduce import page_reasons, page_words, published
-from tautflex.reproduce.page import build_page
-from tautflex.reproduce.page_blocks import gap_cell, percent, quantity_text
-from tautflex.reproduce.page_tables import comparison, listing, sorted_rows
-from tautflex.reproduce.rows import Row
-from tautflex.reproduce.tables import case_words
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 RATIO = {"response frequency": 1.1, "amplitude": 0.7}  # of the made-up results to the published values
@@ -151,44 +152,44 @@ def test_markdown_links_figures_from_where_it_stands(written, tmp_path):
 
 def test_words_take_their_numbers_from_the_rows(rows):
     found = sorted_rows(rows)
-    scores = dict(page_words.scores(found))
+    scores = dict(words.scores(found))
     assert "0.095 over 10 entries" in scores["Response frequencies:"]  # log 1.1
     assert "The consistent variant: 0.788." in scores["Response frequencies:"]  # log 2.2
     assert "0.357 over 10 entries" in scores["Amplitudes:"]  # -log 0.7
     assert "1.00 %, the largest +1.0 %" in scores["Table 2:"]
-    reasons = dict(page_reasons.explanations(found))
+    why = dict(reasons.explanations(found))
     assert (
         "0.7500 Hz above the dominant mode; geometric nonlinearity switched off lowers it by 0.7375 Hz"
-        in reasons["Where the rise in frequency comes from."]
+        in why["Where the rise in frequency comes from."]
     )
-    assert "1 of 2 runs, in 1 of the 1 of M1, down to −2.5 N/m (M1, π/5 rad/s, T = 1 s)" in reasons["Wrinkling."]  # noqa: RUF001
-    assert "ours 2.6226 Hz, paper 2.3842 Hz" in reasons["M1 stopped from π/2 rad/s."]
-    assert "Ours is 0.9870 Hz." in reasons["M1's dominant mode."]
-    assert "0.5 times 1.99 Hz is 0.995 Hz" in reasons["M1's dominant mode."]
-    assert "0.0953674 Hz in Tables 6, 8, 9; 0.0610352 Hz in Table 7" in reasons["FFT bins."]
-    assert "89.10 %, paper 76.28 %" in reasons["Dominant shape (Table 3)."]
+    assert "1 of 2 runs, in 1 of the 1 of M1, down to −2.5 N/m (M1, π/5 rad/s, T = 1 s)" in why["Wrinkling."]  # noqa: RUF001
+    assert "ours 2.6226 Hz, paper 2.3842 Hz" in why["M1 stopped from π/2 rad/s."]
+    assert "Ours is 0.9870 Hz." in why["M1's dominant mode."]
+    assert "0.5 times 1.99 Hz is 0.995 Hz" in why["M1's dominant mode."]
+    assert "0.0953674 Hz in Tables 6, 8, 9; 0.0610352 Hz in Table 7" in why["FFT bins."]
+    assert "89.10 %, paper 76.28 %" in why["Dominant shape (Table 3)."]
 
 
 def test_gaps_are_listed_worst_first_and_once(rows):
     changed = [replace(row, ours=0.5 * row.paper) if row.table == "9" and row.unit == "mm" else row for row in rows]
-    gaps = page_words.largest_gaps(sorted_rows(changed))
+    gaps = words.largest_gaps(sorted_rows(changed))
     assert len(gaps) == 10  # every amplitude; the repeated one of Table 8 once
     assert all(lead.startswith("Table 9") and "−50.0 %" in text for lead, text in gaps[:2])  # noqa: RUF001
 
 
 def test_trends_are_read_off_the_results(rows):
     turned = [replace(row, ours=9 * row.ours) if row.case.startswith("M2, pi/100") else row for row in rows]
-    before, after = (dict(page_words.trends(sorted_rows(some)))["Table 6:"] for some in (rows, turned))
+    before, after = (dict(words.trends(sorted_rows(some)))["Table 6:"] for some in (rows, turned))
     assert "frequencies yes (1.049, 2.203, 4.301 Hz); amplitudes yes" in before
     assert "frequencies no" in after
     assert "amplitudes no" in after
 
 
 def test_page_without_results_explains_without_numbers():
-    assert page_words.scores({}) == []
-    assert page_words.trends({}) == []
-    assert page_words.largest_gaps({}) == []
-    assert all(text and not re.search(r"\b(None|nan)\b", text) for _, text in page_reasons.explanations({}))
+    assert words.scores({}) == []
+    assert words.trends({}) == []
+    assert words.largest_gaps({}) == []
+    assert all(text and not re.search(r"\b(None|nan)\b", text) for _, text in reasons.explanations({}))
 
 
 def test_consistent_variant_stands_beside():
@@ -234,13 +235,13 @@ def test_numbers_are_written_as_the_paper_prints_them():
 
 def test_a_peak_of_another_mode_is_not_called_softening(rows):
     reason = "Where the rise in frequency comes from."
-    assert "as softening" not in dict(page_reasons.explanations(sorted_rows(rows)))[reason]
+    assert "as softening" not in dict(reasons.explanations(sorted_rows(rows)))[reason]
     case = "M2, pi/5 rad/s, T = 1 s"
     rows += [
         Row("ablation", case, "rise over the dominant mode", None, 0.07, "Hz"),
         Row("ablation", case, "rise from geometric nonlinearity", None, -0.38, "Hz"),
     ]
-    text = dict(page_reasons.explanations(sorted_rows(rows)))[reason]
+    text = dict(reasons.explanations(sorted_rows(rows)))[reason]
     assert "In 1 of the 2 cases (M2, π/5 rad/s, T = 1 s)" in text
 
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from tautflex import results
 from tautflex.errors import InputError
+from tautflex.files import netcdf
 
 
 def dataset():
@@ -45,7 +45,7 @@ def dataset():
 
 def test_round_trip_is_exact(tmp_path):
     before = dataset()
-    back = results.load(results.save(before, tmp_path / "deep" / "run.nc"))
+    back = netcdf.load(netcdf.save(before, tmp_path / "deep" / "run.nc"))
     xr.testing.assert_identical(back, before)
     for name in before.variables:
         assert back[name].dtype == before[name].dtype, name
@@ -56,15 +56,15 @@ def test_round_trip_is_exact(tmp_path):
 
 def test_saving_leaves_the_dataset_alone_and_can_replace(tmp_path):
     before = dataset()
-    path = results.save(before, tmp_path / "run.nc")
+    path = netcdf.save(before, tmp_path / "run.nc")
     xr.testing.assert_identical(before, dataset())
-    results.save(before.assign_attrs(title="again"), path)
-    assert results.load(path).attrs["title"] == "again"
+    netcdf.save(before.assign_attrs(title="again"), path)
+    assert netcdf.load(path).attrs["title"] == "again"
     assert [item.name for item in tmp_path.iterdir()] == ["run.nc"]
 
 
 def test_failed_write_keeps_the_old_file(tmp_path, monkeypatch):
-    path = results.save(dataset(), tmp_path / "run.nc")
+    path = netcdf.save(dataset(), tmp_path / "run.nc")
 
     def broken(self, target, **kwargs):
         target.write_bytes(b"half a file")
@@ -72,45 +72,45 @@ def test_failed_write_keeps_the_old_file(tmp_path, monkeypatch):
 
     monkeypatch.setattr(xr.Dataset, "to_netcdf", broken)
     with pytest.raises(InputError, match="No space left"):
-        results.save(dataset(), path)
+        netcdf.save(dataset(), path)
     assert [item.name for item in tmp_path.iterdir()] == ["run.nc"]
     monkeypatch.undo()
-    xr.testing.assert_identical(results.load(path), dataset())
+    xr.testing.assert_identical(netcdf.load(path), dataset())
 
 
 def test_unreadable_files_are_named(tmp_path):
     with pytest.raises(InputError, match="does not exist"):
-        results.load(tmp_path / "none.nc")
+        netcdf.load(tmp_path / "none.nc")
     text = tmp_path / "text.nc"
     text.write_text("schema = 1\n")
     with pytest.raises(InputError, match=r"text\.nc"):
-        results.load(text)
-    whole = results.save(dataset(), tmp_path / "run.nc").read_bytes()
+        netcdf.load(text)
+    whole = netcdf.save(dataset(), tmp_path / "run.nc").read_bytes()
     (tmp_path / "cut.nc").write_bytes(whole[: len(whole) // 2])
     with pytest.raises(InputError, match=r"cut\.nc"):
-        results.load(tmp_path / "cut.nc")
+        netcdf.load(tmp_path / "cut.nc")
     xr.Dataset({"a": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
     with pytest.raises(InputError, match="tautflex"):
-        results.load(tmp_path / "other.nc")
+        netcdf.load(tmp_path / "other.nc")
 
 
 def test_newer_schema_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(results, "_SCHEMA", 2)
-    path = results.save(dataset(), tmp_path / "run.nc")
+    monkeypatch.setattr(netcdf, "_SCHEMA", 2)
+    path = netcdf.save(dataset(), tmp_path / "run.nc")
     monkeypatch.undo()
     with pytest.raises(InputError, match="upgrade"):
-        results.load(path)
+        netcdf.load(path)
 
 
 def test_what_cannot_be_stored_is_named(tmp_path):
     with pytest.raises(InputError, match="'odd' of w"):
-        results.save(xr.Dataset({"w": ((), 1.0, {"odd": object()})}), tmp_path / "a.nc")
+        netcdf.save(xr.Dataset({"w": ((), 1.0, {"odd": object()})}), tmp_path / "a.nc")
     with pytest.raises(InputError, match="Dataset"):
-        results.save({"w": 1.0}, tmp_path / "a.nc")
+        netcdf.save({"w": 1.0}, tmp_path / "a.nc")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_versions_name_what_the_numbers_depend_on():
-    found = results.versions()
+    found = netcdf.versions()
     assert found["numpy"] == np.__version__
     assert {"python", "tautflex", "scipy", "numba"} <= set(found)

@@ -8,7 +8,7 @@ import pytest
 
 import tautflex as tf
 from tautflex.mechanics.mass_damping import MassDamping
-from tautflex.solvers.linear import linear_solver
+from tautflex.solvers.linear.factorization import linear_solver
 from tautflex.structure.antenna import AntennaLayout, build_fixed_film
 from tautflex.structure.materials import Material, MembraneSection
 

@@ -7,16 +7,16 @@ import json
 import numpy as np
 import pytest
 
-from tautflex import results
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex.files import netcdf
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.maneuvers import Stop
-from tautflex.solvers.dynamics import simulate
-from tautflex.solvers.generalized_alpha import GeneralizedAlpha, Newmark
-from tautflex.solvers.prestress import solve_prestress
-from tautflex.solvers.status import Status
-from tautflex.solvers.stepper import Stepper
-from tautflex.solvers.wilson import WilsonTheta
+from tautflex.solvers.static.prestress import solve_prestress
+from tautflex.solvers.transient.implicit import Stepper
+from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark
+from tautflex.solvers.transient.methods.wilson import WilsonTheta
+from tautflex.solvers.transient.simulate import simulate
+from tautflex.solvers.transient.status import Status
 from tautflex.structure.antenna import AntennaLayout, build_antenna
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from verification.dynamic_cases import SuddenSpin, oscillator, small_antenna, soft_film, string
@@ -162,8 +162,8 @@ def test_interrupt_leaves_readable_partial_data(film, tmp_path):
     whole = simulate(film, **options).data
     np.testing.assert_array_equal(run.data.w.values, whole.w.values[:51])
     path = tmp_path / "part.nc"
-    results.save(run.data, path)
-    again = results.load(path)
+    netcdf.save(run.data, path)
+    again = netcdf.load(path)
     np.testing.assert_array_equal(again.w.values, run.data.w.values)
     assert again.sizes["field_time"] == 51
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 import tautflex as tf
-from tautflex.config.dynamic import Solver
+from tautflex.case.build import METHODS, build_adaptive, build_method
+from tautflex.case.sections.dynamic import Solver
 from tautflex.errors import CaseError
-from tautflex.study.build import METHODS, build_adaptive, build_method
 
 
 class CaseStub:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from tautflex.reproduce.published import RESPONSE_TABLES, about, table
+from tautflex.paper.tables.published import RESPONSE_TABLES, about, table
 
 NATURAL_FREQUENCIES = tuple(row["frequency"] for row in table(2))  # M2 [Hz]
 DOMINANT_SHAPE_MAC = {row["mode"]: row["mac"] for row in table(3)}  # [%]

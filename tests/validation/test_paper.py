@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.config.reading import M2_TEMPLATE
-from tautflex.solvers.status import Status
-from tautflex.study.build import build_damping, build_method
+from tautflex.case.build import build_damping, build_method
+from tautflex.case.reading import M2_TEMPLATE
+from tautflex.solvers.transient.status import Status
 from validation.published import (
     DAMPING,
     DOMINANT_SHAPE_MAC,

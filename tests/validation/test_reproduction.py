@@ -10,14 +10,14 @@ from dataclasses import replace
 
 import pytest
 
-from tautflex.reproduce import published
-from tautflex.reproduce.catalogue import catalogue
-from tautflex.reproduce.comparison import build_rows, make_plan, summarize
-from tautflex.reproduce.engine import load_results, perform
-from tautflex.reproduce.figure_names import MODELS, run_name
-from tautflex.reproduce.normal_modes import antenna_modes, antenna_name, dominant_mode, frequency_of
-from tautflex.reproduce.rows import mean_log_ratio
-from tautflex.reproduce.tables import response
+from tautflex.paper.cases.catalogue import catalogue
+from tautflex.paper.cases.normal_modes import antenna_modes, antenna_name, dominant_mode, frequency_of
+from tautflex.paper.cases.run_names import MODELS, run_name
+from tautflex.paper.comparison import build_rows, make_plan, summarize
+from tautflex.paper.engine import load_results, perform
+from tautflex.paper.tables import published
+from tautflex.paper.tables.paper_tables import response
+from tautflex.paper.tables.rows import mean_log_ratio
 
 TABLES = ("2", "3", "4", "6", "7", "8", "9")
 RATES, DURATIONS = ("pi_100", "pi_5", "pi_2"), (0.1, 1.0, 2.0)

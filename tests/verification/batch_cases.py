@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import tautflex as tf
-from tautflex.reduction.model import ReducedModel
-from tautflex.reduction.pieces import Moments, prestress_fields
-from tautflex.reduction.polynomial import HigherDegrees
-from tautflex.solvers.prestress import PrestressedState
+from tautflex.reduction.polynomial.model import ReducedModel
+from tautflex.reduction.polynomial.projection import Moments, prestress_fields
+from tautflex.reduction.polynomial.strains import HigherDegrees
+from tautflex.solvers.static.prestress import PrestressedState
 
 KINDS = ("membrane", "cable", "beam")
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tautflex.elements.block import ElementBlock
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.solvers.prestress import PrestressedState
+from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.antenna import AntennaLayout, build_antenna
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.model import Model, Support

@@ -8,7 +8,7 @@ import numpy as np
 
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.motion.maneuvers import AtRest
-from tautflex.solvers.prestress import PrestressedState, solve_prestress
+from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.model import Model, Support

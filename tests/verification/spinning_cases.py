@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.solvers.prestress import PrestressedState, solve_prestress
+from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.model import Model, Support
 from verification.builders import beam_line, disc_mesh, unstressed

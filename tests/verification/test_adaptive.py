@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from tautflex.errors import InputError, NotConvergedError
-from tautflex.mechanics.damping import Rayleigh
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.maneuvers import Stop
-from tautflex.solvers.adaptive import Adaptive, error_constant
-from tautflex.solvers.dynamics import simulate
-from tautflex.solvers.energy_conserving import EnergyConserving
-from tautflex.solvers.generalized_alpha import GeneralizedAlpha, Newmark
-from tautflex.solvers.wilson import WilsonTheta
+from tautflex.solvers.transient.adaptive import Adaptive, error_constant
+from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
+from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark
+from tautflex.solvers.transient.methods.wilson import WilsonTheta
+from tautflex.solvers.transient.simulate import simulate
 from verification.dynamic_cases import TINY_VELOCITY, oscillator, soft_film, string
 
 METHODS = [GeneralizedAlpha(rho_inf=0.8), Newmark(), WilsonTheta(), EnergyConserving()]

@@ -11,10 +11,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tautflex.solvers.energy_conserving import EnergyConserving
-from tautflex.solvers.generalized_alpha import HHT, GeneralizedAlpha, Newmark
-from tautflex.solvers.integrator import Combination
-from tautflex.solvers.wilson import WilsonTheta
+from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
+from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
+from tautflex.solvers.transient.methods.scheme import Combination
+from tautflex.solvers.transient.methods.wilson import WilsonTheta
 
 STIFF, SOFT, RATE, STEP = 1e7, 1.0, 1.2, 0.2618
 MATRIX = np.array([[STIFF + SOFT, -SOFT], [-SOFT, SOFT]])

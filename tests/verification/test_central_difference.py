@@ -10,16 +10,16 @@ import pytest
 from scipy.linalg import eigh
 
 from tautflex.errors import InputError
-from tautflex.mechanics.damping import Rayleigh
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.maneuvers import AtRest, Stop
-from tautflex.solvers.adaptive import Adaptive
-from tautflex.solvers.central_difference import CentralDifference
-from tautflex.solvers.dynamics import simulate
-from tautflex.solvers.generalized_alpha import Newmark
-from tautflex.solvers.prestress import solve_prestress
-from tautflex.solvers.stability import largest_eigenvalue
-from tautflex.solvers.status import Status
+from tautflex.solvers.static.prestress import solve_prestress
+from tautflex.solvers.transient.adaptive import Adaptive
+from tautflex.solvers.transient.explicit import CentralDifference
+from tautflex.solvers.transient.methods.generalized_alpha import Newmark
+from tautflex.solvers.transient.simulate import simulate
+from tautflex.solvers.transient.stability import largest_eigenvalue
+from tautflex.solvers.transient.status import Status
 from verification.dynamic_cases import TINY_VELOCITY, small_antenna, soft_film, string, two_term_root
 
 

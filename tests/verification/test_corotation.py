@@ -8,7 +8,7 @@ import pytest
 import tautflex as tf
 from tautflex.mechanics.inertia import cross_matrix
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.solvers.corotation import Corotation, rotation_operator
+from tautflex.solvers.transient.corotation import Corotation, rotation_operator
 from tautflex.structure.mesh import rectangle_mesh
 
 FILM = tf.MembraneSection(tf.Material(3.5e9, 1530.0, 0.34), 1e-4, "green-lagrange")
@@ -113,7 +113,7 @@ def test_turned_tangents_serve_longer_and_do_not_change_the_motion(monkeypatch, 
         "damping": tf.Rayleigh(0.0, beta),
     }
     turned = tf.simulate(state, **options)
-    monkeypatch.setattr("tautflex.solvers.stepper.Corotation", _Still)
+    monkeypatch.setattr("tautflex.solvers.transient.implicit.Corotation", _Still)
     still = tf.simulate(state, **options)
     np.testing.assert_allclose(turned.data.w, still.data.w, atol=1e-7 * float(np.abs(still.data.w).max()))
     work = [run.stats.iterations + 9 * run.stats.factorizations for run in (turned, still)]

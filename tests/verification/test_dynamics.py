@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from scipy.linalg import eigvals
 
-from tautflex.mechanics.damping import Rayleigh
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, fixed_axis_motion
 from tautflex.motion.maneuvers import Stop
-from tautflex.solvers.dynamics import simulate
-from tautflex.solvers.generalized_alpha import GeneralizedAlpha, Newmark
-from tautflex.solvers.modal import solve_modes
-from tautflex.solvers.prestress import PrestressedState, solve_prestress
-from tautflex.solvers.static import spinning_equilibrium
-from tautflex.solvers.stepper import Stepper
-from tautflex.solvers.wilson import WilsonTheta
+from tautflex.solvers.modal.natural import solve_modes
+from tautflex.solvers.static.equilibrium import spinning_equilibrium
+from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
+from tautflex.solvers.transient.implicit import Stepper
+from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark
+from tautflex.solvers.transient.methods.wilson import WilsonTheta
+from tautflex.solvers.transient.simulate import simulate
 from tautflex.structure.materials import BeamSection, CableSection, Material
 from tautflex.structure.model import Model, Support
 from verification.builders import observed_order, rotation

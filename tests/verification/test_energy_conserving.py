@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tautflex.mechanics.damping import Rayleigh
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.maneuvers import Stop
-from tautflex.solvers.dynamics import Run, simulate
-from tautflex.solvers.energy_conserving import EnergyConserving
-from tautflex.solvers.generalized_alpha import GeneralizedAlpha, Newmark
-from tautflex.solvers.prestress import PrestressedState, solve_prestress
-from tautflex.solvers.status import Status
+from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
+from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
+from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark
+from tautflex.solvers.transient.simulate import Run, simulate
+from tautflex.solvers.transient.status import Status
 from tautflex.structure.antenna import AntennaLayout, build_fixed_film
 from tautflex.structure.materials import CableSection, Material, MembraneSection
 from tautflex.structure.model import Model, Support

@@ -9,14 +9,14 @@ from scipy.optimize import brentq
 
 import tautflex as tf
 from tautflex.errors import InputError
-from tautflex.mechanics.damping import Rayleigh
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.quaternion import matrix
-from tautflex.solvers.equation import EquationOfMotion
-from tautflex.solvers.free_flight import HubFlight
-from tautflex.solvers.hub_stepper import HubStepper
-from tautflex.solvers.momentum import MomentumBalance
-from tautflex.solvers.probes import place_probes
+from tautflex.motion.rotations import matrix
+from tautflex.solvers.transient.equation import EquationOfMotion
+from tautflex.solvers.transient.free_hub.history import HubFlight
+from tautflex.solvers.transient.free_hub.momentum import MomentumBalance
+from tautflex.solvers.transient.free_hub.stepper import HubStepper
+from tautflex.solvers.transient.probes import place_probes
 from tautflex.structure.antenna import AntennaLayout, build_antenna
 
 HUB = {"mass": 20.0, "inertia": (4.0, 5.0, 6.0), "center": (0.1, -0.05, 0.2)}

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.mechanics.damping import Rayleigh
-from tautflex.mechanics.film import film_states
-from tautflex.reduction.basis import BasisVectors, ritz
-from tautflex.reduction.dispatch import internal_force, tangent
-from tautflex.reduction.forces import energies
-from tautflex.reduction.hyper import HyperReducedModel
-from tautflex.reduction.hyper_blocks import basis_blocks
-from tautflex.reduction.weights import ElementWeights, element_forces, train_weights
-from tautflex.solvers.modal import solve_modes
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.membrane import film_states
+from tautflex.reduction.bases.basis import BasisVectors, ritz
+from tautflex.reduction.hyper.blocks import basis_blocks
+from tautflex.reduction.hyper.model import HyperReducedModel
+from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights
+from tautflex.reduction.marching.dispatch import internal_force, tangent
+from tautflex.reduction.polynomial.forces import energies
+from tautflex.solvers.modal.natural import solve_modes
 from verification.dynamic_cases import small_antenna, soft_film
 
 STOP = tf.Stop(rate=0.6, duration=0.1)

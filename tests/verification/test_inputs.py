@@ -7,7 +7,7 @@ import pytest
 
 import tautflex as tf
 from tautflex.errors import InputError
-from tautflex.mechanics.inputs import InputSet
+from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.structure.antenna import AntennaLayout, build_fixed_film
 
 LENGTH, TENSION, ELEMENTS = 2.0, 10.0, 16

@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 
 from tautflex.errors import InputError
-from tautflex.solvers.dynamics import simulate
-from tautflex.solvers.energy_conserving import EnergyConserving
-from tautflex.solvers.generalized_alpha import HHT, GeneralizedAlpha, Newmark
-from tautflex.solvers.modal import solve_modes
-from tautflex.solvers.wilson import WilsonTheta
+from tautflex.solvers.modal.natural import solve_modes
+from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
+from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
+from tautflex.solvers.transient.methods.wilson import WilsonTheta
+from tautflex.solvers.transient.simulate import simulate
 from verification.dynamic_cases import (
     TINY_VELOCITY,
     Release,

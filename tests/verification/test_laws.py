@@ -8,22 +8,22 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tautflex.config import M2_TEMPLATE, parse_case
+from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.case.build import build_model
 from tautflex.elements.laws import RESIDUAL_STIFFNESS, film_state, tension_field
 from tautflex.errors import PrestressError
-from tautflex.mechanics.damping import Rayleigh
-from tautflex.mechanics.film import film_states
-from tautflex.mechanics.loads import nodal_load
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.loads.pressure import nodal_load
+from tautflex.mechanics.membrane import film_states
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion.maneuvers import Stop
-from tautflex.solvers.dynamics import simulate
-from tautflex.solvers.modal import solve_modes
-from tautflex.solvers.prestress import PrestressedState, solve_prestress
-from tautflex.solvers.static import solve_static
+from tautflex.solvers.modal.natural import solve_modes
+from tautflex.solvers.static.equilibrium import solve_static
+from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
+from tautflex.solvers.transient.simulate import simulate
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.model import Model, Support
-from tautflex.study.build import build_model
 from verification.builders import CABLE, FILM, FRAME, THICKNESS, antenna
 
 Array = NDArray[np.float64]

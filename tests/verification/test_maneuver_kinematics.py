@@ -10,13 +10,13 @@ from scipy.spatial.transform import Rotation
 
 from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.attitude import attitude
-from tautflex.motion.base import BaseAcceleration
 from tautflex.motion.maneuvers import AtRest, Stop
-from tautflex.motion.quaternion import matrix
+from tautflex.motion.rotations import matrix
 from tautflex.motion.sequence import Sequence
 from tautflex.motion.shaping import shaper_impulses
 from tautflex.motion.slew import Slew, SpinUp
 from tautflex.motion.tabulated import Tabulated
+from tautflex.motion.translation import BaseAcceleration
 from verification.builders import observed_order
 
 SHAPING = "Singer & Seering 1990"

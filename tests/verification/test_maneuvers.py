@@ -8,19 +8,19 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tautflex.mechanics.damping import Rayleigh
-from tautflex.motion.base import BaseAcceleration
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.maneuvers import Stop
 from tautflex.motion.sequence import Sequence
 from tautflex.motion.slew import Slew, SpinUp
 from tautflex.motion.tabulated import Tabulated
-from tautflex.solvers.dynamics import simulate
-from tautflex.solvers.generalized_alpha import GeneralizedAlpha, Newmark
-from tautflex.solvers.modal import solve_modes
-from tautflex.solvers.prestress import PrestressedState, solve_prestress
-from tautflex.solvers.static import spinning_equilibrium
-from tautflex.solvers.wilson import WilsonTheta
+from tautflex.motion.translation import BaseAcceleration
+from tautflex.solvers.modal.natural import solve_modes
+from tautflex.solvers.static.equilibrium import spinning_equilibrium
+from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
+from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark
+from tautflex.solvers.transient.methods.wilson import WilsonTheta
+from tautflex.solvers.transient.simulate import simulate
 from tautflex.structure.materials import BeamSection, Material
 from tautflex.structure.model import Support
 from verification.builders import beam_line, observed_order, rotation, unstressed

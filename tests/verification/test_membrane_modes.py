@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh
 from scipy.special import jn_zeros
 
-from tautflex.solvers.modal import Modes, solve_modes
-from tautflex.solvers.prestress import PrestressedState, solve_prestress
+from tautflex.solvers.modal.natural import Modes, solve_modes
+from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.antenna import AntennaLayout, build_fixed_film
 from tautflex.structure.materials import MembraneSection
 from tautflex.structure.mesh import rectangle_mesh

@@ -7,13 +7,13 @@ import json
 import numpy as np
 import pytest
 
-from tautflex.analysis.participation import appendage_data, dynamic_mass, rigid_loads, rigid_mass
 from tautflex.errors import InputError, UnsupportedError
-from tautflex.exchange.appendage import save_appendage
-from tautflex.mechanics.damping import Rayleigh
+from tautflex.files.appendage import save_appendage
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.inertia import cross_matrix
-from tautflex.solvers.modal import Modes, solve_modes
-from tautflex.solvers.prestress import solve_prestress
+from tautflex.solvers.modal.natural import Modes, solve_modes
+from tautflex.solvers.modal.participation import appendage_data, dynamic_mass, rigid_loads, rigid_mass
+from tautflex.solvers.static.prestress import solve_prestress
 from tautflex.structure.materials import BeamSection, Material
 from tautflex.structure.model import Model, Support
 from verification.builders import beam_line, unstressed

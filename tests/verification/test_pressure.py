@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from tautflex.errors import InputError
-from tautflex.mechanics.loads import PressureLoad
+from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.solvers.static import solve_static
+from tautflex.solvers.static.equilibrium import solve_static
 from tautflex.structure.materials import CableSection, Material, MembraneSection
 from tautflex.structure.mesh import rectangle_mesh
 from tautflex.structure.model import Model, Support

@@ -8,10 +8,10 @@ import pytest
 import tautflex as tf
 from tautflex.errors import InputError, NotConvergedError, PrestressError
 from tautflex.motion.coupling import Coupling
-from tautflex.solvers.modal import solve_modes
-from tautflex.solvers.prestress import solve_prestress
-from tautflex.solvers.static import spinning_equilibrium
-from tautflex.solvers.tuning import tune_pretension
+from tautflex.solvers.modal.natural import solve_modes
+from tautflex.solvers.modal.tuning import tune_pretension
+from tautflex.solvers.static.equilibrium import spinning_equilibrium
+from tautflex.solvers.static.prestress import solve_prestress
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.model import Model, Support

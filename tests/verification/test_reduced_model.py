@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.mechanics.damping import Rayleigh
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import fixed_axis_motion
-from tautflex.reduction.basis import BasisVectors, ReferenceSolver, add_companions, ritz
-from tautflex.reduction.flight import ReducedFlight
-from tautflex.reduction.forces import companion_forces, energies, internal_force, slopes, tangent
-from tautflex.reduction.frame import frame_at
-from tautflex.reduction.monomials import monomial_rates, monomials
-from tautflex.reduction.pieces import Factors, assemble, project
-from tautflex.solvers.modal import solve_modes
-from tautflex.solvers.static import solve_static, spinning_equilibrium
+from tautflex.reduction.bases.basis import BasisVectors, ReferenceSolver, add_companions, ritz
+from tautflex.reduction.marching.frame_terms import frame_at
+from tautflex.reduction.marching.run import ReducedFlight
+from tautflex.reduction.polynomial.forces import companion_forces, energies, internal_force, slopes, tangent
+from tautflex.reduction.polynomial.monomials import monomial_rates, monomials
+from tautflex.reduction.polynomial.projection import Factors, assemble, project
+from tautflex.solvers.modal.natural import solve_modes
+from tautflex.solvers.static.equilibrium import solve_static, spinning_equilibrium
 from tautflex.structure.materials import Material
 from verification.dynamic_cases import SuddenSpin, small_antenna, soft_film, transverse_spin
 

@@ -8,13 +8,13 @@ from scipy.linalg import eig
 from scipy.special import eval_legendre
 
 from tautflex.errors import InputError, NotConvergedError
-from tautflex.mechanics.damping import Rayleigh
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import fixed_axis_motion
-from tautflex.solvers.campbell import campbell
-from tautflex.solvers.modal import solve_modes
-from tautflex.solvers.prestress import PrestressedState, solve_prestress
-from tautflex.solvers.spinning import SpinningModes, solve_spinning_modes, spinning_pencil
+from tautflex.solvers.modal.campbell import campbell
+from tautflex.solvers.modal.natural import solve_modes
+from tautflex.solvers.modal.spinning import SpinningModes, solve_spinning_modes, spinning_pencil
+from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from verification.builders import antenna as antenna_model
 from verification.builders import observed_order, rotation
 from verification.dynamic_cases import moved, small_antenna, string
@@ -310,7 +310,7 @@ def test_bad_input_is_named(call, words, antenna):
 
 
 def test_a_table_that_breaks_off_keeps_what_it_has(antenna, monkeypatch):
-    from tautflex.solvers import campbell as module
+    from tautflex.solvers.modal import campbell as module
 
     def failing(state, spin, *options):
         if np.linalg.norm(spin) > 0.6:

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from tautflex.errors import PrestressError
-from tautflex.solvers.modal import solve_modes
-from tautflex.solvers.prestress import solve_prestress
-from tautflex.solvers.static import solve_static
+from tautflex.solvers.modal.natural import solve_modes
+from tautflex.solvers.static.equilibrium import solve_static
+from tautflex.solvers.static.prestress import solve_prestress
 from tautflex.structure.materials import BeamSection, CableSection, Material
 from tautflex.structure.model import Model, Support
 from verification.builders import (

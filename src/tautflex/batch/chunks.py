@@ -11,10 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.batch.course import Numbers
-from tautflex.batch.equation import EachRun
+from tautflex.batch.equations.equation import EachRun
+from tautflex.batch.equations.rate_history import Numbers
 from tautflex.batch.library import jax, platform, threadpool_limits
-from tautflex.batch.response import Response
+from tautflex.batch.output.response import Response
 
 Table = dict[str, NDArray[np.float64]]
 

@@ -12,29 +12,29 @@ from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
 from tautflex.batch.chunks import ChunkRunner, usual_chunk
-from tautflex.batch.course import Course, Numbers, course_of
-from tautflex.batch.equation import STORED, EachRun, Plant
-from tautflex.batch.explicit import ExplicitWalk
-from tautflex.batch.full import FullPlant
-from tautflex.batch.implicit import ImplicitWalk
+from tautflex.batch.equations.equation import STORED, EachRun, Plant
+from tautflex.batch.equations.full import FullPlant
+from tautflex.batch.equations.rate_history import Course, Numbers, course_of
+from tautflex.batch.equations.reduced import ReducedPlant
 from tautflex.batch.library import jax
-from tautflex.batch.numbers import check_names, checked_numbers
-from tautflex.batch.reduced import ReducedPlant
-from tautflex.batch.response import Response, Walk, response_function
-from tautflex.batch.table import to_dataset
+from tautflex.batch.output.dataset import to_dataset
+from tautflex.batch.output.response import Response, Walk, response_function
+from tautflex.batch.parameters import check_names, checked_numbers
+from tautflex.batch.steps.explicit import ExplicitWalk
+from tautflex.batch.steps.implicit import ImplicitWalk
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
-from tautflex.mechanics.damping import Rayleigh
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Maneuver
 from tautflex.motion.maneuvers import AtRest
-from tautflex.reduction.model import ReducedModel
-from tautflex.solvers.arguments import InitialVelocity, check_parts, start_velocity, step_count
-from tautflex.solvers.central_difference import CentralDifference
-from tautflex.solvers.integrator import ImplicitMethod
-from tautflex.solvers.prestress import PrestressedState
-from tautflex.solvers.probes import ProbeSet, place_probes
-from tautflex.solvers.status import Status
-from tautflex.solvers.wilson import WilsonTheta
+from tautflex.reduction.polynomial.model import ReducedModel
+from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.explicit import CentralDifference
+from tautflex.solvers.transient.methods.scheme import ImplicitMethod
+from tautflex.solvers.transient.methods.wilson import WilsonTheta
+from tautflex.solvers.transient.probes import ProbeSet, place_probes
+from tautflex.solvers.transient.problem import InitialVelocity, check_parts, start_velocity, step_count
+from tautflex.solvers.transient.status import Status
 
 
 class Batch:

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from cyclopts import App, CycloptsError, Parameter
 
 from tautflex._version import __version__
-from tautflex.cli.cases import check, init
-from tautflex.cli.export import export
-from tautflex.cli.modal import modes, tune
-from tautflex.cli.reproduce import reproduce
-from tautflex.cli.simulation import run
+from tautflex.cli.cases.init_check import check, init
+from tautflex.cli.cases.modes_tune import modes, tune
+from tautflex.cli.runs.export import export
+from tautflex.cli.runs.reproduce import reproduce
+from tautflex.cli.runs.run import run
 from tautflex.errors import InputError, MissingExtraError, NotConvergedError
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -56,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _report(text: str, code: int) -> int:
-    from tautflex.config.messages import one_line
+    from tautflex.case.messages import one_line
 
     print(f"tautflex: error: {one_line(text)}", file=sys.stderr)  # noqa: T201 - the command line's one error line
     return code

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.motion.kinematics import Maneuver, Segment
-from tautflex.motion.quaternion import IDENTITY, exponential, product
+from tautflex.motion.rotations import IDENTITY, exponential, product
 
 Array = NDArray[np.float64]
 

@@ -29,7 +29,7 @@ def plot_campbell(table: xr.Dataset, orders: Sequence[int] = (1, 2, 3), highest:
     Parameters
     ----------
     table
-        Dataset of :func:`tautflex.solvers.campbell.campbell`.
+        Dataset of :func:`tautflex.solvers.modal.campbell.campbell`.
     orders
         Multiples k of the spin frequency, drawn as ``f = k |rate| / 2 pi``; empty for none.
     highest

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from tautflex.mechanics.damping import Rayleigh
-from tautflex.reduction.basis import BasisVectors, ReferenceSolver
-from tautflex.reduction.pieces import Coefficients
-from tautflex.solvers.prestress import PrestressedState
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.reduction.bases.basis import BasisVectors, ReferenceSolver
+from tautflex.reduction.polynomial.projection import Coefficients
+from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.model import Model
 
 Array = NDArray[np.float64]
@@ -75,6 +75,6 @@ class OnBasis(ABC):
 
     def simulate(self, *args: Any, **options: Any) -> Any:
         """`tautflex.simulate` of this model; same arguments, same result type."""
-        from tautflex.reduction.simulation import simulate_reduced
+        from tautflex.reduction.marching.simulation import simulate_reduced
 
         return simulate_reduced(self, *args, **options)

@@ -1,0 +1,259 @@
+"""The full nonlinear model as pure functions: element blocks are data, so one expression per block does [theory.md 2].
+
+Parameters weigh the blocks: factors of the tension along x and y multiply the initial stresses, factors of Young's
+modulus and density those of a kind of element. Nominal natural modes, all of them, make the approximate inverse
+``phi (phi' r / (mass + stiffness w^2))``, which serves every step size, damping and run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax.scipy.sparse.linalg import cg
+from scipy.linalg import eigh
+
+from tautflex.batch.equations.equation import EachRun, Forces, Sample
+from tautflex.batch.equations.rate_history import Course, Numbers, Spin
+from tautflex.batch.gather import collect, gather_table, multiply, shared_rows
+from tautflex.batch.library import jax
+from tautflex.errors import UnsupportedError
+from tautflex.mechanics.inertia import cross_matrix
+from tautflex.motion.coupling import Coupling
+from tautflex.motion.maneuvers import unit_axis
+from tautflex.reduction.polynomial.projection import prestress_fields
+from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.probes import ProbeSet
+
+Array = jax.Array
+
+_SECANTS = 8
+
+# Unknowns beyond which the dense modes do not pay (a gigabyte, and minutes to find them).
+_MOST_UNKNOWNS = 12_000
+
+
+class _Block(NamedTuple):
+    kind: str
+    places: np.ndarray
+    gradient: np.ndarray
+    linear: np.ndarray
+    quadratic: np.ndarray
+    elasticity: np.ndarray
+    measure: np.ndarray
+    stress: dict[str, np.ndarray]
+
+
+class FullPlant:
+    """A prestressed state for batches.
+
+    Parameters
+    ----------
+    state
+        Prestressed state; its laws must be elastic.
+
+    Raises
+    ------
+    UnsupportedError
+        If the structure has nonlinear laws, can drift away or is too large for dense modes.
+    """
+
+    side_by_side = False
+
+    def __init__(self, state: PrestressedState) -> None:
+        system = state.system
+        _refuse(state)
+        self.state, self.size, self.secants = state, system.size, _SECANTS
+        self.kinds = tuple(dict.fromkeys(block.kind for block in system.blocks))
+        fields = prestress_fields(state)
+        self.blocks = tuple(
+            _Block(
+                block.kind,
+                np.asarray(places),
+                np.asarray(block.gradient),
+                block.linear,
+                block.quadratic,
+                np.asarray(block.elasticity),
+                np.asarray(block.measure),
+                {name: field[index] for name, field in fields.items() if np.any(field[index])},
+            )
+            for index, (block, places) in enumerate(zip(system.blocks, system.element_places, strict=True))
+        )
+        self.table = gather_table(np.concatenate([block.places.ravel() for block in self.blocks]), system.size)
+        stiffness = system.pattern.matrix(state.tangent_entries).toarray()
+        values, modes = eigh(stiffness, system.inertia.mass_matrix.toarray())
+        self.frequencies, self.modes = jnp.asarray(values), jnp.asarray(modes)
+        self._inertia: dict[Any, _Inertia] = {}
+
+    def place_inertia(self, course: Course) -> _Inertia:
+        """Mass, gyroscopic and K_T matrices for the axis of a maneuver."""
+        key = course.axis, course.origin
+        if key not in self._inertia:
+            self._inertia[key] = _Inertia(self, course)
+        return self._inertia[key]
+
+    def equation(
+        self, numbers: Numbers, each: EachRun, course: Course, coupling: Coupling, probes: ProbeSet
+    ) -> FullEquation:
+        """Equation of one run."""
+        return FullEquation(self, numbers, self.place_inertia(course), coupling, probes)
+
+
+def _refuse(state: PrestressedState) -> None:
+    laws = sorted({block.law for block in state.system.blocks} - {"elastic"})
+    if laws:
+        raise UnsupportedError(
+            f"law: expected elastic film and cables in a batch, got {', '.join(laws)}; run simulate one by one"
+        )
+    if state.model.rigid_freedom:
+        raise UnsupportedError("supports: expected a structure held against rigid motion in a batch; hold the frame")
+    if state.system.size > _MOST_UNKNOWNS:
+        raise UnsupportedError(
+            f"state: expected at most {_MOST_UNKNOWNS} unknowns in a batch of full models, got {state.system.size}; "
+            "reduce(state) first"
+        )
+
+
+class _Inertia:
+    """Matrices ``M(1), M(S), M(S^2)`` and loads of every kind of element for one axis; S turns about it."""
+
+    def __init__(self, plant: FullPlant, course: Course) -> None:
+        system = plant.state.system
+        axis, origin = unit_axis(course.axis), np.asarray(course.origin, dtype=float)
+        spin = cross_matrix(axis)
+        matrices = []
+        self.loads: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+        for kind in plant.kinds:
+            operator = system.inertia_of(kind)
+            for weight in (np.eye(3), spin, spin @ spin):
+                matrix = operator.matrix(weight).tocsr()
+                matrix.eliminate_zeros()
+                matrices.append(matrix)
+            # The frame's origin is at -origin from the line.
+            self.loads[kind] = (
+                operator.load(spin, -spin @ origin),
+                operator.load(spin @ spin, -spin @ spin @ origin),
+            )
+        self.columns, values = shared_rows(matrices)
+        self.values = {kind: tuple(values[3 * i : 3 * i + 3]) for i, kind in enumerate(plant.kinds)}
+
+
+class FullEquation:
+    """Equation (49) of one run.
+
+    Parameters
+    ----------
+    plant
+        The structure.
+    numbers
+        Factors and damping, possibly traced.
+    inertia
+        Matrices for the axis of the maneuver.
+    coupling
+        Switches of the rotating-frame terms.
+    probes
+        Measuring points.
+    """
+
+    def __init__(
+        self, plant: FullPlant, numbers: Numbers, inertia: _Inertia, coupling: Coupling, probes: ProbeSet
+    ) -> None:
+        self.size, self._plant, self._coupling = plant.size, plant, coupling
+        self._probes = jnp.asarray(probes.map.toarray())
+        self._alpha, self._beta = numbers["damping.alpha"], numbers["damping.beta"]
+        x, y = numbers.get("tension_x", 1.0), numbers.get("tension_y", 1.0)
+        tension = {"x": x, "y": y, "xy": jnp.sqrt(x * y)}
+        self._stress = [
+            sum((tension[name] * part for name, part in block.stress.items()), jnp.zeros(block.elasticity.shape[:2]))
+            for block in plant.blocks
+        ]
+        self._stiff = [block.elasticity * numbers.get(f"youngs_modulus.{block.kind}", 1.0) for block in plant.blocks]
+        density = {kind: numbers.get(f"density.{kind}", 1.0) for kind in plant.kinds}
+        self._columns = inertia.columns
+        self._mass, self._turn, self._pull = (
+            sum(density[kind] * inertia.values[kind][part] for kind in plant.kinds) for part in range(3)
+        )
+        self._euler_load, self._spin_load = (
+            sum(density[kind] * inertia.loads[kind][part] for kind in plant.kinds) for part in range(2)
+        )
+        self._mass_diagonal = jnp.where(self._columns == jnp.arange(self.size)[:, None], self._mass, 0.0).sum(axis=1)
+
+    def _internal(self, q: Array, v: Array) -> tuple[Array, Array, Array]:
+        """Internal force above the reference, stiffness damping ``K v``, and strain energy above the reference."""
+        place, rate = jnp.append(q, 0.0), jnp.append(v, 0.0)
+        elastic, viscous, energy = [], [], jnp.zeros(())
+        for block, stress, stiff in zip(self._plant.blocks, self._stress, self._stiff, strict=True):
+            g = jnp.einsum("egd,ed->eg", block.gradient, place[block.places])
+            slope = jnp.einsum("sij,ej->esi", block.quadratic, g)
+            strain = g @ block.linear.T + 0.5 * jnp.einsum("esi,ei->es", slope, g)
+            added = jnp.einsum("est,et->es", stiff, strain)
+            # B' sigma less its value at zero unknowns.
+            conjugate = added @ block.linear + jnp.einsum("esi,es->ei", slope, stress + added)
+            change = jnp.einsum("egd,ed->eg", block.gradient, rate[block.places])
+            resisting = jnp.einsum("est,et->es", stiff, change @ block.linear.T) @ block.linear
+            resisting += jnp.einsum("es,sij,ej->ei", stress, block.quadratic, change)
+            volume = block.measure[:, None]
+            elastic.append(jnp.einsum("egd,eg->ed", block.gradient, volume * conjugate).ravel())
+            viscous.append(jnp.einsum("egd,eg->ed", block.gradient, volume * resisting).ravel())
+            second_order = 0.5 * jnp.einsum("esi,ei->es", slope, g)
+            energy += jnp.sum(volume * (0.5 * added * strain + stress * second_order))
+        table = self._plant.table
+        return collect(jnp.concatenate(elastic), table), collect(jnp.concatenate(viscous), table), energy
+
+    def _load(self, spin: Spin) -> Array:
+        if not self._coupling.inertial_load:
+            return jnp.zeros(self.size)
+        return spin.acceleration * self._euler_load + spin.square * self._spin_load
+
+    def _turning(self, q: Array, v: Array, spin: Spin) -> Array:
+        """Gyroscopic and K_T forces; both are one matrix times something."""
+        c = self._coupling
+        swing = 2.0 * spin.rate * v * float(c.gyroscopic) + spin.acceleration * q * float(c.euler)
+        total = multiply(self._columns, self._turn, swing)
+        if c.centrifugal:
+            total += multiply(self._columns, self._pull, spin.square * q)
+        return total
+
+    def frame(self, q: Array, v: Array, spin: Spin) -> Array:
+        """Part of the forces that jumps with the motion, shape (n,)."""
+        return self._turning(q, v, spin) + self._load(spin)
+
+    def predicted(self, q: Array, v: Array, spin: Spin) -> None:
+        """Nothing is predicted."""
+
+    def forces(self, q: Array, v: Array, spin: Spin, predicted: None) -> Forces:
+        """All forces but inertia."""
+        elastic, viscous, _ = self._internal(q, v)
+        load = self._load(spin)
+        total = elastic + self._beta * viscous + self._alpha * self.mass(v) + self._turning(q, v, spin) + load
+        return Forces(total, jnp.linalg.norm(elastic), jnp.linalg.norm(load))
+
+    def mass(self, a: Array) -> Array:
+        """Mass times acceleration, shape (n,)."""
+        return multiply(self._columns, self._mass, a)
+
+    def mass_solve(self, force: Array) -> Array:
+        """Acceleration of a force, shape (n,); conjugate gradients, because it is asked for rarely."""
+        found, _ = cg(  # type: ignore[no-untyped-call]
+            self.mass, force, tol=1e-14, maxiter=500, M=lambda r: r / self._mass_diagonal
+        )
+        return found
+
+    def inverse(self, mass: Any, damping: Any, stiffness: Any) -> Callable[[Array], Array]:
+        """Symmetric approximate inverse of ``mass M + damping C + stiffness K`` at the nominal reference."""
+        phi, squares = self._plant.modes, self._plant.frequencies
+        diagonal = mass + damping * self._alpha + (stiffness + damping * self._beta) * squares
+        return lambda r: phi @ ((r @ phi) / diagonal)
+
+    def sample(self, q: Array, v: Array, spin: Spin, store: tuple[str, ...]) -> Sample:
+        """What is stored of an instant."""
+        found: Sample = {}
+        if "displacement" in store:
+            found["displacement"] = (self._probes @ q).reshape(-1, 3)
+        if "velocity" in store:
+            found["velocity"] = (self._probes @ v).reshape(-1, 3)
+        if "energy" in store:
+            found["energy"] = jnp.stack([0.5 * v @ self.mass(v), self._internal(q, v)[2]])
+        return found

@@ -1,0 +1,329 @@
+"""The reduced model for many runs side by side: the run is the last axis of every array [theory.md 10]."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import jax.numpy as jnp
+from jax import lax
+
+from tautflex.batch.equations.coefficients import Assembly, Coefficients, Fields
+from tautflex.batch.equations.equation import EachRun, Forces, Sample
+from tautflex.batch.equations.rate_history import Course, Numbers, Spin
+from tautflex.batch.library import jax
+from tautflex.batch.steps.products import Monomials, norm, one_by_one, product, refined, settled, transposed
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.motion.coupling import Coupling
+from tautflex.reduction.polynomial.model import ReducedModel
+from tautflex.reduction.polynomial.projection import Factors
+from tautflex.solvers.transient.probes import ProbeSet
+
+Array = jax.Array
+
+_SECANTS = 1
+# Beginnings of the names of numbers that change coefficients.
+_STRUCTURE = ("tension", "youngs_modulus", "density")
+
+
+class ReducedPlant:
+    """A reduced model for batches.
+
+    Parameters
+    ----------
+    rom
+        Reduced model.
+    """
+
+    side_by_side = True
+
+    def __init__(self, rom: ReducedModel) -> None:
+        self.rom, self.state, self.size = rom, rom.state, rom.size
+        self.secants = _SECANTS
+        self.kinds = tuple(rom.pieces.elastic)
+        # Second-degree forces of a flat structure are round-off.
+        self.curved = rom.plant(Rayleigh()).quadratic.size > 0
+        self.cubic, self.viscous = (Fields.of(part, rom.basis.amplitude) for part in rom.fields)
+        self.monomials = Monomials(rom.size)
+        self._assemblies: dict[Any, Assembly] = {}
+
+    def assembly(self, course: Course) -> Assembly:
+        """What coefficients are weighed from, for the axis of a maneuver."""
+        key = course.axis, course.origin
+        if key not in self._assemblies:
+            self._assemblies[key] = Assembly(self.rom, course.axis, course.origin, self.cubic, self.viscous)
+        return self._assemblies[key]
+
+    def equation(
+        self, numbers: Numbers, each: EachRun, course: Course, coupling: Coupling, probes: ProbeSet
+    ) -> ReducedEquation:
+        """Equation of all runs."""
+        assembly, basis = self.assembly(course), self.rom.basis
+        companions = jnp.asarray((probes.map @ basis.companions.T).T)
+
+        def weigh(numbers: Numbers) -> tuple[Any, ...]:
+            # Its fields are arrays of the library it was assembled with.
+            c = assembly(_factors(numbers, self.kinds), companions, jnp)
+            modes = _natural_modes(lax.stop_gradient(c.mass), lax.stop_gradient(c.linear))
+            both = (self.cubic, c.cubic), (self.viscous, c.viscous)
+            traces = [self.monomials.trace(fields.full(a)) for fields, a in both]
+            return c, modes, (*traces, jnp.max(jnp.sum(jnp.abs(jnp.linalg.inv(c.mass)), axis=0)))
+
+        differ = frozenset(name for name in each.differ if name.startswith(_STRUCTURE))
+        if differ:
+            own = {name: numbers[name] for name in differ}
+            c, modes, bounds = one_by_one(lambda own: weigh({**numbers, **own}), own)
+            c, modes, bounds = jax.tree.map(lambda part: jnp.moveaxis(part, 0, -1), (c, modes, bounds))
+            same = _same_for_all(assembly, differ)
+            c = Coefficients(*(part[..., 0] if name in same else part for name, part in zip(c._fields, c, strict=True)))
+        else:
+            c, modes, bounds = weigh(numbers)
+            modes = modes[0], modes[1][:, None]
+        alpha, beta = (jnp.asarray(numbers[f"damping.{name}"]) + jnp.zeros(each.runs) for name in ("alpha", "beta"))
+        kept = jnp.asarray(probes.map @ basis.kept.T)
+        return ReducedEquation(self, c, (alpha, beta), modes, bounds, coupling, assembly.absent, kept)
+
+
+def _factors(numbers: Numbers, kinds: tuple[str, ...]) -> Factors:
+    def by_kind(name: str) -> dict[str, Any]:
+        return {kind: numbers[f"{name}.{kind}"] for kind in kinds if f"{name}.{kind}" in numbers}
+
+    return Factors(
+        numbers.get("tension_x", 1.0), numbers.get("tension_y", 1.0), by_kind("youngs_modulus"), by_kind("density")
+    )
+
+
+def _same_for_all(assembly: Assembly, differ: frozenset[str]) -> frozenset[str]:
+    """Names of the coefficients that do not differ from run to run."""
+    # Readings were not part of the comparison; they follow the companions.
+    different = {"follow", "held"}
+    if any(not name.startswith("density") for name in differ):
+        different |= assembly.by_stiffness
+    if any(name.startswith("density") for name in differ):
+        different |= assembly.by_density
+    return frozenset(Coefficients._fields) - different
+
+
+def _natural_modes(mass: Array, stiffness: Array) -> tuple[Array, Array]:
+    """Mass-normalised modes as columns and squares of their frequencies."""
+    lower = jnp.linalg.cholesky(mass)
+    half = jax.scipy.linalg.solve_triangular(lower, stiffness, lower=True)
+    squares, turn = jnp.linalg.eigh(jax.scipy.linalg.solve_triangular(lower, half.T, lower=True))
+    return jax.scipy.linalg.solve_triangular(lower.T, turn, lower=False), squares
+
+
+class ReducedEquation:
+    """Equations of motion of the coordinates of all runs; see :mod:`tautflex.reduction.marching.steps` for the terms.
+
+    Parameters
+    ----------
+    plant
+        Reduced model.
+    c
+        Coefficients; those that all runs share lack the last axis.
+    damping
+        Rayleigh's alpha and beta, shape (runs,).
+    modes
+        Natural modes as columns, and squares of their frequencies.
+    bounds
+        Traces of two parts of the tangent as quadratic forms, matrices, and the norm of the inverse of the mass matrix.
+    coupling
+        Switches of the rotating-frame terms.
+    absent
+        Names of coefficients that are zero.
+    kept
+        Readings of the coordinates, shape (n, r).
+    """
+
+    def __init__(
+        self,
+        plant: ReducedPlant,
+        c: Coefficients,
+        damping: tuple[Array, Array],
+        modes: tuple[Array, Array],
+        bounds: tuple[Array, Array, Array],
+        coupling: Coupling,
+        absent: frozenset[str],
+        kept: Array,
+    ) -> None:
+        self.size, self._plant, self._c, self._coupling, self._absent = plant.size, plant, c, coupling, absent
+        self._alpha, self._beta = damping
+        self._damping = self._alpha * _per_run(c.mass) + self._beta * _per_run(c.linear)
+        (self._phi, self._squares), self._bounds = modes, bounds
+        self._back = transposed(self._phi)
+        self._monomials, self._kept = plant.monomials, kept
+
+    def _weights(self, spin: Spin) -> tuple[Any, Any, Any]:
+        """Factors of the gyroscopic, Euler and centrifugal terms."""
+        c = self._coupling
+        return (
+            2.0 * spin.rate * float(c.gyroscopic),
+            spin.acceleration * float(c.euler),
+            spin.square * float(c.centrifugal),
+        )
+
+    def _load(self, spin: Spin) -> Array:
+        """Load on coordinates, then on monomials, shape (r + m, runs)."""
+        on = float(self._coupling.inertial_load)
+        first, second = _per_run(self._c.load)
+        return on * spin.acceleration * first + on * spin.square * second
+
+    def predicted(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array, Array]:
+        """Load, and stress and force that go through the companions, as the single run takes them.
+
+        Where nothing turns they are not computed.
+        """
+        m = len(self._monomials.first)
+        nothing = jnp.zeros_like(q), jnp.zeros((m, *q.shape[1:])), jnp.zeros_like(q)
+        turning = jnp.any(spin.rate != 0.0) | jnp.any(spin.acceleration != 0.0) | jnp.any(spin.square != 0.0)
+        return lax.cond(turning, self._companions, lambda q, v, spin: nothing, q, v, spin)
+
+    def _companions(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array, Array]:
+        gyro, turn, pull = self._weights(spin)
+        load = self._load(spin)
+        stress, force = load[self.size :], jnp.zeros_like(q)
+        y, rate = self._monomials.values(q), self._monomials.rates(q, v)
+        if "companions_turn" not in self._absent:
+            matrix = self._c.companions_turn
+            stress += product(matrix, gyro * v + turn * q)
+            # M(S) is skew, M(S^2) symmetric.
+            force -= product(transposed(matrix), gyro * rate + turn * y)
+        if "companions_pull" not in self._absent:
+            matrix = self._c.companions_pull
+            stress += pull * product(matrix, q)
+            force += pull * product(transposed(matrix), y)
+        return load[: self.size] + force, stress, load[: self.size]
+
+    def _turning(self, q: Array, v: Array, spin: Spin) -> Array:
+        """Gyroscopic, Euler and centrifugal force on the coordinates themselves."""
+        gyro, turn, pull = self._weights(spin)
+        force = jnp.zeros_like(q)
+        if "turn" not in self._absent:
+            force += product(self._c.turn, gyro * v + turn * q)
+        if "pull" not in self._absent:
+            force += pull * product(self._c.pull, q)
+        return force
+
+    def frame(self, q: Array, v: Array, spin: Spin) -> Array:
+        """Part of the forces that jumps with the motion, shape (r, runs)."""
+        force, stress, _ = self.predicted(q, v, spin)
+        return force + self._turning(q, v, spin) + self._monomials.force(stress, q)
+
+    def _stress(self, y: Array) -> Array:
+        return _through(self._plant.cubic, self._c.cubic, y)
+
+    def internal(self, q: Array, v: Array, predicted: tuple[Array, Array, Array]) -> Array:
+        """Internal force, that of the companions and their damping included, shape (r, runs)."""
+        y, rate = self._monomials.values(q), self._monomials.rates(q, v)
+        stress = predicted[1] + self._stress(y)
+        stress += _through(self._plant.viscous, self._c.viscous, self._beta * rate)
+        force = product(self._c.linear, q) + self._monomials.force(stress, q)
+        return force + product(self._c.quadratic, y) if self._plant.curved else force
+
+    def forces(self, q: Array, v: Array, spin: Spin, predicted: tuple[Array, Array, Array]) -> Forces:
+        """All forces but inertia; the internal norm counts what the companions feel, as the single run does."""
+        internal = self.internal(q, v, predicted)
+        return Forces(internal + self.around(q, v, spin, predicted), norm(internal), norm(predicted[2]))
+
+    def around(self, q: Array, v: Array, spin: Spin, predicted: tuple[Array, Array, Array]) -> Array:
+        """All forces but inertia and internal ones, shape (r, runs)."""
+        return predicted[0] + self._turning(q, v, spin) + product(self._damping, v)
+
+    def mass(self, a: Array) -> Array:
+        """Mass times acceleration, shape (r, runs)."""
+        return product(self._c.mass, a)
+
+    def inverse(self, mass: Any, damping: Any, stiffness: Any) -> Callable[[Array], Array]:
+        """Inverse of ``mass M + damping C + stiffness K`` at the reference."""
+        diagonal = mass + damping * self._alpha + (stiffness + damping * self._beta) * self._squares
+        return lambda r: product(self._phi, settled(self._back, r) / diagonal)
+
+    def mass_solve(self, force: Array) -> Array:
+        """Acceleration of a force, shape (r, runs)."""
+        inverse = self.inverse(1.0, 0.0, 0.0)
+        return lax.custom_linear_solve(self.mass, force, lambda _, f: inverse(f), lambda _, f: inverse(f))
+
+    def end_acceleration(self, force: Array, half: Any, spin: Spin) -> Array:
+        """Solution a of ``(M + half (C + G)) a = force``, shape (r, runs)."""
+        gyro, _, _ = self._weights(spin)
+        without = self.inverse(1.0, half, 0.0)
+
+        def left(a: Array) -> Array:
+            result = self.mass(a) + half * product(self._damping, a)
+            return result if "turn" in self._absent else result + half * gyro * product(self._c.turn, a)
+
+        def solve(left: Callable[[Array], Array], force: Array) -> Array:
+            if "turn" in self._absent:
+                return without(force)
+            # The gyroscopic part is small: half a step times the rate.
+            return refined(left, without, force)
+
+        return lax.custom_linear_solve(left, force, solve, solve)
+
+    def follows(self, size: float, share: float, q: Array, predicted: tuple[Array, Array, Array]) -> Array:
+        """Whether a share of the limit of central differences lets steps of a size follow the stiffness at q.
+
+        Traces bound the eigenvalues; only where that is not enough the tangent is looked at. Likewise the companions'
+        damping, which is taken from the predicted velocity and must not reverse it.
+        """
+        q, predicted = lax.stop_gradient((q, predicted))
+        cubic, viscous, heaviness = lax.stop_gradient(self._bounds)
+        limit = share * 4.0 / size**2
+        stress = predicted[1] + self._stress(self._monomials.values(q))
+        bound = jnp.max(self._squares, axis=0) + heaviness * (
+            jnp.sum(q * product(cubic, q), axis=0) + jnp.sqrt(2.0) * norm(stress)
+        )
+        near = ~(bound <= limit)
+        if self._plant.curved:
+            near = jnp.ones_like(near)
+        soft = lax.cond(jnp.any(near), lambda: self._softer(limit, q, predicted), lambda: jnp.ones_like(near))
+        lagging = size * self._beta * jnp.sum(q * product(viscous, q), axis=0)
+        return (soft | ~near) & (lagging <= share)
+
+    def _softer(self, limit: float, q: Array, predicted: tuple[Array, Array, Array]) -> Array:
+        """Whether ``limit M`` less the tangent stiffness at q is positive definite."""
+
+        def force(q: Array) -> Array:
+            return self.internal(q, jnp.zeros_like(q), predicted)
+
+        units = jnp.eye(self.size)[:, :, None] * jnp.ones(q.shape[1:])
+        tangents = jax.vmap(lambda unit: jax.jvp(force, (q,), (unit,))[1])(units)
+        masses = jax.vmap(self.mass)(units)
+        lower = one_by_one(jnp.linalg.cholesky, jnp.moveaxis(limit * masses - tangents, -1, 0))
+        return jnp.all(jnp.isfinite(lower), axis=(1, 2))
+
+    def sample(self, q: Array, v: Array, spin: Spin, store: tuple[str, ...]) -> Sample:
+        """What is stored of an instant."""
+        c, found = self._c, Sample()
+        y = self._monomials.values(q)
+        if "displacement" in store:
+            on = float(self._coupling.inertial_load)
+            first, second = _per_run(c.held)
+            held = on * spin.acceleration * first + on * spin.square * second
+            found["displacement"] = _points(self._kept @ q + product(c.follow, y) + held)
+        if "velocity" in store:
+            found["velocity"] = _points(self._kept @ v + product(c.follow, self._monomials.rates(q, v)))
+        if "energy" in store:
+            strain = 0.5 * jnp.sum(q * product(c.linear, q), axis=0)
+            strain += 0.5 * jnp.sum(y * self._stress(y), axis=0)
+            if self._plant.curved:
+                strain += jnp.sum(q * product(c.quadratic, y), axis=0) / 3.0
+            found["energy"] = jnp.stack([0.5 * jnp.sum(v * self.mass(v), axis=0), strain])
+        return found
+
+
+def _per_run(array: Array) -> Array:
+    """A matrix, or a pair of vectors, with an axis of the runs."""
+    return array[..., None] if array.ndim == 2 else array
+
+
+def _points(readings: Array) -> Array:
+    """Readings of three components per probe: (n, runs) -> (probe, 3, runs)."""
+    return readings.reshape(-1, 3, *readings.shape[1:])
+
+
+def _through(fields: Any, matrix: Array, y: Array) -> Array:
+    """``F' A F y``."""
+    if fields.shape is None:
+        return settled(matrix, y)
+    return fields.shape.T @ product(matrix, fields.shape @ y)

@@ -1,0 +1,108 @@
+"""Central differences on a batch of reduced models, step for step those of :mod:`tautflex.reduction.marching.steps`."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol
+
+import jax.numpy as jnp
+
+from tautflex.batch.equations.equation import Equation, jump_of
+from tautflex.batch.equations.rate_history import Spin
+from tautflex.batch.library import jax
+from tautflex.batch.steps.grid import Instants
+
+Array = jax.Array
+
+# Parts of the stable step that a run may start with, and that it may use later; as in the single run.
+START_SHARE, _STABLE_SHARE = 1.0, 0.8
+
+
+class ExplicitEquation(Equation, Protocol):
+    """What central differences ask for besides."""
+
+    def internal(self, q: Array, v: Array, predicted: Any) -> Array:
+        """Internal force, shape (n,)."""
+        ...
+
+    def around(self, q: Array, v: Array, spin: Spin, predicted: Any) -> Array:
+        """All other forces but inertia, shape (n,)."""
+        ...
+
+    def end_acceleration(self, force: Array, half: Any, spin: Spin) -> Array:
+        """Solution a of ``(M + half (C + G)) a = force``, shape (n,)."""
+        ...
+
+    def follows(self, size: float, share: float, q: Array, predicted: Any) -> Array:
+        """Whether a share of the limit of central differences lets steps of a size follow the stiffness at q."""
+        ...
+
+
+class ExplicitWalker(NamedTuple):
+    """State between steps; forces are internal ones."""
+
+    q: Array
+    v: Array
+    a: Array
+    forces: Array
+    alive: Array
+    iterations: Array
+
+
+class ExplicitWalk:
+    """Steps: ``M a + (C + G) v + ... = 0`` at the end of each, the companions' damping taken at the predicted velocity.
+
+    Parameters
+    ----------
+    equation
+        Of the runs.
+    time_step
+        Nominal step [s].
+    """
+
+    # Steps between two looks at the stability.
+    block = 32
+    evaluation = 1.0
+
+    def __init__(self, equation: ExplicitEquation, time_step: float) -> None:
+        self._equation, self._time_step = equation, time_step
+
+    def start(self, q: Array, v: Array, spin: Spin) -> ExplicitWalker:
+        """Acceleration that balances all forces at t = 0; runs whose step is above the stable one end here."""
+        e = self._equation
+        predicted = e.predicted(q, v, spin)
+        forces = e.forces(q, v, spin, predicted)
+        still = jax.tree.map(jnp.zeros_like, predicted)
+        return ExplicitWalker(
+            q,
+            v,
+            e.mass_solve(-forces.total),
+            e.internal(q, v, predicted),
+            e.follows(self._time_step, START_SHARE, q, still),
+            jnp.zeros(q.shape[1:]),
+        )
+
+    def check(self, at: ExplicitWalker, first: Instants) -> ExplicitWalker:
+        """Runs that have become too stiff, or too strongly damped, for their steps end."""
+        e = self._equation
+        stable = e.follows(self._time_step, _STABLE_SHARE, at.q, e.predicted(at.q, at.v, first.spin))
+        return at._replace(alive=at.alive & stable)
+
+    def step(self, at: ExplicitWalker, step: Instants) -> ExplicitWalker:
+        """One step; a step without length only lets the motion jump."""
+        e, h = self._equation, step.size
+        half = at.v + 0.5 * h * at.a
+        q = at.q + h * half
+        moving = half + 0.5 * h * at.a
+        predicted = e.predicted(q, moving, step.spin)
+        internal = e.internal(q, moving, predicted)
+        # Stiffness that this very step has felt, against what central differences can follow.
+        felt = h * jnp.sum(half * (internal - at.forces), axis=0)
+        limit = 4.0 * jnp.sum(half * e.mass(half), axis=0)
+        alive = at.alive & ((felt <= limit * (1.0 + 1e-9) + 1e-300) | ~step.real)
+        a = e.end_acceleration(-internal - e.around(q, half, step.spin, predicted), 0.5 * h, step.spin)
+        new = ExplicitWalker(q, half + 0.5 * h * a, a, internal, alive, at.iterations)
+        old = at._replace(q=at.q + h * at.v, v=at.v + h * at.a, alive=alive)
+        going = alive & step.real
+        moved = jax.tree.map(lambda after, before: jnp.where(going, after, before), new, old)
+        jump = jump_of(e, moved.q, moved.v, step)
+        return moved._replace(a=moved.a + jump.acceleration)

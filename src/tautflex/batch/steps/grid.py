@@ -1,0 +1,131 @@
+"""Steps of equal size that also end on the discontinuities of each run's maneuver.
+
+Every run of a batch takes the same number of steps: those of the grid and one for every discontinuity. A discontinuity
+on the grid makes a step without length, which the integrators pass over.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+from tautflex.batch.equations.rate_history import Course, Numbers, Spin
+from tautflex.batch.library import jax
+
+Array = jax.Array
+
+# Steps shorter than this part of the nominal one have no length.
+SLACK = 1e-9
+
+
+class Steps(NamedTuple):
+    """Steps of one run, shape (n,) each.
+
+    Parameters
+    ----------
+    start, size
+        Begin and length [s].
+    jump
+        Whether the motion may jump at the end.
+    """
+
+    start: Array
+    size: Array
+    jump: Array
+
+
+def steps_of_run(breaks: Any, time_step: float, count: int, multiple: int = 1) -> tuple[Steps, Array]:
+    """Steps that reach ``count`` instants of the grid and all breaks between.
+
+    Parameters
+    ----------
+    breaks
+        Discontinuities [s], any order, shape (k,).
+    time_step
+        Spacing of the grid [s].
+    count
+        Number of grid steps.
+    multiple
+        The number of steps is filled up to a multiple of this by steps without length.
+
+    Returns
+    -------
+    steps
+        Of the run.
+    place
+        Number of the step that ends at each instant of the grid, shape (count,).
+    """
+    grid = time_step * jnp.arange(1, count + 1)
+    end = time_step * count
+    # Beyond the end nothing happens; the copy at the end is a step without length.
+    inside = jnp.sort(jnp.clip(breaks, 0.0, end))
+    fill = -(count + inside.size) % multiple
+    edges = jnp.sort(jnp.concatenate([grid, inside, jnp.full(fill, end)]))
+    start = jnp.concatenate([jnp.zeros(1), edges[:-1]])
+    # One jump where discontinuities coincide.
+    fresh = jnp.diff(inside, prepend=-1.0) > SLACK * time_step
+    number = jnp.arange(inside.size) + jnp.sum(grid[None, :] <= inside[:, None], axis=1)
+    jump = jnp.zeros(edges.size, bool).at[number].set(fresh)
+    before = jnp.sum(inside[:, None] < grid[None, :], axis=0)
+    return Steps(start, edges - start, jump), jnp.arange(count) + before
+
+
+class Instants(NamedTuple):
+    """What a step has to know, shape (n,) each.
+
+    Parameters
+    ----------
+    size
+        Length [s].
+    real
+        Whether it has any.
+    spin
+        Motion where the forces are evaluated.
+    jump
+        Whether the motion may jump at the end.
+    change
+        By how much.
+    after
+        Motion at the end, behind the jump.
+    """
+
+    size: Array
+    real: Array
+    spin: Spin
+    jump: Array
+    change: Spin
+    after: Spin
+
+
+def spin_at(course: Course, numbers: Numbers, time: Any, inside: Any) -> Spin:
+    """Motion of one run as arrays; ``inside`` tells the stretch."""
+    return Spin(*(jnp.asarray(part, dtype=float) for part in course.spin(numbers, time, inside)))
+
+
+def instants(course: Course, numbers: Numbers, steps: Steps, time_step: float, evaluation: float) -> Instants:
+    """Motion of one run at its steps.
+
+    Parameters
+    ----------
+    course, numbers
+        Maneuver and its numbers.
+    steps
+        Some steps of the run.
+    time_step
+        Nominal step [s].
+    evaluation
+        Part of the step after which the forces are evaluated.
+    """
+    slack = SLACK * time_step
+
+    def of(start: Array, size: Array, jump: Array) -> Instants:
+        real = size > slack
+        edge = start + size
+        middle = jnp.minimum(start + 0.5 * size, edge - slack)
+        spin = spin_at(course, numbers, start + evaluation * jnp.where(real, size, time_step), middle)
+        after = spin_at(course, numbers, edge, edge + slack)
+        change = after.minus(spin_at(course, numbers, edge, middle))
+        return Instants(size, real, spin, jump, change, after)
+
+    return jax.vmap(of)(*steps)

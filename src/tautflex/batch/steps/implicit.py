@@ -1,0 +1,145 @@
+"""Implicit one-step methods on a batch: any method of the NumPy model that gives a `StepScheme`."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, cast
+
+import jax.numpy as jnp
+import numpy as np
+
+from tautflex.batch.equations.equation import Equation, jump_of
+from tautflex.batch.equations.rate_history import Spin
+from tautflex.batch.library import jax
+from tautflex.batch.steps.grid import Instants
+from tautflex.batch.steps.products import norm
+from tautflex.batch.steps.roots import Memory, empty_memory, find_root
+from tautflex.solvers.transient.methods.scheme import Combination, ImplicitMethod
+
+Array = jax.Array
+
+# As in the single run: the force scale never falls below this part of the largest one met.
+_SCALE_FLOOR = 1e-3
+_ROUND_OFF = 100.0 * float(np.finfo(float).eps)
+
+
+class Walker(NamedTuple):
+    """State between steps."""
+
+    q: Array
+    v: Array
+    a: Array
+    jerk: Array
+    forces: Array
+    largest: Array
+    alive: Array
+    iterations: Array
+    memory: Memory
+
+
+def combine(c: Combination, d: Array, v: Array, a: Array) -> Array:
+    """Linear combination of increment, velocity and acceleration."""
+    return c.d * d + c.v * v + c.a * a
+
+
+class ImplicitWalk:
+    """Steps of a run, or of many.
+
+    Parameters
+    ----------
+    equation
+        Of the run.
+    method
+        Integrator.
+    time_step
+        Nominal step [s].
+    tolerance
+        Residual norm over force scale.
+    depth
+        Secants kept.
+    """
+
+    block = 64
+
+    def __init__(
+        self, equation: Equation, method: ImplicitMethod, time_step: float, tolerance: float, depth: int
+    ) -> None:
+        self._equation, self._method = equation, method
+        self._time_step, self._tolerance, self._depth = time_step, tolerance, depth
+        self.evaluation = method.scheme(time_step).evaluation
+
+    def start(self, q: Array, v: Array, spin: Spin) -> Walker:
+        """Acceleration that balances all forces at t = 0."""
+        e = self._equation
+        forces = e.forces(q, v, spin, e.predicted(q, v, spin))
+        zero = jnp.zeros(q.shape[1:])
+        memory = empty_memory(self._depth, q.shape)
+        a = e.mass_solve(-forces.total)
+        return Walker(q, v, a, jnp.zeros_like(q), forces.total, zero, jnp.ones(q.shape[1:], bool), zero, memory)
+
+    def check(self, at: Walker, first: Instants) -> Walker:
+        """Nothing has to be checked now and then."""
+        return at
+
+    def step(self, at: Walker, step: Instants) -> Walker:
+        """One step; a step without length only lets the motion jump."""
+        e, real = self._equation, step.real
+        h = jnp.where(real, step.size, self._time_step)
+        # The coefficients are plain arithmetic of the step, which may be traced.
+        scheme = self._method.scheme(cast(float, h))
+        v_known = scheme.velocity.v * at.v + scheme.velocity.a * at.a
+        known = e.mass(scheme.inertia.v * at.v + scheme.inertia.a * at.a) + (1.0 - scheme.weight) * at.forces
+        known_norm = norm(known)
+        reach = scheme.evaluation * h
+        guess = reach * at.v + 0.5 * reach**2 * at.a + reach**3 / 6.0 * at.jerk
+        predicted = e.predicted(at.q + guess, scheme.velocity.d * guess + v_known, step.spin)
+
+        def residual(d: Array) -> tuple[Array, Array]:
+            forces = e.forces(at.q + d, scheme.velocity.d * d + v_known, step.spin, predicted)
+            inertia = scheme.inertia.d * e.mass(d)
+            scale = scheme.weight * jnp.maximum(forces.internal, forces.load)
+            # Inertia forces of a tiny step cancel each other; nothing below their round-off can be asked for.
+            lost = _ROUND_OFF / self._tolerance * (known_norm + norm(inertia))
+            scale = jnp.maximum(jnp.maximum(scale, lost), _SCALE_FLOOR * at.largest)
+            return inertia + known + scheme.weight * forces.total, jax.lax.stop_gradient(scale)
+
+        inverse = e.inverse(scheme.inertia.d, scheme.weight * scheme.velocity.d, scheme.weight)
+        root = find_root(residual, guess, inverse, at.memory, self._tolerance, at.alive & real)
+        d = root.x
+        forces = at.forces
+        if scheme.weight < 1.0:
+            # At a root the residual has no derivative; its value keeps errors from adding up over the steps.
+            inertia_force = e.mass(combine(scheme.inertia, d, at.v, at.a))
+            forces = (root.residual - inertia_force - (1.0 - scheme.weight) * at.forces) / scheme.weight
+        a = combine(scheme.end_acceleration, d, at.v, at.a)
+        h0 = step.size
+        moved = Walker(
+            jnp.where(real, at.q + combine(scheme.end_displacement, d, at.v, at.a), at.q + h0 * at.v),
+            jnp.where(real, combine(scheme.end_velocity, d, at.v, at.a), at.v + h0 * at.a),
+            jnp.where(real, a, at.a + h0 * at.jerk),
+            jnp.where(real, (a - at.a) / h, at.jerk),
+            jnp.where(real, forces, at.forces),
+            jnp.where(real, jnp.maximum(at.largest, root.scale), at.largest),
+            at.alive & (root.converged | ~real),
+            at.iterations + root.iterations,
+            root.memory,
+        )
+        jump = jump_of(e, moved.q, moved.v, step)
+        return moved._replace(
+            a=moved.a + jump.acceleration,
+            jerk=jnp.where(jump.there, 0.0, moved.jerk),
+            forces=moved.forces + jump.forces,
+        )
+
+
+def static_start(equation: Equation, spin: Any, tolerance: float, depth: int, shape: tuple[int, ...]) -> Any:
+    """Steady equilibrium under a constant spin, and whether it was found; ``shape`` is that of the unknowns."""
+    still = jnp.zeros(shape)
+
+    def residual(q: Array) -> tuple[Array, Array]:
+        forces = equation.forces(q, still, spin, equation.predicted(q, still, spin))
+        scale = jnp.maximum(forces.internal, forces.load)
+        return forces.total, jax.lax.stop_gradient(jnp.where(scale > 0.0, scale, 1.0))
+
+    inverse = equation.inverse(0.0, 0.0, 1.0)
+    root = find_root(residual, still, inverse, empty_memory(depth, shape), tolerance, jnp.ones(shape[1:], bool))
+    return root.x, root.converged

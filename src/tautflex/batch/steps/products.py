@@ -1,0 +1,144 @@
+"""Products for many runs side by side: arrays have the run as last axis, so that neighbours in memory do the same.
+
+Matrices that differ from run to run are multiplied row by row over all runs, those that all runs share with one matrix
+product.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from tautflex.batch.library import jax, platform
+from tautflex.reduction.polynomial.monomials import pairs
+
+Array = jax.Array
+
+
+def one_by_one(function: Callable[..., Any], *arrays: Any) -> Any:
+    """Function of one run for all runs, the first axis of arrays and results.
+
+    On a processor one after the other: factorizations of many matrices at once wait for threads of the pool that they
+    are computed in, and may wait for ever (jaxlib 0.10).
+    """
+    if platform() != "cpu":
+        return jax.vmap(function)(*arrays)
+    return lax.map(lambda some: function(*some), arrays)
+
+
+def norm(vector: Array) -> Array:
+    """Euclidean norm over the first axis: (n, ...) -> (...)."""
+    return jnp.sqrt(jnp.sum(vector * vector, axis=0))
+
+
+def product(matrix: Array, vector: Array) -> Array:
+    """Matrix times vector of every run.
+
+    Parameters
+    ----------
+    matrix
+        Shape (n, k, runs), or (n, k) if all runs share it.
+    vector
+        Shape (k, runs).
+
+    Returns
+    -------
+    jax.Array
+        Shape (n, runs).
+    """
+    return matrix @ vector if matrix.ndim == 2 else _product(matrix, vector)
+
+
+def transposed(matrix: Array) -> Array:
+    """Transposed matrices of all runs."""
+    return jnp.swapaxes(matrix, 0, 1)
+
+
+def settled(matrix: Array, vector: Array) -> Array:
+    """`product` that is computed once, whatever its elements are used for.
+
+    The compiler would compute it again for every element that asks for it, but does not look into a branch. The other
+    branch is taken where no run has finite numbers left.
+    """
+    if matrix.ndim == 2:
+        return product(matrix, vector)
+    usable = jnp.any(jnp.isfinite(lax.stop_gradient(vector[0])))
+    lost = matrix.shape[0], vector.shape[1]
+    return lax.cond(usable, product, lambda matrix, vector: jnp.full(lost, jnp.nan), matrix, vector)
+
+
+@jax.custom_jvp
+def _product(matrix: Array, vector: Array) -> Array:
+    # One sum per result, unrolled: the compiler then walks along the runs.
+    total = matrix[:, 0] * vector[0]
+    for k in range(1, vector.shape[0]):
+        total = total + matrix[:, k] * vector[k]
+    return total
+
+
+@_product.defjvp
+def _product_jvp(primals: tuple[Array, Array], tangents: tuple[Array, Array]) -> tuple[Array, Array]:
+    (matrix, vector), (change, move) = primals, tangents
+    return _product(matrix, vector), jnp.sum(change * vector + matrix * move, axis=1)
+
+
+# Relative residual that refinement stops at, and the most turns it takes.
+_REFINED, _MOST_TURNS = 1e-15, 50
+
+
+def refined(matrix: Callable[[Array], Array], approximate: Callable[[Array], Array], right: Array) -> Array:
+    """Solution of a linear system by refinement with an approximate inverse, shape (n, runs)."""
+
+    def going(state: tuple[Array, Array, Array]) -> Array:
+        _, left, turn = state
+        return jnp.any(norm(left) > _REFINED * norm(right)) & (turn < _MOST_TURNS)
+
+    def turn(state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        x, left, count = state
+        x = x + approximate(left)
+        return x, right - matrix(x), count + 1
+
+    return lax.while_loop(going, turn, (jnp.zeros_like(right), right, jnp.zeros((), int)))[0]
+
+
+class Monomials:
+    """Products ``q_i q_j``, i <= j, of coordinates, and the forces of stresses that work on them.
+
+    Parameters
+    ----------
+    count
+        Number r of coordinates; there are m = r (r + 1) / 2 monomials.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.first, self.second = pairs(count)
+        self._place = np.zeros((count, count), dtype=np.int64)
+        self._place[self.first, self.second] = np.arange(len(self.first))
+        self._place[self.second, self.first] = np.arange(len(self.first))
+        # The derivative of a square counts twice.
+        self._twice = np.eye(count)[:, :, None] + 1.0
+
+    def values(self, q: Array) -> Array:
+        """Monomials, shape (m, runs)."""
+        return q[self.first] * q[self.second]
+
+    def rates(self, q: Array, v: Array) -> Array:
+        """Their rates, shape (m, runs)."""
+        return q[self.first] * v[self.second] + v[self.first] * q[self.second]
+
+    def force(self, stress: Array, q: Array) -> Array:
+        """Force ``Y' s`` on the coordinates of stresses that work on the monomials, Y = dy/dq, shape (r, runs)."""
+        both = stress[self._place]
+        total = both[:, 0] * (self._twice[0] * q[0])
+        for j in range(1, q.shape[0]):
+            total = total + both[:, j] * (self._twice[j] * q[j])
+        return total
+
+    def trace(self, matrix: Array) -> Array:
+        """Matrix of the quadratic form ``trace(Y' C Y)`` in q, shapes (m, m) -> (r, r)."""
+        w, place = self._twice[:, :, 0], self._place
+        return jnp.sum(matrix[place[:, :, None], place[:, None, :]] * w[:, :, None] * w[:, None, :], axis=0)

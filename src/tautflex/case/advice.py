@@ -1,0 +1,98 @@
+"""What a user should know about a valid case before running it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tautflex.case.build import build_maneuver
+
+if TYPE_CHECKING:
+    from tautflex.case import Case
+    from tautflex.solvers.static.prestress import PrestressedState
+    from tautflex.structure.model import Model
+
+
+def advise(case: Case, model: Model, state: PrestressedState) -> list[str]:
+    """List warnings, each one sentence with what to do.
+
+    Parameters
+    ----------
+    case
+        The validated case.
+    model, state
+        What `build_model` and `solve_prestress` made of it.
+
+    Returns
+    -------
+    list of str
+        Empty if there is nothing to say.
+
+    Raises
+    ------
+    CaseError
+        If the maneuver's values do not go together, or its table cannot be read.
+    """
+    build_maneuver(case)
+    return [*state.warnings, *_about_prestress(case, state), *_about_probes(case, model), *_about_run(case)]
+
+
+def _about_prestress(case: Case, state: PrestressedState) -> list[str]:
+    warnings: list[str] = []
+    if case.cables is None:
+        return warnings
+    pull = max(case.cables.pretension_x, case.cables.pretension_y)
+    if case.prestress.mode == "uniform" and state.residual > 1e-6 * pull:
+        warnings.append(
+            f"cables and film do not balance: {state.residual:.3g} N is taken as carried by the reference "
+            "state; set prestress.mode = 'equilibrium' for a structure in true equilibrium"
+        )
+    if case.cables.per_long_edge is None or case.cables.per_short_edge is None:
+        return warnings  # a mesh file has its cables where it has them
+    spaces = (case.cables.per_long_edge - 1, case.cables.per_short_edge - 1)
+    if any(cells > gaps for cells, gaps in zip(case.mesh.divisions, spaces, strict=True)):
+        warnings.append(
+            f"edge nodes without a cable: {list(case.mesh.divisions)} cells but {list(spaces)} cable spaces; "
+            "a free edge between cables tends to compression, set cables.per_long_edge and per_short_edge "
+            "to cells + 1"
+        )
+    return warnings
+
+
+def _about_probes(case: Case, model: Model) -> list[str]:
+    warnings: list[str] = []
+    if not case.output.probes:
+        warnings.append("output.probes is empty: a run will keep no time history; add a point to [output.probes]")
+    if case.output.probe_reading == "nearest-node":
+        film = model.nodes[np.unique(model.triangles)]
+        for name, point in case.output.probes.items():
+            distance = np.hypot(film[:, 0] - point[0], film[:, 1] - point[1])
+            nearest = film[distance.argmin()]
+            if distance.min() > 1e-9 * np.ptp(film, axis=0).max():
+                warnings.append(
+                    f"probe {name} is read {distance.min():.3g} m away, at node "
+                    f"({nearest[0]:.4g}, {nearest[1]:.4g}); "
+                    "set output.probe_reading = 'interpolate' to read at the point itself"
+                )
+    return warnings
+
+
+def _about_run(case: Case) -> list[str]:
+    warnings: list[str] = []
+    if case.maneuver.kind == "none":
+        warnings.append("maneuver.kind = 'none': nothing moves the antenna; set kind = 'stop' to excite it")
+    if isinstance(case.output.fields, tuple):
+        late = [instant for instant in case.output.fields if instant > case.solver.end_time]
+        if late:
+            warnings.append(
+                f"output.fields: {late} s lie after end_time = {case.solver.end_time:g} s and are left out; "
+                "run longer to store them"
+            )
+    for duration in (motion.duration for motion in (case.maneuver, *(case.maneuver.steps or ()))):
+        if duration is not None and case.solver.time_step > duration / 5:
+            warnings.append(
+                f"solver.time_step = {case.solver.time_step:g} s resolves the maneuver of {duration:g} s with "
+                "fewer than 5 steps; use a smaller one"
+            )
+    return warnings

@@ -1,0 +1,132 @@
+"""Reading case files: TOML text, `--set` overrides, and everything that can be wrong before validation."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from tautflex.case.messages import one_line, show
+from tautflex.case.schema import Case
+from tautflex.errors import CaseError
+
+M2_TEMPLATE = files("tautflex").joinpath("data", "m2.toml").read_text(encoding="utf-8")
+"""Commented case of the paper's antenna M2 in the published reading, as `tautflex init` writes it."""
+
+_LARGEST_FILE = 10_000_000
+
+
+def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Case:
+    """Read and validate a case file.
+
+    Parameters
+    ----------
+    path
+        TOML file, UTF-8.
+    overrides
+        Changes of single keys, ``"section.key=value"``, the value written as in TOML (bare words are texts).
+
+    Returns
+    -------
+    Case
+        Frozen, validated.
+
+    Raises
+    ------
+    CaseError
+        One line with file, key, value, expectation and remedy.
+    """
+    return parse_case(_read(Path(path)), overrides, source=str(path), directory=Path(path).parent)
+
+
+def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case", directory: Path = Path()) -> Case:
+    """Validate the text of a case file; ``source`` names it in messages. See `load_case`.
+
+    File names in the case are relative to ``directory``, those in overrides to where the program runs.
+    """
+    source = one_line(source)
+    try:
+        values = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(f"{source}: not valid TOML: {one_line(str(error))}; correct the syntax there") from None
+    except (RecursionError, ValueError) as error:  # absurd nesting, numbers of thousands of digits
+        reason = one_line(str(error))[:120]
+        raise CaseError(f"{source}: not readable as TOML: {reason}; start from `tautflex init`") from None
+    for section in ("maneuver", "mesh"):
+        _place_files(values.get(section), directory)
+    for override in overrides:
+        _apply(values, override)
+    _require_schema(values, source)
+    try:
+        return Case(**values)
+    except CaseError as error:
+        raise CaseError(f"{source}: {error}") from None
+
+
+def _read(path: Path) -> str:
+    name = one_line(str(path))
+    try:
+        size = -1 if path.is_dir() else path.stat().st_size
+        content = b""
+        if 0 <= size <= _LARGEST_FILE:
+            with path.open("rb") as file:
+                content = file.read(_LARGEST_FILE + 1)  # a device has no size, and may have no end
+            size = len(content)
+    except FileNotFoundError:
+        raise CaseError(f"{name}: no such file; write one with `tautflex init {name}`") from None
+    except (OSError, ValueError) as error:  # ValueError: a path with a null character
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise CaseError(f"{name}: cannot read the case file ({reason}); check its path and permissions") from None
+    if size < 0:
+        raise CaseError(f"{name}: expected a case file, got a directory; name a .toml file in it")
+    if size > _LARGEST_FILE:
+        raise CaseError(f"{name}: expected a case file, got {size / 1e6:.3g} MB; is this a result file?")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        text = f"{name}: expected UTF-8 text, got byte 0x{content[error.start]:02x} at offset {error.start}"
+        raise CaseError(f"{text}; save the file as UTF-8") from None
+
+
+def _place_files(maneuver: Any, directory: Path) -> None:
+    """Make names of tables and meshes relative to where the program runs; what is no text is left to validation."""
+    if not isinstance(maneuver, dict):
+        return
+    if isinstance(maneuver.get("file"), str):
+        maneuver["file"] = str(directory / maneuver["file"])
+    steps = maneuver.get("steps")
+    for step in steps if isinstance(steps, list) else []:
+        _place_files(step, directory)
+
+
+def _require_schema(values: dict[str, Any], source: str) -> None:
+    if "schema" not in values:
+        raise CaseError(f"{source}: schema: missing, expected 1; add the line `schema = 1` at the top")
+    if values["schema"] != 1 or isinstance(values["schema"], bool | float):
+        text = f"{source}: schema: expected 1, the format this release reads, got {show(values['schema'])}"
+        raise CaseError(f"{text}; write the case anew with `tautflex init`")
+
+
+def _apply(values: dict[str, Any], override: str) -> None:
+    """Change one key of a parsed case in place; whether the key exists is left to validation."""
+    path, sign, text = override.partition("=")
+    keys = [part.strip() for part in path.split(".")]
+    if not sign or not text.strip() or not all(keys):
+        wanted = "expected section.key=value, for example damping.alpha=0.01"
+        raise CaseError(f"--set: {wanted}, got {show(override)}; write key, equals sign and value")
+    table = values
+    for key in keys[:-1]:
+        table = table.setdefault(key, {})
+        if not isinstance(table, dict):
+            raise CaseError(f"--set: {path.strip()}: {key!r} is a value, not a section; use section.key=value")
+    table[keys[-1]] = _value(text.strip())
+
+
+def _value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError):
+        return text

@@ -1,0 +1,176 @@
+"""The whole case: sections, and the rules that hold between them."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Self
+
+import tomli_w
+from pydantic import Field, model_validator
+
+from tautflex.case import memory
+from tautflex.case.geometry import require_one_geometry
+from tautflex.case.section import Section
+from tautflex.case.sections.dynamic import Coupling, Damping, Output, Solver
+from tautflex.case.sections.maneuver import Maneuver
+from tautflex.case.sections.reduction import Reduction, check_reduction
+from tautflex.case.sections.structural import Cables, Frame, Membrane, Mesh, Prestress
+
+_LARGEST = 1e300  # keeps products of absurd step counts finite
+
+
+class Case(Section):
+    """A validated antenna, maneuver and solver: what a case file holds, SI units.
+
+    Sections may be given as the classes of `tautflex.case` or as plain dictionaries.
+
+    Raises
+    ------
+    CaseError
+        If a key is unknown, missing or unusable, or if two sections contradict each other.
+
+    Examples
+    --------
+    >>> film = dict(length=2.0, width=1.0, thickness=1e-4, youngs_modulus=3.5e9, poisson_ratio=0.34,
+    ...             density=1530.0, edges="fixed", stress_x=4e3, stress_y=4e3)
+    >>> Case(schema=1, membrane=film).prestress.mode
+    'uniform'
+    """
+
+    # "schema" is the key in the file; BaseModel keeps that attribute name for itself.
+    schema_number: Literal[1] = Field(default=1, alias="schema", description="version of the case format", examples=[1])
+    membrane: Membrane = Field(description="[membrane] section")
+    cables: Cables | None = Field(default=None, description="[cables] section")
+    frame: Frame | None = Field(default=None, description="[frame] section")
+    mesh: Mesh = Field(default=Mesh(), description="[mesh] section")
+    prestress: Prestress = Field(default=Prestress(), description="[prestress] section")
+    maneuver: Maneuver = Field(default=Maneuver(), description="[maneuver] section")
+    damping: Damping = Field(default=Damping(), description="[damping] section")
+    coupling: Coupling = Field(default=Coupling(), description="[coupling] section")
+    solver: Solver = Field(default=Solver(), description="[solver] section")
+    output: Output = Field(default=Output(), description="[output] section")
+    reduction: Reduction | None = Field(default=None, description="[reduction] section")
+
+    def to_toml(self) -> str:
+        """Write the case as TOML text that `load_case` reads back to an equal case."""
+        values = self.model_dump(mode="python", by_alias=True, exclude_none=True)
+        return tomli_w.dumps(values)
+
+    def replaced(self, **sections: dict[str, Any]) -> Case:
+        """Return a validated copy with keys changed, e.g. ``case.replaced(cables={"pretension_x": 1.0})``."""
+        values = self.model_dump(by_alias=True, exclude_none=True)
+        for name, changes in sections.items():
+            values[name] = {**values.get(name, {}), **changes}
+        return Case(**values)
+
+    @model_validator(mode="after")
+    def _edges_have_what_they_need(self) -> Self:
+        sections = {name: getattr(self, name) for name in ("membrane", "cables", "frame")}
+        require_one_geometry(sections, self.mesh.file)
+        edges = self.membrane.edges
+        for name in ("cables", "frame"):
+            section = getattr(self, name)
+            if name == "frame" and self.mesh.file is not None:
+                continue  # whether there is one is the file's to say
+            if edges == "cables" and section is None:
+                text = f"{name}: missing, membrane.edges = 'cables' expects a [{name}] section"
+                raise ValueError(f"{text}; add it, or set membrane.edges = 'fixed' for a plain film")
+            if edges == "fixed" and section is not None:
+                text = f"{name}: expected no such section with membrane.edges = 'fixed', got [{name}]"
+                raise ValueError(f"{text}; remove it, or set membrane.edges = 'cables'")
+        return self
+
+    @model_validator(mode="after")
+    def _frame_surrounds_membrane(self) -> Self:
+        for side in ("length", "width") if self.mesh.file is None else ():
+            inner = getattr(self.membrane, side)
+            if self.frame is not None and getattr(self.frame, side) <= inner:
+                text = f"frame.{side}: expected more than membrane.{side} = {inner:g} m"
+                raise ValueError(f"{text}, got {getattr(self.frame, side):g}; the cables span the gap, enlarge it")
+        return self
+
+    @model_validator(mode="after")
+    def _mesh_has_a_node_per_cable(self) -> Self:
+        if self.cables is not None:
+            counts = (self.cables.per_long_edge, self.cables.per_short_edge)
+            for axis, count, have in zip("xy", counts, self.mesh.divisions, strict=True):
+                if count is not None and have < count - 1:
+                    text = f"mesh.divisions: expected at least {count - 1} cells along {axis} for {count} cables"
+                    raise ValueError(f"{text}, got {_pair(self.mesh.divisions)}; refine the mesh or remove cables")
+        return self
+
+    @model_validator(mode="after")
+    def _prestress_is_stated_once(self) -> Self:
+        default = "uniform" if self.membrane.edges == "fixed" else "equilibrium"
+        if self.prestress.mode is None:
+            stated = self.prestress.model_copy(update={"mode": default})
+            self.__dict__["prestress"] = stated  # the one default that depends on another section
+        _check_prestress_sources(self)
+        return self
+
+    @model_validator(mode="after")
+    def _probes_are_on_the_film(self) -> Self:
+        if self.membrane.length is None or self.membrane.width is None:
+            return self  # of a mesh file, which is not read here
+        half = (self.membrane.length / 2, self.membrane.width / 2)
+        for name, point in self.output.probes.items():
+            if abs(point[0]) > half[0] or abs(point[1]) > half[1]:
+                film = f"|x| <= {half[0]:g} and |y| <= {half[1]:g} m"
+                text = f"output.probes.{name}: expected a point on the film, {film}"
+                raise ValueError(f"{text}, got {list(point)}; the origin is the film's centre, move the probe")
+        return self
+
+    @model_validator(mode="after")
+    def _reduction_fits_the_laws(self) -> Self:
+        check_reduction(self)
+        return self
+
+    @model_validator(mode="after")
+    def _fits_in_memory(self) -> Self:
+        available = memory.available_bytes()
+        limit = f"fits in the {available / 1e9:.3g} GB of memory available"
+        divisions = self.mesh.divisions if self.mesh.file is None else (1, 1)
+        needed: float = memory.mesh_bytes(divisions)
+        if needed > available:
+            text = f"mesh.divisions: expected a mesh that {limit}"
+            size = f"about {min(needed, _LARGEST) / 1e9:.3g} GB"
+            raise ValueError(f"{text}, got {_pair(divisions)} which needs {size}; use fewer divisions")
+        steps = min(self.solver.end_time / self.solver.time_step, _LARGEST)
+        stored = steps / min(self.output.every, _LARGEST)
+        keeps_all = self.output.fields == "all"
+        needed = memory.history_bytes(stored, len(self.output.probes), divisions, keeps_all)
+        if needed > available:
+            text = f"output.every: expected a history that {limit}"
+            size = f"{stored:.3g} stored steps which need about {needed / 1e9:.3g} GB"
+            remedy = "raise every, enlarge solver.time_step, or store fields at fewer instants"
+            raise ValueError(f"{text}, got {self.output.every} giving {size}; {remedy}")
+        return self
+
+
+def _pair(divisions: tuple[int, int]) -> str:
+    return "[" + ", ".join(f"{min(value, _LARGEST):.6g}" for value in divisions) + "]"
+
+
+def _check_prestress_sources(case: Case) -> None:
+    """Exactly one source of the membrane's stress: equilibrium, stress_x and stress_y, or resultants."""
+    mode, stress = case.prestress.mode, case.membrane.stress_x
+    ratios = case.prestress.resultant_per_pretension
+    if case.membrane.edges == "fixed":
+        if mode != "uniform":
+            text = f"prestress.mode: expected 'uniform' with membrane.edges = 'fixed', got {mode!r}"
+            raise ValueError(f"{text}; remove it and give membrane.stress_x and stress_y")
+        if ratios is not None:
+            text = "prestress.resultant_per_pretension: expected no value with membrane.edges = 'fixed'"
+            raise ValueError(f"{text}, got {list(ratios)}; remove it, there are no cables")
+        if stress is None:
+            text = "membrane.stress_x: missing, membrane.edges = 'fixed' expects stress_x and stress_y [Pa]"
+            raise ValueError(f"{text}; add them under [membrane], for example 4000.0")
+        return
+    if mode == "uniform" and stress is None and ratios is None:
+        text = "prestress.resultant_per_pretension: missing, mode = 'uniform' expects the membrane's tension"
+        raise ValueError(f"{text}; add it, or give membrane.stress_x and stress_y [Pa]")
+    if mode == "uniform" and stress is not None and ratios is not None:
+        text = f"prestress.resultant_per_pretension: expected no value beside membrane.stress_x = {stress:g}"
+        raise ValueError(f"{text}, got {list(ratios)}; keep one of the two")
+    if mode != "uniform" and stress is not None:
+        text = f"membrane.stress_x: expected no value with prestress.mode = {mode!r}, got {stress:g}"
+        raise ValueError(f"{text}; remove it, or set prestress.mode = 'uniform'")

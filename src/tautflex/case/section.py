@@ -1,0 +1,35 @@
+"""Base of every section of a case file, and the value types they share."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError
+
+from tautflex.case.messages import case_error
+
+# Strict: an integer is a number, but true, "1" and 1.0-for-an-integer are mistakes worth hearing about.
+Number = Annotated[float, Strict()]
+Positive = Annotated[float, Strict(), Field(gt=0.0)]
+NonNegative = Annotated[float, Strict(), Field(ge=0.0)]
+Count = Annotated[int, Strict(), Field(ge=1)]
+Flag = Annotated[bool, Strict()]
+Vector = tuple[Number, Number, Number]
+
+
+class Section(BaseModel):
+    """Frozen table of a case file: unknown keys, NaN and infinities are errors.
+
+    Raises
+    ------
+    CaseError
+        If a key is unknown, missing or has an unusable value.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, validate_default=False)
+
+    def __init__(self, /, **values: Any) -> None:
+        try:
+            super().__init__(**values)
+        except ValidationError as error:
+            raise case_error(error, type(self)) from None

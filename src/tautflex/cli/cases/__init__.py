@@ -1,0 +1,1 @@
+"""Commands on a case: what it is and what its structure does."""

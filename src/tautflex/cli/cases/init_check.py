@@ -1,0 +1,79 @@
+"""`tautflex init` and `tautflex check`: write a case, look at a case."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from tautflex.cli.options import AsJson, CaseFile, Force, Overrides, about, print_json, require_new_file
+from tautflex.errors import InputError
+
+
+def init(
+    name: Annotated[Path, Parameter(help="File to write.")],
+    /,
+    *,
+    force: Force = False,
+    as_json: AsJson = False,
+) -> int:
+    """Write a commented case: the paper's antenna M2 and its stop maneuver.
+
+    Example: tautflex init m2.toml
+    """
+    from tautflex.case import M2_TEMPLATE
+
+    require_new_file(name, force=force)
+    name.write_text(M2_TEMPLATE, encoding="utf-8")
+    if as_json:
+        print_json({"file": str(name)})
+    else:
+        from tautflex.cli.cards import say
+
+        say(f"Wrote {name}. Next: tautflex run {name}")
+    return 0
+
+
+def check(case: CaseFile, /, *, override: Overrides = None, as_json: AsJson = False) -> int:
+    """Validate a case, build its model and prestress, summarize and warn.
+
+    Example: tautflex check m2.toml --set mesh.divisions=[20,10]
+    """
+    from tautflex.case import load_case
+
+    try:
+        loaded = load_case(case, override or ())
+
+        from tautflex.case.build import build_model
+        from tautflex.solvers.static.prestress import solve_prestress
+
+        with about(case):
+            model = build_model(loaded)
+            state = solve_prestress(model)
+    except InputError as error:
+        if as_json:
+            print_json({"ok": False, "nodes": 0, "dofs": 0, "mass": 0.0, "warnings": [], "error": str(error)})
+        raise
+
+    from tautflex.case.advice import advise
+
+    answer = {
+        "ok": True,
+        "nodes": len(model.nodes),
+        "dofs": model.dof_count,
+        "mass": model.mass,
+        "warnings": advise(loaded, model, state),
+        "prestress": {
+            "residual": state.residual,
+            "min_principal_stress": state.min_principal_stress,
+            "min_principal_resultant": state.min_principal_resultant,
+        },
+    }
+    if as_json:
+        print_json(answer)
+    else:
+        from tautflex.cli.cards import show_check
+
+        show_check(case, answer)
+    return 0

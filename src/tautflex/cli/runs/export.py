@@ -1,0 +1,49 @@
+"""`tautflex export`: results for other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from tautflex.cli.options import AsJson, about, print_json, require_output_directory
+
+
+def export(
+    run: Annotated[Path, Parameter(help="Result file, run.nc.")],
+    /,
+    *,
+    to: Annotated[
+        Literal["vtu", "csv"], Parameter(name="--to", help="vtu: fields for ParaView; csv: histories of the probes.")
+    ],
+    output: Annotated[
+        Path | None, Parameter(name=["-o", "--output"], help="Directory to write to; default: beside the result.")
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Write the results of a run as VTU series with PVD (ParaView) or as CSV.
+
+    Example: tautflex export m2/run.nc --to vtu -o m2/paraview
+    """
+    directory = output if output is not None else run.parent
+    require_output_directory(directory)
+
+    from tautflex.files import netcdf
+    from tautflex.files.export import write_csv, write_vtu
+
+    data = netcdf.load(run)
+    directory.mkdir(parents=True, exist_ok=True)
+    with about(run):
+        if to == "csv":
+            files = [write_csv(data, directory / f"{run.stem}.csv")]
+        else:
+            files = write_vtu(data, directory, run.stem)
+    if as_json:
+        print_json({"files": [str(file) for file in files]})
+    else:
+        from tautflex.cli.cards import say
+
+        more = f" and {len(files) - 1} files in {files[1].parent}" if len(files) > 1 else ""
+        say(f"Wrote {files[0]}{more}.")
+    return 0

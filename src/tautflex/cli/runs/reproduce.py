@@ -1,0 +1,204 @@
+"""`tautflex reproduce`: the paper's tables and figures, computed again and compared."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from tautflex.cli.options import AsJson, print_json, require_output_directory
+from tautflex.cli.runs.run import progress_bar
+from tautflex.errors import CaseError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from tautflex.paper.comparison import Plan
+    from tautflex.paper.tables.rows import Row
+
+FAILED, INTERRUPTED = 1, 130
+_QUICK_FORMATS = ("png",)  # vector graphics would cost a third of the quick minute
+
+
+def reproduce(
+    *,
+    table: Annotated[
+        list[str] | None,
+        Parameter(name="--table", help="Table of the paper, or ablation, compression, convergence; may be repeated."),
+    ] = None,
+    figure: Annotated[
+        list[str] | None,
+        Parameter(name="--figure", help="Figure of the paper, e.g. 5a, or 5 for all its parts; may be repeated."),
+    ] = None,
+    output: Annotated[Path, Parameter(name=["-o", "--output"], help="Directory for results.")] = Path("reproduction"),
+    quick: Annotated[
+        bool, Parameter(name="--quick", help="Published reading only, coarse time step, no ablation: under a minute.")
+    ] = False,
+    workers: Annotated[
+        int | None, Parameter(name="--workers", help="Number of processes; default: one per core.")
+    ] = None,
+    docs: Annotated[
+        Path | None, Parameter(name="--docs", help="Directory for the Markdown page, if not that for results.")
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Compute the paper's tables and figures again; compare with the printed numbers.
+
+    Without --table and --figure everything is made, and a page that explains it. Finished runs are kept in the
+    directory for results and used again; an interrupted command goes on where it stopped when it is repeated.
+
+    Example: tautflex reproduce --table 6 --table 7 -o reproduction
+    """
+    whole = not table and not figure
+    tables, figures = _tables(table, whole, quick), _figures(figure, whole)
+    if workers is not None and workers < 1:
+        raise CaseError(f"--workers: expected a number >= 1, got {workers}; leave it out for one per core")
+    require_output_directory(output)
+
+    from tautflex.paper.comparison import make_plan
+    from tautflex.paper.engine import WorkerLostError
+
+    plan = make_plan(tables, _needs(figures), quick, figures=bool(figures))
+    try:
+        made = _make(plan, figures, output, workers, _QUICK_FORMATS if quick else None)
+    except KeyboardInterrupt:
+        return _tell(f"interrupted; finished runs are kept in {output}: repeat the command to go on", INTERRUPTED)
+    except WorkerLostError as error:
+        return _tell(str(error), FAILED)
+    if whole:
+        made.files |= _write_page(made, output, docs, quick)
+    if as_json:
+        print_json(_answer(made))
+    else:
+        from tautflex.cli.runs.reproduce_cards import show_comparison
+
+        show_comparison(made.rows, made.summary, made.files)
+    return 0
+
+
+@dataclass
+class _Made:
+    """What one call has made so far."""
+
+    rows: dict[tuple[str, str], list[Row]]
+    summary: list[Row]
+    figures: dict[str, list[Path]]
+    seconds: float
+    files: dict[str, Path] = field(default_factory=dict)
+
+
+def _tables(asked: Sequence[str] | None, whole: bool, quick: bool) -> tuple[str, ...]:
+    from tautflex.paper.comparison import QUICK_TABLES, TABLE_NAMES
+
+    for name in asked or ():
+        if name not in TABLE_NAMES:
+            raise CaseError(f"--table: expected one of {', '.join(TABLE_NAMES)}, got {name!r}")
+    if quick and "convergence" in (asked or ()):
+        raise CaseError("--table: convergence is that of the consistent variant, got --quick; leave out --quick")
+    everything = QUICK_TABLES if quick else TABLE_NAMES
+    return everything if whole else tuple(asked or ())
+
+
+def _figures(asked: Sequence[str] | None, whole: bool) -> tuple[str, ...]:
+    if not asked and not whole:
+        return ()
+    from tautflex.paper.figures.index import FIGURES
+
+    chosen = []
+    for name in asked or ():
+        found = [number for number in FIGURES if name in (number, number.rstrip("abc"))]
+        if not found:
+            raise CaseError(f"--figure: expected one of {', '.join(FIGURES)}, got {name!r}")
+        chosen += found
+    return tuple(FIGURES) if whole else tuple(dict.fromkeys(chosen))
+
+
+def _needs(figures: Sequence[str]) -> list[str]:
+    if not figures:
+        return []
+    from tautflex.paper.figures.index import FIGURES
+
+    return [name for number in figures for name in FIGURES[number].needs]
+
+
+def _make(
+    plan: Plan, figures: Sequence[str], output: Path, workers: int | None, formats: tuple[str, ...] | None
+) -> _Made:
+    """Perform the runs and turn them into rows, figures and comparison.csv."""
+    from tautflex.paper.cases.normal_modes import antenna_modes
+    from tautflex.paper.comparison import build_rows, summarize
+    from tautflex.paper.engine import load_results, perform
+    from tautflex.paper.tables.rows import write_csv
+
+    with progress_bar() as progress:
+        runs = load_results(perform(plan.specs, output / "runs", workers, progress))
+        modes = antenna_modes(plan.antennas)
+        rows = build_rows(plan, runs, modes)
+        made = _Made(rows, summarize(rows), _draw(figures, runs, modes, output, formats), _seconds(runs))
+    if rows:
+        listed = [row for table in (*rows.values(), made.summary) for row in table]
+        made.files["comparison"] = write_csv(listed, output / "comparison.csv")
+    made.files |= {path.name: path for paths in made.figures.values() for path in paths}
+    return made
+
+
+def _draw(
+    figures: Sequence[str],
+    runs: Mapping[str, xr.Dataset],
+    modes: Mapping[str, xr.Dataset],
+    output: Path,
+    formats: tuple[str, ...] | None,
+) -> dict[str, list[Path]]:
+    if not figures:
+        return {}
+    from tautflex.paper.cases.normal_modes import antenna_name
+    from tautflex.paper.cases.run_names import MODELS
+    from tautflex.paper.figures.index import FORMATS, save_figures
+
+    shapes = {name: modes[antenna_name(name)] for name in MODELS}
+    return save_figures(figures, runs, shapes, output / "figures", formats or FORMATS)
+
+
+def _seconds(runs: Mapping[str, xr.Dataset]) -> float:
+    """Return the time [s] that the runs took when they were performed."""
+    return sum(float(json.loads(run.attrs["statistics"])["seconds"]) for run in runs.values())
+
+
+def _write_page(made: _Made, output: Path, docs: Path | None, quick: bool) -> dict[str, Path]:
+    """Write the page, and the two case files that a reader will want to run."""
+    from tautflex.files.netcdf import versions
+    from tautflex.paper.cases.catalogue import CASE_FILES, VARIANTS, case_text
+    from tautflex.paper.page.agreement import CONSISTENT
+    from tautflex.paper.page.compose import build_page
+
+    named: dict[str, list[Row]] = {}
+    for (variant, number), rows in made.rows.items():
+        named.setdefault(number if variant == "published" or number == "convergence" else number + CONSISTENT, rows)
+    summary = {"quick": quick, "seconds": made.seconds, "versions": versions()}
+    files = {path.name: path for path in build_page(named, made.figures, summary, output, docs)}
+    for variant in VARIANTS:
+        files[CASE_FILES[variant]] = path = output / CASE_FILES[variant]
+        path.write_text(case_text(variant), encoding="utf-8")
+    return files
+
+
+def _answer(made: _Made) -> dict[str, Any]:
+    """Return the content of --json: SI units, every published number once."""
+    answer: dict[str, Any] = {"tables": {}, "consistent": {}, "extra": {}}
+    for (variant, number), rows in made.rows.items():
+        place = "consistent" if variant == "consistent" else "tables" if number.isdigit() else "extra"
+        answer[place][number] = [row.to_si() for row in rows if not row.repeats]
+    answer["summary"] = [{"variant": row.variant, **row.to_si()} for row in made.summary]
+    answer["figures"] = {number: [str(path) for path in paths] for number, paths in made.figures.items()}
+    answer["files"] = {name: str(path) for name, path in made.files.items()}
+    return answer
+
+
+def _tell(text: str, code: int) -> int:
+    print(f"tautflex: {text}", file=sys.stderr)  # noqa: T201 - the command line's one line about a broken end
+    return code

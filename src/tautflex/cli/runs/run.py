@@ -1,0 +1,76 @@
+"""`tautflex run`: the maneuver of a case, its results and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from tautflex.cli.options import AsJson, CaseFile, Overrides, about, print_json, require_output_directory
+
+
+def run(
+    case: CaseFile,
+    /,
+    *,
+    output: Annotated[
+        Path | None,
+        Parameter(name=["-o", "--output"], help="Directory for results; default: named like the case."),
+    ] = None,
+    override: Overrides = None,
+    as_json: AsJson = False,
+) -> int:
+    """Simulate the maneuver; write run.nc, summary.json and figures.
+
+    Ctrl-C ends the run early and keeps what was computed.
+
+    Example: tautflex run m2.toml -o m2 --set damping.alpha=0.01 --set solver.end_time=5
+    """
+    from tautflex.case import load_case
+
+    loaded = load_case(case, override or ())
+    directory = output if output is not None else default_directory(case)
+    require_output_directory(directory)
+
+    from tautflex.case.run import run_case
+    from tautflex.cli.figures import run_figures
+
+    with about(case), progress_bar() as progress:
+        summary = run_case(loaded, directory, progress, figures=run_figures, title=case.stem)
+    if as_json:
+        print_json(summary)
+    else:
+        from tautflex.cli.cards import show_run
+
+        show_run(case, summary)
+    return 0 if summary["status"] == "completed" else 1
+
+
+def default_directory(case: Path) -> Path:
+    """Results of ``m2.toml`` go to ``m2`` beside it; a case without suffix gets ``-run`` instead."""
+    bare = case.with_suffix("")
+    return bare if bare != case else case.with_name(f"{case.name}-run")
+
+
+@contextmanager
+def progress_bar() -> Iterator[Callable[[float, str], None] | None]:
+    """Progress on stderr if that is a terminal, None otherwise."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("starting", total=1.0)
+
+        def update(fraction: float, message: str) -> None:
+            bar.update(task, completed=fraction, description=message)
+
+        yield update

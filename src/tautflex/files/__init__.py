@@ -1,0 +1,1 @@
+"""Files in and out: results, tables, fields for other programs, and meshes."""

@@ -1,0 +1,138 @@
+"""Sets and boundary conditions of Abaqus input files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tautflex.errors import MeshError
+from tautflex.files.mesh.abaqus_text import Block, bare_name, fields
+from tautflex.files.mesh.numerals import natural, real
+from tautflex.files.mesh.raw import Budget, IntArray, Numbering, RawGroup, shorten
+from tautflex.structure.model import DIRECTIONS
+
+NAMED_CONDITIONS = {"ENCASTRE": (1, 6), "PINNED": (1, 3)}
+
+
+class NamedSets:
+    """Members of the sets of one kind by name; names are the same in any case.
+
+    Parameters
+    ----------
+    keyword
+        ``"NSET"`` or ``"ELSET"``.
+    """
+
+    def __init__(self, keyword: str) -> None:
+        self.keyword = keyword
+        self._names: dict[str, str] = {}
+        self._parts: dict[str, list[IntArray]] = {}
+
+    def __contains__(self, name: str) -> bool:
+        return bare_name(name).casefold() in self._parts
+
+    def add(self, name: str, numbers: IntArray) -> None:
+        """Add members to a set, which need not exist before."""
+        bare = bare_name(name)
+        self._names.setdefault(bare.casefold(), bare)
+        self._parts.setdefault(bare.casefold(), []).append(numbers)
+
+    def members(self, name: str) -> IntArray:
+        """Numbers in a set that exists."""
+        return self._joined(bare_name(name).casefold())
+
+    def items(self) -> Iterator[tuple[str, IntArray]]:
+        """Names as the file first writes them, and numbers."""
+        for key, name in self._names.items():
+            yield name, self._joined(key)
+
+    def _joined(self, key: str) -> IntArray:
+        parts = self._parts[key]
+        parts[:] = [np.unique(np.concatenate(parts))]
+        return parts[0]
+
+    def read(self, block: Block, numbering: Numbering, budget: Budget) -> None:
+        """Read a block that lists members, ranges of them, or sets above it.
+
+        Raises
+        ------
+        MeshError
+            If the block has no name, or a member does not exist.
+        """
+        name = block.options.get(self.keyword, "")
+        if not name:
+            raise MeshError(f"{block.where}: expected {self.keyword}=name, got none; name the set")
+        if self.keyword == "NSET" and "ELSET" in block.options:
+            raise MeshError(f"{block.where}: a node set made of an element set is not read here; list its nodes")
+        found = self._ranges if "GENERATE" in block.options else self._listed
+        self.add(name, np.concatenate([np.zeros(0, dtype=np.int64), *found(block, numbering, budget)]))
+
+    def _ranges(self, block: Block, numbering: Numbering, budget: Budget) -> Iterator[IntArray]:
+        for where, line in block.lines:
+            parts = [natural(part, where) for part in fields(line)]
+            if len(parts) not in (2, 3) or parts[0] > parts[1]:
+                raise MeshError(f"{where}: expected first, last, step, got {shorten(line)}; correct the line")
+            found = numbering.within(*parts)
+            budget.spend(len(found) + 1, where)
+            yield found
+
+    def _listed(self, block: Block, numbering: Numbering, budget: Budget) -> Iterator[IntArray]:
+        for where, line in block.lines:
+            for part in fields(line):
+                if bare_name(part).isdigit():
+                    yield np.array([natural(bare_name(part), where)], dtype=np.int64)
+                elif part in self:
+                    found = self.members(part)
+                    budget.spend(len(found) + 1, where)
+                    yield found
+                else:
+                    expected = f"{where}: expected numbers or sets above"
+                    raise MeshError(f"{expected}, got {shorten(part)}; correct the name")
+
+
+def element_groups(sets: NamedSets, elements: Numbering, triangle_count: int) -> Iterator[RawGroup]:
+    """Groups of element sets; rows from ``triangle_count`` on are lines."""
+    for name, numbers in sets.items():
+        rows = elements.rows(numbers, f"set {shorten(name)}")
+        yield RawGroup(name, triangles=rows[rows < triangle_count], lines=rows[rows >= triangle_count] - triangle_count)
+
+
+def node_groups(sets: NamedSets, nodes: Numbering) -> Iterator[RawGroup]:
+    """Groups of node sets."""
+    for name, numbers in sets.items():
+        yield RawGroup(name, nodes=nodes.rows(numbers, f"set {shorten(name)}"))
+
+
+def held_groups(conditions: list[Block], sets: NamedSets, nodes: Numbering, budget: Budget) -> Iterator[RawGroup]:
+    """Boundary conditions, one group per line: nodes and the directions they hold."""
+    for block in conditions:
+        kind = block.options.get("TYPE", "DISPLACEMENT")
+        if kind.upper() != "DISPLACEMENT":
+            raise MeshError(f"{block.where}: expected TYPE=DISPLACEMENT, got {shorten(kind)}; remove the condition")
+        for where, line in block.lines:
+            target, directions = _condition(where, line)
+            if target in sets:
+                numbers = sets.members(target)
+            elif target.isdigit():
+                numbers = np.array([natural(target, where)], dtype=np.int64)
+            else:
+                raise MeshError(f"{where}: expected a node or node set, got {shorten(target)}; define the set")
+            budget.spend(len(numbers) + 1, where)
+            yield RawGroup(f"boundary {target}", nodes=nodes.rows(numbers, where), directions=directions)
+
+
+def _condition(where: str, line: str) -> tuple[str, tuple[str, ...]]:
+    target, *rest = fields(line) or [""]
+    if not rest:
+        raise MeshError(f"{where}: expected node or set and directions, got {shorten(line)}; correct the line")
+    if rest[0].upper() in NAMED_CONDITIONS:
+        first, last = NAMED_CONDITIONS[rest[0].upper()]
+    else:
+        first = natural(rest[0], where)
+        last = natural(rest[1], where) if len(rest) > 1 and rest[1] else first
+    if not 1 <= first <= last <= 6:
+        raise MeshError(f"{where}: expected directions 1 to 6, got {shorten(line)}; correct the line")
+    if len(rest) > 2 and real(rest[2], where) != 0.0:
+        raise MeshError(f"{where}: expected held nodes, got a displacement in {shorten(line)}; set it to zero")
+    return bare_name(target), DIRECTIONS[first - 1 : last]

@@ -1,0 +1,95 @@
+"""`read_mesh`: one call for every format."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from tautflex import checks
+from tautflex.errors import MeshError
+from tautflex.files.mesh.abaqus import read_abaqus
+from tautflex.files.mesh.assembly import assemble
+from tautflex.files.mesh.gmsh import read_gmsh
+from tautflex.files.mesh.mesh_data import MeshData
+from tautflex.files.mesh.nastran import read_nastran
+from tautflex.files.mesh.raw import RawMesh, shorten
+
+_LARGEST_FILE = 200_000_000
+
+
+def _text(reader: Callable[[str], RawMesh]) -> Callable[[bytes], RawMesh]:
+    return lambda content: reader(content.decode("latin-1"))  # comments may be in any encoding, the rest is ASCII
+
+
+READERS: dict[str, Callable[[bytes], RawMesh]] = {
+    ".msh": read_gmsh,
+    ".inp": _text(read_abaqus),
+    ".bdf": _text(read_nastran),
+    ".nas": _text(read_nastran),
+    ".dat": _text(read_nastran),
+}
+
+
+def read_mesh(
+    path: str | os.PathLike[str], names: Mapping[str, str] | None = None, *, unit_length: float = 1.0
+) -> MeshData:
+    """Read a mesh of Gmsh (``.msh``), Abaqus (``.inp``) or Nastran (``.bdf``, ``.nas``, ``.dat``).
+
+    Groups are understood by their names: one that begins with ``membrane`` or ``film``, ``cable``, ``beam`` or
+    ``frame`` holds elements of that kind; ``support``, ``clamped`` or ``fixed`` nodes held in all six directions,
+    ``pinned`` nodes held in three; ``ignore`` what shall be left out. Gmsh: physical groups, of any dimension for
+    supports; surfaces in a file without named surfaces are the membrane, elements in no group are left out. Abaqus and
+    Nastran: element types decide (S3, M3D3, CTRIA3: membrane; T3D2, CROD: cable; B31, B33, CBAR, CBEAM: beam), names
+    of sets only about supports, beside ``*BOUNDARY``, ``SPC`` and ``SPC1``.
+
+    Parameters
+    ----------
+    path
+        The file; its suffix states the format.
+    names
+        Roles that the names do not tell, ``{"group": "cable"}``: ``"membrane"``, ``"cable"``, ``"beam"``,
+        ``"clamped"`` (or ``"support"``), ``"pinned"`` or ``"ignore"``. They come before everything else. Nastran
+        properties and constraints are the groups ``pid<N>`` and ``spc<N>``.
+    unit_length
+        Length of the file's unit [m], 0.001 for a mesh in millimetres.
+
+    Returns
+    -------
+    MeshData
+
+    Raises
+    ------
+    MeshError
+        If the file cannot be read, is damaged, or holds what is not read here; the message names the file.
+    MissingExtraError
+        If a ``.msh`` file is given and Gmsh is not installed.
+    """
+    source = Path(path)
+    shown = shorten(str(source), 200).strip("'\"")
+    checks.positive("unit_length", unit_length)
+    reader = READERS.get(source.suffix.lower())
+    if reader is None:
+        raise MeshError(f"{shown}: expected a mesh named {', '.join(READERS)}, got {shorten(source.suffix)}; rename it")
+    content = _content(source, shown)
+    try:
+        return assemble(reader(content), names, unit_length)
+    except MeshError as error:
+        raise MeshError(f"{shown}: {error}") from None
+
+
+def _content(path: Path, shown: str) -> bytes:
+    """Bytes of a regular file; devices and pipes, which may never end, are refused before they are opened."""
+    try:
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            raise MeshError(f"{shown}: expected a mesh file, got a directory or device; name a file")
+        if found.st_size > _LARGEST_FILE:
+            raise MeshError(f"{shown}: expected a mesh below 200 MB, got {found.st_size / 1e6:.3g} MB; coarsen it")
+        return path.read_bytes()
+    except (OSError, ValueError) as error:
+        if isinstance(error, MeshError):
+            raise
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise MeshError(f"{shown}: cannot read the mesh ({reason}); check its path and permissions") from None

@@ -1,0 +1,1 @@
+"""What acts on the structure: one effect a file."""

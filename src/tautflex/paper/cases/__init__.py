@@ -1,0 +1,1 @@
+"""Every run of the reproduction as an ordinary case."""

@@ -1,0 +1,139 @@
+"""From the question (which tables and figures) to the runs it needs, and from runs to rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import xarray as xr
+
+from tautflex.checks import one_of
+from tautflex.errors import InputError
+from tautflex.paper.cases.catalogue import VARIANTS, RunSpec, catalogue
+from tautflex.paper.cases.normal_modes import antenna_name
+from tautflex.paper.cases.run_names import MODELS
+from tautflex.paper.tables import published
+from tautflex.paper.tables.convergence import convergence_table
+from tautflex.paper.tables.extras import ablation_table, compression_table
+from tautflex.paper.tables.paper_tables import TABLES, PaperTable
+from tautflex.paper.tables.rows import Row, mean_difference, mean_log_ratio
+
+EXTRA_TABLES = ("ablation", "compression", "convergence")
+TABLE_NAMES = (*TABLES, *EXTRA_TABLES)
+"""What ``--table`` accepts."""
+QUICK_TABLES = (*TABLES, "compression")
+"""What a quick reproduction makes if nothing else is asked: the ablation would double its runs."""
+_BOTH = QUICK_TABLES  # tables made for both variants; the ablation is for the published reading alone
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be made, and what it takes.
+
+    Attributes
+    ----------
+    tables
+        (variant, table) in the order of printing.
+    specs
+        Runs to perform, each once.
+    antennas
+        Antennas whose modes are needed.
+    """
+
+    tables: tuple[tuple[str, PaperTable], ...]
+    specs: tuple[RunSpec, ...]
+    antennas: tuple[str, ...]
+
+
+def make_plan(
+    tables: Iterable[str] = TABLE_NAMES,
+    figure_runs: Iterable[str] = (),
+    quick: bool = False,
+    figures: bool = False,
+) -> Plan:
+    """Find out what tables and figures need, and no more.
+
+    Parameters
+    ----------
+    tables
+        Some of ``TABLE_NAMES``.
+    figure_runs
+        Names of runs that figures need besides.
+    quick
+        Published reading only, with a coarse time step.
+    figures
+        Whether figures are to be drawn, which need the modes of M1, M2 and M3.
+
+    Raises
+    ------
+    InputError
+        If a table is unknown, the message lists the choices; or if it has no quick form.
+    """
+    chosen: list[tuple[str, PaperTable]] = []
+    for name in dict.fromkeys(tables):
+        one_of("table", name, TABLE_NAMES)
+        if quick and name == "convergence":
+            text = "table: expected one of the published reading, got 'convergence' of the consistent variant"
+            raise InputError(f"{text}; leave out quick")
+        variants = VARIANTS if name in _BOTH else ("consistent",) if name == "convergence" else ("published",)
+        chosen += [(variant, _table(name)) for variant in variants if not (quick and variant == "consistent")]
+    names = [run for variant, table in chosen for run in table.runs(variant)]
+    antennas = [antenna for variant, table in chosen for antenna in table.antennas(variant)]
+    known = catalogue("published", quick) | ({} if quick else catalogue("consistent"))
+    return Plan(
+        tuple(chosen),
+        tuple(known[name] for name in dict.fromkeys([*names, *figure_runs])),
+        tuple(dict.fromkeys([*antennas, *(antenna_name(model) for model in MODELS if figures)])),
+    )
+
+
+def build_rows(
+    plan: Plan, runs: Mapping[str, xr.Dataset], modes: Mapping[str, xr.Dataset]
+) -> dict[tuple[str, str], list[Row]]:
+    """Build every table of a plan.
+
+    Parameters
+    ----------
+    plan
+        What :func:`make_plan` returned.
+    runs, modes
+        Datasets by the names in ``plan.specs`` and ``plan.antennas``.
+
+    Returns
+    -------
+    dict
+        Rows by (variant, table), in the order of the plan.
+    """
+    return {(variant, table.number): table.build(variant, runs, modes) for variant, table in plan.tables}
+
+
+def summarize(rows: Mapping[tuple[str, str], Sequence[Row]]) -> list[Row]:
+    """Score a comparison, each variant that is there: mean |log ratio| of Tables 6 to 9, mean error of Table 2.
+
+    Every published number counts once: the last row of Table 8 is the first of Table 6. Scores stand only where all
+    their tables are there.
+    """
+    scores = []
+    for variant in VARIANTS:
+        found = [rows.get((variant, str(number))) for number in published.RESPONSE_TABLES]
+        if all(found):
+            listed = [row for table in found for row in table or ()]
+            for quantity in ("response frequency", "amplitude"):
+                count = sum(row.quantity == quantity and not row.repeats for row in listed)
+                words, note = f"mean |log ratio|, {quantity}", f"Tables 6 to 9, {count} numbers"
+                score = mean_log_ratio(listed, quantity)
+                scores.append(Row("summary", "Tables 6-9", words, None, score, "1", note, variant))
+        if table := rows.get((variant, "2")):
+            score = 100.0 * mean_difference(table)
+            note = "ten natural frequencies of M2"
+            scores.append(Row("summary", "Table 2", "mean |difference|", None, score, "%", note, variant))
+    return scores
+
+
+def _table(name: str) -> PaperTable:
+    extra = {
+        "ablation": ablation_table,
+        "compression": compression_table,
+        "convergence": convergence_table,
+    }
+    return TABLES[name] if name in TABLES else extra[name]()

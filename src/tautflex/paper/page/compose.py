@@ -1,0 +1,168 @@
+"""The page of the reproduction: tables, figures and words, as Markdown and as one self-contained HTML file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from tautflex.errors import InputError
+from tautflex.paper.figures.index import FIGURES
+from tautflex.paper.page import reasons, words
+from tautflex.paper.page.agreement import CONSISTENT, Rows, comparison, listing, sorted_rows
+from tautflex.paper.page.blocks import Block, Bullets, Command, Heading, Paragraph, Picture, symbols
+from tautflex.paper.page.html import to_html
+from tautflex.paper.page.markdown import to_markdown
+from tautflex.paper.tables import published
+from tautflex.paper.tables.rows import Row
+
+TITLE = "The paper, computed again and compared"
+NAME = "reproduction"
+_EXTRA = {  # tables that the paper does not have: key -> title and words
+    "ablation": (
+        "What each term does",
+        "Runs repeated with terms of the rotating frame switched off: gyroscopic (G), Euler and centrifugal (K_T), "
+        "inertial load (Q_T); and at an angular velocity so low that the antenna responds linearly.",
+    ),
+    "compression": (
+        "Compression of the film",
+        "Smallest principal resultant of the film over each run, when it first turns negative, and for how much of the "
+        "run. Where it is negative a real film would wrinkle.",
+    ),
+    "convergence": (
+        "Convergence of the consistent variant",
+        "The same runs on coarser meshes and with half the time step. In strongly nonlinear runs of M1 several "
+        "spectral peaks are almost equal, so that the largest may change with mesh and step.",
+    ),
+}
+_VARIANTS = (("Published reading", ""), ("Consistent variant", CONSISTENT))
+_CAPTIONS = {
+    "4": "Displacements times 1000. Panel (a) is the steady rotation that the run starts from; in it centrifugal "
+    "forces act in the plane only, so that it equals panel (b).",
+    "5c": "The paper finds no obvious decay within ten seconds; this run does decay.",
+    "6": "Complex Morlet scalogram of the motion about the mean during the stop and about the mean after it; "
+    "hatched where the ends of the record matter; dotted: natural frequency of the mode (1,2).",
+    "7": "Proper orthogonal modes, each with its participation factor, that together reach 99 %.",
+    "9b": "The shortest stop runs out of the picture and is drawn faintly.",
+    "12a": "Filled: ours; open: printed in Tables 6 to 9; dotted: natural frequency of the mode (1,2).",
+    "12b": "Filled: ours; open: printed in Tables 6 to 9; dotted: natural frequency of the mode (1,2).",
+    "13a": "Filled: ours; open: printed in Tables 6 to 9.",
+    "13b": "Filled: ours; open: printed in Tables 6 to 9.",
+}
+
+
+def build_page(
+    rows_by_table: Mapping[str, Sequence[Row]],
+    figure_files: Mapping[str, Sequence[Path]],
+    summary: Mapping[str, Any],
+    directory: str | os.PathLike[str],
+    docs: str | os.PathLike[str] | None = None,
+) -> list[Path]:
+    """Write ``reproduction.html``, which needs no other file, and ``reproduction.md``.
+
+    Parameters
+    ----------
+    rows_by_table
+        Rows of both variants in any grouping: ``Row.table`` and ``Row.variant`` tell where they belong; besides the
+        paper's tables ``"ablation"``, ``"compression"`` and ``"convergence"``. What is missing is left out.
+    figure_files
+        Files of each figure by number; a PNG among them is shown.
+    summary
+        Shown if present: ``quick`` (bool), ``seconds`` (time that the runs took) and ``versions`` (name -> version).
+    directory
+        Folder of the HTML file, made if missing.
+    docs
+        Folder of the Markdown file; ``directory`` by default.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The HTML file and the Markdown file.
+
+    Raises
+    ------
+    InputError
+        If a picture cannot be read or a file cannot be written.
+    """
+    rows = sorted_rows(row for group in rows_by_table.values() for row in group)
+    blocks = [*_overview(rows, summary), *_tables(rows), *_figures(figure_files), *_end(summary)]
+    page, text = Path(directory) / f"{NAME}.html", Path(docs or directory) / f"{NAME}.md"
+    try:
+        written = {page: to_html(blocks, TITLE), text: to_markdown(blocks, TITLE, text.parent)}
+        for path, content in written.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(content, encoding="utf-8")
+    except OSError as error:
+        raise InputError(
+            f"directory: expected figures that can be read and folders that can be written, got {error}; choose others"
+        ) from error
+    return list(written)
+
+
+def _overview(rows: Rows, summary: Mapping[str, Any]) -> list[Block]:
+    blocks: list[Block] = [Paragraph(words.INTRODUCTION)]
+    if summary.get("quick"):
+        text = "Coarse time steps and no consistent variant; run without --quick for the full page."
+        blocks.append(Paragraph(text, "This is the quick form."))
+    for title, anchor, items, before in (
+        ("How close it is", "agreement", words.scores(rows), ""),
+        (
+            "The paper's trends",
+            "trends",
+            words.trends(rows),
+            "Do the computed responses follow the paper's orderings?",
+        ),
+        (
+            "What does not match",
+            "gaps",
+            words.largest_gaps(rows),
+            "Responses more than 20 % away, the worst first.",
+        ),
+        ("Why", "reasons", reasons.explanations(rows), ""),
+    ):
+        if items:
+            blocks += [Heading(title, anchor), *([Paragraph(before)] if before else []), Bullets(tuple(items))]
+    return blocks
+
+
+def _tables(rows: Rows) -> list[Block]:
+    blocks: list[Block] = [
+        Heading("Tables", "tables"),
+        Paragraph(
+            "Differences are relative to the paper: green up to 5 %, yellow up to 20 %, red beyond; in Markdown "
+            "unmarked, (!) and (!!)."
+        ),
+    ]
+    for number in map(str, published.NUMBERS):
+        if rows.get(number):
+            title = published.about(int(number))["title"]
+            blocks.append(Heading(f"Table {number}: {symbols(title)}", f"table-{number}", 3))
+            blocks.append(comparison(rows[number], rows.get(number + CONSISTENT, ())))
+    for key, (title, text) in _EXTRA.items():
+        parts = [(name, rows[key + suffix]) for name, suffix in _VARIANTS if rows.get(key + suffix)]
+        if parts:
+            blocks += [Heading(title, f"table-{key}", 3), Paragraph(text)]
+        for name, found in parts:
+            blocks += [Paragraph("", name)] if len(parts) > 1 else []
+            blocks += listing(found)
+    return blocks
+
+
+def _figures(files: Mapping[str, Sequence[Path]]) -> list[Block]:
+    pictures: list[Block] = []
+    for number, figure in FIGURES.items():
+        file = next((path for path in files.get(number, ()) if Path(path).suffix == ".png"), None)
+        if file is not None:
+            pictures.append(Picture(Path(file), f"Figure {number}: {figure.title}.", _CAPTIONS.get(number, "")))
+    return [Heading("Figures", "figures"), *pictures] if pictures else []
+
+
+def _end(summary: Mapping[str, Any]) -> list[Block]:
+    blocks: list[Block] = [Heading("Compute it yourself", "yourself"), Command("tautflex reproduce -o reproduction")]
+    if summary.get("seconds"):
+        blocks.append(Paragraph(f"The runs of this page took {float(summary['seconds']):.0f} s of computing."))
+    if summary.get("versions"):
+        versions = ", ".join(f"{name} {version}" for name, version in dict(summary["versions"]).items() if version)
+        blocks.append(Paragraph(f"{versions}.", "Made with"))
+    return blocks

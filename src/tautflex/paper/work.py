@@ -1,0 +1,100 @@
+"""One run, from its case to its stored result: what a worker process does."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable
+from multiprocessing.synchronize import Event
+from pathlib import Path
+
+from tautflex.case.build import build_coupling, build_damping, build_maneuver, build_method, build_model
+from tautflex.errors import NotConvergedError
+from tautflex.files import netcdf
+from tautflex.paper.cases.catalogue import RunSpec
+from tautflex.paper.finished_runs import keep
+from tautflex.solvers.static.prestress import solve_prestress
+from tautflex.solvers.transient.simulate import Run, simulate
+from tautflex.solvers.transient.status import Status
+
+Progress = Callable[[float, str], None]
+_STOP: list[Event] = []  # set once by `start_worker`, in worker processes only
+
+
+def start_worker(stop: Event) -> None:
+    """Prepare a worker process: it ends when told to, and when its parent is gone."""
+    _STOP[:] = [stop]
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which tells us
+    threading.Thread(target=_leave_with_parent, daemon=True).start()
+
+
+def work(spec: RunSpec, directory: Path) -> tuple[str, str]:
+    """Perform and store a run in a worker process; return its status and, in words, its message."""
+    return perform_one(spec, directory, _stop_if_told if _STOP else None)
+
+
+def perform_one(spec: RunSpec, directory: Path, progress: Progress | None = None) -> tuple[str, str]:
+    """Perform a run and store it if it completed.
+
+    Parameters
+    ----------
+    spec
+        The run.
+    directory
+        Where results are kept.
+    progress
+        As for :func:`tautflex.simulate`; KeyboardInterrupt raised in it ends the run.
+
+    Returns
+    -------
+    tuple of str
+        Value and message of the run's status.
+    """
+    try:
+        run = _simulate(spec, progress)
+    except NotConvergedError as error:  # before the first step
+        return Status.NOT_CONVERGED.value, str(error)
+    if run.status is Status.COMPLETED:
+        attributes = {
+            "title": spec.name,
+            "case": spec.case.to_toml(),
+            "versions": json.dumps(netcdf.versions()),
+        }
+        keep(spec, run.data.assign_attrs(attributes), directory)
+    return run.status.value, run.status.message
+
+
+def _simulate(spec: RunSpec, progress: Progress | None) -> Run:
+    case = spec.case
+    fields = case.output.fields
+    return simulate(
+        solve_prestress(build_model(case)),
+        build_maneuver(case),
+        method=build_method(case),
+        time_step=case.solver.time_step,
+        end_time=case.solver.end_time,
+        damping=build_damping(case),
+        coupling=build_coupling(case),
+        probes=case.output.probes,
+        probe_reading=case.output.probe_reading,
+        every=case.output.every,
+        fields=fields if isinstance(fields, str) else list(fields),
+        progress=progress,
+        throw=False,
+    )
+
+
+def _stop_if_told(fraction: float, message: str) -> None:
+    if _STOP[0].is_set():
+        raise KeyboardInterrupt
+
+
+def _leave_with_parent() -> None:
+    """Wait for the parent's end, however it comes, and end at once: nobody would collect our work."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

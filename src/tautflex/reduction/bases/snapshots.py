@@ -1,0 +1,87 @@
+"""Displacement fields of a full run as free unknowns."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from tautflex.errors import InputError
+from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.static.prestress import PrestressedState
+
+Array = NDArray[np.float64]
+
+
+def full_snapshots(state: PrestressedState, data: xr.Dataset) -> Array:
+    """Free unknowns of the stored fields of a run, shape (field, size).
+
+    Results store translations only. Rotations of frame nodes follow from them by static equilibrium: the bending
+    energy is least for them, ``K_rr theta = -K_rt u``.
+
+    Parameters
+    ----------
+    state
+        Prestressed state of the same structure.
+    data
+        Result with stored fields.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two fields, or they belong to another mesh.
+    """
+    fields = data["displacement"].values if "displacement" in data else np.zeros((0, 0, 3))
+    nodes = len(state.model.nodes)
+    if len(fields) < 2:
+        raise InputError(
+            f"data: expected a run with at least two stored fields, got {len(fields)}; simulate with fields='all' and "
+            "every=10, say"
+        )
+    if fields.shape[1] != nodes:
+        raise InputError(f"data: expected fields of {nodes} nodes, got {fields.shape[1]}; use a run of the same mesh")
+    model = state.model
+    full = np.zeros((len(fields), model.dof_count))
+    full[:, model.translation_dofs] = fields
+    snapshots = full[:, model.free_dofs]
+    turning = np.setdiff1d(np.arange(state.system.size), state.system.place[model.translation_dofs.ravel()])
+    if turning.size:
+        snapshots[:, turning] = _rotations(state, snapshots, turning)
+    return snapshots
+
+
+def transverse_unknowns(state: PrestressedState) -> NDArray[np.bool_]:
+    """Unknowns that the film's normal displacements move without stretching anything, shape (size,).
+
+    About a flat reference the stiffness couples them with bending of the frame out of its plane, and with nothing in
+    the plane, which follows from them in second order. About a curved reference all unknowns are coupled.
+    """
+    system = state.system
+    matrix = system.matrix(np.where(np.abs(state.tangent_entries) > 0.0, state.tangent_entries, 0.0)).copy()
+    matrix.eliminate_zeros()
+    _, label = connected_components(matrix, directed=False)
+    normal = np.zeros(system.size, dtype=bool)
+    for index in system.block_index("membrane"):
+        block, places = system.blocks[index], system.element_places[index]
+        # Gradients w,1 and w,2 are the last two of a membrane.
+        touched = np.any(block.gradient[:, 4:] != 0.0, axis=1)
+        normal[places[touched & (places < system.size)]] = True
+    return np.isin(label, np.unique(label[normal])) if normal.any() else np.ones(system.size, dtype=bool)
+
+
+def _rotations(state: PrestressedState, snapshots: Array, turning: NDArray[np.int64]) -> Array:
+    """Rotations of least energy for given translations, shape (field, rotation)."""
+    pattern = state.system.pattern
+    stiffness = pattern.matrix(state.tangent_entries)
+    load = stiffness @ snapshots.T
+    # All other unknowns held: a unit diagonal takes their place.
+    held = np.ones(pattern.size, dtype=bool)
+    held[turning] = False
+    values = np.where(held[pattern.rows] | held[pattern.columns], 0.0, state.tangent_entries)
+    unknowns = np.flatnonzero(held)
+    values[pattern.diagonal[unknowns]] = 1.0
+    factor = SymmetricFactorization(pattern)
+    factor.factorize(values)
+    load[held] = 0.0
+    return -np.array([factor.solve(column) for column in np.ascontiguousarray(load.T)])[:, turning]

@@ -1,0 +1,1 @@
+"""Hyper-reduced models: a few weighted elements."""

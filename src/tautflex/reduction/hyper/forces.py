@@ -1,0 +1,129 @@
+"""Compiled forces of a hyper-reduced model: the element kernel, on elements whose unknowns are the coordinates."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.elements.laws import ELASTIC
+from tautflex.mechanics.kernel import add_average_forces, add_forces, apply_law, pack_strain, pack_stress
+from tautflex.mechanics.store import block_data
+from tautflex.mechanics.tangent import PACK, pack_core
+from tautflex.reduction.marching.dispatch import KERNELS, PlantKernels
+from tautflex.reduction.polynomial.forces import energies, jit
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class HyperPlant(NamedTuple):
+    """Constant arrays of a hyper-reduced model; r coordinates.
+
+    Parameters
+    ----------
+    first, second, viscous, turning_companions
+        As in `Plant`, but empty: nothing is condensed.
+    mass, damping, linear, turning
+        As in `Plant`; ``linear`` is the stiffness of the reference.
+    store
+        Chosen elements on the basis, the parts of a `KernelStore`.
+    gradient
+        Their gradient matrices times the basis, below each other, shape (sum of gradients, r).
+    reference
+        Internal force of the chosen elements at rest, shape (r,); the reference state carries it.
+    stresses
+        Space for the stresses of the chosen elements.
+    """
+
+    first: Indices
+    second: Indices
+    mass: Array
+    damping: Array
+    linear: Array
+    viscous: Array
+    turning: Array
+    turning_companions: Array
+    store: tuple[NDArray[Any], ...]
+    gradient: Array
+    reference: Array
+    stresses: Array
+
+
+@jit
+def element_force(plant: HyperPlant, q: Array, v: Array, given: Array, force: Array) -> None:
+    """Internal force less that of the reference, as `internal_force`; there is no stress per monomial to be given."""
+    r = q.size
+    place, total = np.zeros(r + 1), np.zeros(r + 1)
+    place[:r] = q
+    add_forces(plant.store, place, total, plant.stresses, True, False)
+    for i in range(r):
+        force[i] = total[i] - plant.reference[i]
+
+
+@jit
+def element_average(plant: HyperPlant, start: Array, end: Array, v: Array, given: Array, force: Array) -> None:
+    """As `average_force`."""
+    r = start.size
+    before, after, total = np.zeros(r + 1), np.zeros(r + 1), np.zeros(r + 1)
+    before[:r], after[:r] = start, end
+    add_average_forces(plant.store, before, after, total)
+    for i in range(r):
+        force[i] = total[i] - plant.reference[i]
+
+
+@jit
+def element_tangent(plant: HyperPlant, q: Array, given: Array) -> Array:
+    """Tangent ``sum G' V (B' D B + sigma.Q) G``, as `tangent`: one product of tall matrices for all elements."""
+    r = q.size
+    place = np.zeros(r + 1)
+    place[:r] = q
+    half = np.zeros(plant.gradient.shape)
+    start = 0
+    for block in range(plant.store[3].shape[0]):
+        data = block_data(plant.store, block)
+        strains, count = data.initial_stress.shape
+        gradients = data.gradients
+        local, strain, stress = np.empty((r, PACK)), np.empty((strains, PACK)), np.empty((strains, PACK))
+        g, slope = np.empty((gradients, PACK)), np.empty((strains, strains, PACK))
+        b, db = np.empty((strains, gradients, PACK)), np.empty((strains, gradients, PACK))
+        core = np.empty((gradients, gradients, PACK))
+        for first in range(0, count, PACK):
+            width = min(PACK, count - first)
+            pack_strain(data, first, width, place, local, g, strain)
+            pack_stress(data, first, width, strain, stress)
+            if data.law != ELASTIC:
+                apply_law(data, first, width, stress, slope)
+            pack_core(data, first, width, g, stress, slope, b, db, core)
+            for e in range(width):
+                row = start + (first + e) * gradients
+                for i in range(gradients):
+                    result = half[row + i]
+                    for j in range(gradients):
+                        factor = data.measure[first + e] * core[i, j, e]
+                        if factor != 0.0:
+                            other = plant.gradient[row + j]
+                            for k in range(r):
+                                result[k] += factor * other[k]
+        start += count * gradients
+    return plant.gradient.T @ half
+
+
+@jit
+def _strain_energies(plant: HyperPlant, q: Array) -> Array:
+    place, total = np.zeros(q.shape[1] + 1), np.zeros(q.shape[1] + 1)
+    result = np.empty(q.shape[0])
+    for n in range(result.size):
+        place[:-1] = q[n]
+        energy = add_forces(plant.store, place, total, plant.stresses, False, True)
+        result[n] = energy - np.dot(plant.reference, q[n])
+    return result
+
+
+@energies.register
+def _(plant: HyperPlant, q: Array, v: Array) -> Array:
+    return np.stack([0.5 * np.einsum("nr,nr->n", v @ plant.mass, v), _strain_energies(plant, q)], axis=1)
+
+
+KERNELS[HyperPlant] = PlantKernels(element_force, element_average, element_tangent)

@@ -1,0 +1,202 @@
+"""Hyper-reduced model: a few coordinates and a few weighted elements, for laws that are no polynomials."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from tautflex import checks
+from tautflex.elements.block import ElementBlock
+from tautflex.errors import InputError, UnsupportedError
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.kernel import add_forces
+from tautflex.reduction.bases.basis import BasisVectors
+from tautflex.reduction.bases.snapshots import full_snapshots
+from tautflex.reduction.hyper.basis import two_part_basis
+from tautflex.reduction.hyper.blocks import basis_blocks, blocks_store, chosen_blocks
+from tautflex.reduction.hyper.forces import HyperPlant
+from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights
+from tautflex.reduction.on_basis import OnBasis
+from tautflex.reduction.polynomial.projection import Coefficients, project_moments
+from tautflex.solvers.static.prestress import PrestressedState
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class HyperReducedModel(OnBasis):
+    """Structure on a basis with few elements; `simulate` takes it in place of a prestressed state.
+
+    Parameters
+    ----------
+    state
+        The prestressed state that was reduced.
+    basis
+        Vectors: displacement = eta kept.
+    blocks
+        Chosen elements; their unknowns are the coordinates, their measures are weighted.
+    weights
+        Weight of every element of the structure, and the error of the training forces.
+    seconds
+        What the reduction cost [s], without the training run.
+    """
+
+    state: PrestressedState
+    basis: BasisVectors
+    blocks: tuple[ElementBlock, ...]
+    weights: ElementWeights
+    seconds: float
+
+    @cached_property
+    def coefficients(self) -> Coefficients:
+        """Inertia, loads and reference stiffness of the coordinates; monomials and companions there are none."""
+        system, vectors = self.state.system, self.basis.kept
+        moments = project_moments(system.inertia, vectors)
+        stiffness = system.pattern.symmetric_matrix(self.state.tangent_entries)
+        linear, r = vectors @ (stiffness @ vectors.T), self.size
+        mass = np.einsum("aaij->ij", moments.pair)
+        return Coefficients(
+            mass=0.5 * (mass + mass.T),
+            linear=0.5 * (linear + linear.T),
+            quadratic=np.zeros((r, 0)),
+            cubic=np.zeros((0, 0)),
+            viscous=np.zeros((0, 0)),
+            turning=moments.pair,
+            turning_companions=np.zeros((3, 3, 0, r)),
+            first=moments.first,
+            zeroth=moments.zeroth,
+            first_stress=np.zeros((3, 3, 0)),
+            zeroth_stress=np.zeros((3, 0)),
+            follow_linear=np.zeros((0, r)),
+            follow_quadratic=np.zeros((0, 0)),
+            follow_first=np.zeros((3, 3, 0)),
+            follow_zeroth=np.zeros((3, 0)),
+        )
+
+    def plant(self, damping: Rayleigh) -> HyperPlant:
+        """Arrays for the compiled stepper under a damping model."""
+        c, r = self.coefficients, self.size
+        store = blocks_store(list(self.blocks))
+        reference, stresses = np.zeros(r + 1), np.empty(sum(block.initial_stress.size for block in self.blocks))
+        add_forces(store, np.zeros(r + 1), reference, stresses, True, False)
+        none = np.zeros(0, dtype=np.int64)
+        return HyperPlant(
+            none,
+            none,
+            c.mass,
+            damping.entries(c.mass, c.linear),
+            c.linear,
+            np.zeros((0, 0)),
+            np.ascontiguousarray(c.turning),
+            c.turning_companions,
+            store,
+            np.concatenate([block.gradient.reshape(-1, r) for block in self.blocks]),
+            reference[:-1],
+            stresses,
+        )
+
+    @property
+    def memory(self) -> int:
+        """Bytes of basis and chosen elements."""
+        arrays = [self.basis.kept]
+        arrays += [a for b in self.blocks for a in (b.gradient, b.elasticity, b.initial_stress, b.measure)]
+        return sum(array.nbytes for array in arrays)
+
+    def __repr__(self) -> str:
+        return (
+            f"HyperReducedModel({self.size} coordinates for {self.state.system.size} unknowns: "
+            f"{self.basis.description}; {self.weights.chosen} of {len(self.weights.values)} elements, training error "
+            f"{self.weights.residual:.2g}; {self.memory / 1e6:.3g} MB, made in {self.seconds:.3g} s)"
+        )
+
+
+def hyper_reduce(
+    state: PrestressedState,
+    data: xr.Dataset | Sequence[xr.Dataset],
+    *,
+    transverse: int | None = None,
+    in_plane: int | None = None,
+    lost: tuple[float, float] = (1e-5, 1e-7),
+    tolerance: float = 1e-2,
+    training_states: int = 50,
+) -> HyperReducedModel:
+    """Reduce a structure of any law, wrinkling film included, to a few coordinates and a few weighted elements.
+
+    Vectors are proper orthogonal modes of a training run, elements those that reproduce its forces (ECSW, see
+    `tautflex.reduction.hyper.weights`). The model is as good as the training run is like the runs it is used for.
+
+    Parameters
+    ----------
+    state
+        Prestressed state.
+    data
+        Result of a full run (``run.data``) with stored fields, ``simulate(..., fields="all", every=...)``, or several.
+    transverse, in_plane
+        Number of vectors across and in the film's plane; None takes as many as leave out ``lost``.
+    lost
+        Parts of the norm of the snapshots across and in the plane that may be left out.
+    tolerance
+        Error of the training forces at which no more elements are added; 0 keeps all elements, unweighted.
+    training_states
+        Number of fields at most on which elements are chosen.
+
+    Returns
+    -------
+    HyperReducedModel
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or the run has no fields, or those of another mesh.
+    UnsupportedError
+        If the structure can drift away as a rigid body.
+    """
+    began = clock.perf_counter()
+    for name, count in (("transverse", transverse), ("in_plane", in_plane)):
+        if count is not None:
+            checks.whole(name, count, 1)
+    for share in lost:
+        checks.between("lost", share, 0.0, 1.0)
+    checks.between("tolerance", tolerance, 0.0, 1.0)
+    checks.whole("training_states", training_states, 2)
+    runs: list[Any] = list(data) if isinstance(data, list | tuple) else [data]
+    if not runs or not all(isinstance(run, xr.Dataset) for run in runs):
+        raise InputError(f"data: expected the Dataset of a run with stored fields (run.data) or several, got {data!r}")
+    if state.model.rigid_freedom:
+        raise UnsupportedError(
+            f"supports: expected a structure held against rigid motion, {state.model.rigid_freedom} rigid motion(s) "
+            "are free; hold the frame (frame.support = 'corners')"
+        )
+    snapshots = np.concatenate([full_snapshots(state, run) for run in runs])
+    basis = two_part_basis(state, snapshots, (transverse, in_plane), lost)
+    blocks = basis_blocks(state.system, basis.kept)
+    weights = _train(state, basis, blocks, snapshots, tolerance, training_states)
+    chosen = tuple(chosen_blocks(blocks, weights.values))
+    return HyperReducedModel(state, basis, chosen, weights, clock.perf_counter() - began)
+
+
+def _train(
+    state: PrestressedState,
+    basis: BasisVectors,
+    blocks: list[ElementBlock],
+    snapshots: Array,
+    tolerance: float,
+    most: int,
+) -> ElementWeights:
+    """Weights from the states of the basis nearest to some of the snapshots."""
+    if tolerance == 0.0:
+        return ElementWeights(np.ones(sum(len(block.measure) for block in blocks)), 0.0)
+    mass = state.system.inertia.mass_matrix
+    rows = np.unique(np.linspace(0, len(snapshots) - 1, min(most, len(snapshots))).astype(int))
+    states = snapshots[rows] @ (mass @ basis.kept.T)
+    moving = np.linalg.norm(states, axis=1) > 1e-9 * np.linalg.norm(states, axis=1).max()
+    stiffness = state.system.pattern.symmetric_matrix(state.tangent_entries)
+    frequencies = np.sqrt(np.einsum("ri,ri->r", basis.kept, (stiffness @ basis.kept.T).T))
+    return train_weights(element_forces(blocks, states[moving]), frequencies, tolerance)

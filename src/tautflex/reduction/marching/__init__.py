@@ -1,0 +1,1 @@
+"""Compiled time stepping of reduced models."""

@@ -1,0 +1,118 @@
+"""Terms of the moving frame for many steps at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike, NDArray
+
+from tautflex.motion.coupling import Coupling
+from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.reduction.polynomial.forces import Frame
+
+Array = NDArray[np.float64]
+
+# Highest polynomial degree that is tried before every instant is computed by itself.
+_DEGREES = (2, 4, 8, 16, 32, 64)
+_ACCURACY = 1e-13
+
+
+@dataclass(frozen=True)
+class ReducedMoments:
+    """Load moments of coordinates and of monomials; a `LoadMoments`.
+
+    Parameters
+    ----------
+    first, zeroth
+        Shapes (3, 3, r + m), (3, r + m).
+    """
+
+    first: Array
+    zeroth: Array
+
+    @property
+    def size(self) -> int:
+        """Length of the load."""
+        return self.zeroth.shape[1]
+
+    def load(self, weight: ArrayLike, acceleration: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+        """Load ``Z : first + a . zeroth``, shape (size,)."""
+        return np.einsum("ab,abi->i", np.asarray(weight), self.first) + np.asarray(acceleration) @ self.zeroth
+
+
+def sample(function: Callable[[float], Array], times: Array) -> Array:
+    """Values of a smooth function at many instants, shape (time, value), or (1, value) if it is constant.
+
+    Interpolated at Chebyshev points once the next finer set of points agrees to round-off; a segment of a maneuver is
+    analytic, so few points do. Functions that do not give in are computed at every instant.
+    """
+    if len(times) <= 8:
+        return np.array([function(time) for time in times])
+    low, high = float(times[0]), float(times[-1])
+    known: dict[float, Array] = {}
+
+    def at(place: float) -> Array:
+        key = round(place, 12)
+        if key not in known:
+            known[key] = function(low + 0.5 * (place + 1.0) * (high - low))
+        return known[key]
+
+    for degree in _DEGREES:
+        if 2 * degree >= len(times):
+            break
+        points = np.cos(np.pi * np.arange(degree + 1) / degree)
+        finer = np.cos(np.pi * (np.arange(degree) + 0.5) / degree)
+        values, checks = np.array([at(x) for x in points]), np.array([at(x) for x in finer])
+        scale = np.abs(values).max(axis=0) + np.abs(checks).max(axis=0)
+        series = chebyshev.chebfit(points, values, degree)
+        if np.all(np.abs(chebyshev.chebval(finer, series).T - checks) <= _ACCURACY * scale * degree):
+            if np.all(values == values[0]) and np.all(checks == values[0]):
+                return values[:1]
+            return np.asarray(chebyshev.chebval(2.0 * (times - low) / (high - low) - 1.0, series).T, dtype=np.float64)
+    return np.array([function(time) for time in times])
+
+
+def frame_terms(coupling: Coupling, moments: ReducedMoments, segment: Segment, times: Array, coordinates: int) -> Frame:
+    """Matrices and loads of a segment at the given instants.
+
+    Parameters
+    ----------
+    coupling
+        Switches of the terms.
+    moments
+        Load moments of the r coordinates, then of the m monomials.
+    segment
+        Stretch of a maneuver.
+    times
+        Instants [s], in order.
+    coordinates
+        Number r.
+    """
+
+    def terms(time: float) -> Array:
+        return _terms(coupling, moments, segment.motion(time))
+
+    values = sample(terms, times)
+    velocity, displacement = values[:, :9].reshape(-1, 3, 3), values[:, 9:18].reshape(-1, 3, 3)
+    load, stress = values[:, 18 : 18 + coordinates], values[:, 18 + coordinates :]
+    turns = bool(np.any(values[:, :18]))
+    return Frame(velocity.copy(), displacement.copy(), load.copy(), stress.copy(), turns)
+
+
+def frame_at(coupling: Coupling, moments: ReducedMoments, motion: RigidMotion, coordinates: int) -> Frame:
+    """Matrices and loads of one motion."""
+    segment = Segment(0.0, np.inf, lambda time: motion)
+    return frame_terms(coupling, moments, segment, np.zeros(1), coordinates)
+
+
+def _terms(coupling: Coupling, moments: ReducedMoments, motion: RigidMotion) -> Array:
+    return np.concatenate(
+        [
+            coupling.velocity_weight(motion).ravel(),
+            coupling.displacement_weight(motion).ravel(),
+            coupling.load(motion, moments),
+        ]
+    )

@@ -1,0 +1,58 @@
+"""Forces in time on a reduced model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.errors import UnsupportedError
+from tautflex.mechanics.loads.inputs import InputSet
+from tautflex.reduction.polynomial.forces import Frame
+
+if TYPE_CHECKING:
+    from tautflex.reduction.on_basis import OnBasis
+
+Array = NDArray[np.float64]
+
+
+class InputLoads:
+    """Projects the forces of inputs on coordinates and monomials.
+
+    Parameters
+    ----------
+    rom
+        Reduced model.
+    inputs
+        Inputs bound to its structure.
+
+    Raises
+    ------
+    UnsupportedError
+        If an input changes stresses: the polynomial holds for one prestress.
+    """
+
+    def __init__(self, rom: OnBasis, inputs: InputSet) -> None:
+        self._inputs, self.breaks = inputs, inputs.breaks
+        if not inputs:
+            return
+        if inputs.changes_stress():
+            raise UnsupportedError(
+                "inputs: expected forces on a reduced model, got a change of tension or temperature; simulate the full "
+                "state"
+            )
+        self._vectors, self._count = np.concatenate([rom.basis.kept, rom.monomial_vectors]), rom.size
+
+    def full_load(self, time: float) -> Array | float:
+        """Load on all unknowns at an instant [s], shape (size,)."""
+        return self._inputs.apply(time) if self._inputs else 0.0
+
+    def added(self, frame: Frame, times: Array, before: float) -> Frame:
+        """Frame terms less the inputs at the given instants; a jump at ``before`` is not met yet."""
+        if not self._inputs:
+            return frame
+        last = float(np.nextafter(before, -np.inf))
+        loads = np.array([self._inputs.apply(min(float(time), last)) for time in times]) @ self._vectors.T
+        load, stress = loads[:, : self._count], loads[:, self._count :]
+        return frame._replace(load=frame.load - load, stress=frame.stress - stress)

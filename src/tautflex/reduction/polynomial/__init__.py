@@ -1,0 +1,1 @@
+"""Reduced models with exact polynomial forces."""

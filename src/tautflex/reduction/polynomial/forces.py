@@ -1,0 +1,277 @@
+r"""Compiled forces of a reduced model.
+
+The third-degree force is ``Y' F'F y``: the monomials y make stress fields ``F y``, which act on the slopes
+``Y = dy/deta``. There are as many fields as the structure has independent states of self-stress, far fewer than
+monomials.
+"""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.reduction.marching import dispatch
+from tautflex.reduction.polynomial.monomials import monomials
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, error_model="numpy")
+
+# Of any plant, by its type.
+_internal_force = dispatch.internal_force
+
+
+class Plant(NamedTuple):
+    """Constant arrays of a reduced model; r coordinates, m monomials.
+
+    Parameters
+    ----------
+    first, second
+        Indices of the monomials, shape (m,).
+    mass, damping, linear
+        Shape (r, r).
+    quadratic
+        Second-degree force per monomial, shape (r, m), or (0, m) if there is none.
+    fields
+        F, shape (k, m): the third-degree force is ``Y' F'F y``.
+    viscous
+        Damping of the companions as ``Y' V'V dy/dt``, shape (l, m).
+    turning
+        ``M(Z)`` of the coordinates by (row, column) of Z, shape (3, 3, r, r).
+    turning_companions
+        The same between companions (per monomial) and coordinates, shape (3, 3, m, r).
+    """
+
+    first: Indices
+    second: Indices
+    mass: Array
+    damping: Array
+    linear: Array
+    quadratic: Array
+    fields: Array
+    viscous: Array
+    turning: Array
+    turning_companions: Array
+
+
+class Frame(NamedTuple):
+    """Terms of the moving frame at a row of instants; arrays with one row hold for all.
+
+    Parameters
+    ----------
+    velocity, displacement
+        Matrices Z of G and K_T, shape (n, 3, 3).
+    load
+        Inertial load less inputs, shape (n, r).
+    stress
+        What the load on the companions adds to the stress per monomial, shape (n, m).
+    turns
+        Whether any Z is not zero.
+    """
+
+    velocity: Array
+    displacement: Array
+    load: Array
+    stress: Array
+    turns: bool
+
+
+@jit
+def add_product(factor: Array, vector: Array, result: Array) -> None:
+    """Add ``F'F vector`` to ``result``; four rows of F at a time save memory traffic."""
+    fours = factor.shape[0] // 4 * 4
+    for k in range(0, fours, 4):
+        f, g, h, e = factor[k], factor[k + 1], factor[k + 2], factor[k + 3]
+        a, b, c, d = 0.0, 0.0, 0.0, 0.0
+        for m in range(vector.size):
+            a += f[m] * vector[m]
+            b += g[m] * vector[m]
+            c += h[m] * vector[m]
+            d += e[m] * vector[m]
+        for m in range(vector.size):
+            result[m] += a * f[m] + b * g[m] + c * h[m] + d * e[m]
+    for k in range(fours, factor.shape[0]):
+        f, a = factor[k], 0.0
+        for m in range(vector.size):
+            a += f[m] * vector[m]
+        for m in range(vector.size):
+            result[m] += a * f[m]
+
+
+@jit
+def internal_force(plant: Plant, q: Array, v: Array, given: Array, force: Array) -> None:
+    """Fill ``force`` with linear, second- and third-degree forces, and those of a given stress per monomial.
+
+    The companions' damping belongs here: at large deflections it is stiff, and a step has to solve for it.
+    """
+    r, m = q.size, plant.first.size
+    y, stress = np.empty(m), given.copy()
+    for k in range(m):
+        y[k] = q[plant.first[k]] * q[plant.second[k]]
+    for i in range(r):
+        total = 0.0
+        for j in range(r):
+            total += plant.linear[i, j] * q[j]
+        force[i] = total
+    for i in range(plant.quadratic.shape[0]):
+        total = 0.0
+        for k in range(m):
+            total += plant.quadratic[i, k] * y[k]
+        force[i] += total
+    add_product(plant.fields, y, stress)
+    if plant.viscous.shape[0]:
+        for k in range(m):
+            i, j = plant.first[k], plant.second[k]
+            y[k] = q[i] * v[j] + v[i] * q[j]
+        add_product(plant.viscous, y, stress)
+    for k in range(m):
+        i, j = plant.first[k], plant.second[k]
+        force[i] += stress[k] * q[j]
+        force[j] += stress[k] * q[i]
+
+
+@jit
+def average_force(plant: Plant, start: Array, end: Array, v: Array, given: Array, force: Array) -> None:
+    """Internal force averaged along the way from start to end; its work is the change of the strain energy.
+
+    Two Gauss points are exact for a force of third degree [average vector field, Quispel & McLaren 2008].
+    """
+    own, place = np.empty(start.size), np.empty(start.size)
+    force.fill(0.0)
+    for side in (-1.0, 1.0):
+        share = 0.5 + side * 0.5 / np.sqrt(3.0)
+        for i in range(start.size):
+            place[i] = start[i] + share * (end[i] - start[i])
+        internal_force(plant, place, v, given, own)
+        for i in range(start.size):
+            force[i] += 0.5 * own[i]
+
+
+@jit
+def companion_forces(plant: Plant, frame: Frame, row: int, q: Array, v: Array, stress: Array, force: Array) -> None:
+    """Fill what companions do besides answering statically: stress per monomial, and force on the coordinates.
+
+    They are pulled by the load, and coupled to the coordinates by the rotating frame, both small and smooth, so a step
+    takes them at its predicted state.
+    """
+    r, m = q.size, plant.first.size
+    at = row % frame.stress.shape[0]
+    for k in range(m):
+        stress[k] = frame.stress[at, k]
+    force.fill(0.0)
+    if not frame.turns:
+        return
+    rate = np.empty(m)
+    for k in range(m):
+        i, j = plant.first[k], plant.second[k]
+        rate[k] = q[i] * v[j] + v[i] * q[j]
+    at = row % frame.velocity.shape[0]
+    for a in range(3):
+        for b in range(3):
+            gyro, turn = frame.velocity[at, a, b], frame.displacement[at, a, b]
+            if gyro == 0.0 and turn == 0.0:
+                continue
+            for k in range(m):
+                here = gyro * rate[k] + turn * q[plant.first[k]] * q[plant.second[k]]
+                total = 0.0
+                for j in range(r):
+                    total += plant.turning_companions[a, b, k, j] * (gyro * v[j] + turn * q[j])
+                    # M_ap(Z) = M_pa(Z')'
+                    force[j] += plant.turning_companions[b, a, k, j] * here
+                stress[k] += total
+
+
+@jit
+def frame_matrices(plant: Plant, frame: Frame, row: int, on_velocity: Array, on_displacement: Array) -> None:
+    """Fill damping plus gyroscopic matrix, and K_T, of the coordinates."""
+    r = plant.mass.shape[0]
+    on_displacement.fill(0.0)
+    for i in range(r):
+        for j in range(r):
+            on_velocity[i, j] = plant.damping[i, j]
+    if not frame.turns:
+        return
+    at = row % frame.velocity.shape[0]
+    for a in range(3):
+        for b in range(3):
+            gyro, turn = frame.velocity[at, a, b], frame.displacement[at, a, b]
+            if gyro == 0.0 and turn == 0.0:
+                continue
+            for i in range(r):
+                for j in range(r):
+                    on_velocity[i, j] += gyro * plant.turning[a, b, i, j]
+                    on_displacement[i, j] += turn * plant.turning[a, b, i, j]
+
+
+@jit
+def total_force(plant: Any, frame: Frame, row: int, q: Array, v: Array, force: Array) -> None:
+    """Fill ``force`` with all forces but inertia."""
+    r = q.size
+    stress, other = np.empty(plant.first.size), np.empty(r)
+    on_velocity, on_displacement = np.empty((r, r)), np.empty((r, r))
+    companion_forces(plant, frame, row, q, v, stress, other)
+    frame_matrices(plant, frame, row, on_velocity, on_displacement)
+    _internal_force(plant, q, v, stress, force)
+    load = frame.load[row % frame.load.shape[0]]
+    for i in range(r):
+        force[i] += other[i] + load[i]
+        for j in range(r):
+            force[i] += on_velocity[i, j] * v[j] + on_displacement[i, j] * q[j]
+
+
+@jit
+def slopes(plant: Plant, q: Array) -> Array:
+    """Derivatives of the monomials, shape (m, r)."""
+    result = np.zeros((plant.first.size, q.size))
+    for k in range(plant.first.size):
+        result[k, plant.first[k]] += q[plant.second[k]]
+        result[k, plant.second[k]] += q[plant.first[k]]
+    return result
+
+
+@jit
+def tangent(plant: Plant, q: Array, given: Array) -> Array:
+    """Derivative of the internal force at q under a given stress per monomial, shape (r, r)."""
+    slope = slopes(plant, q)
+    y = np.empty(plant.first.size)
+    for k in range(y.size):
+        y[k] = q[plant.first[k]] * q[plant.second[k]]
+    stress = given.copy()
+    add_product(plant.fields, y, stress)
+    moved = plant.fields @ slope
+    result = moved.T @ moved
+    for i in range(q.size):
+        for j in range(q.size):
+            result[i, j] += plant.linear[i, j]
+            if plant.quadratic.shape[0]:
+                for k in range(y.size):
+                    result[i, j] += plant.quadratic[i, k] * slope[k, j]
+    for k in range(y.size):
+        result[plant.first[k], plant.second[k]] += stress[k]
+        result[plant.second[k], plant.first[k]] += stress[k]
+    return result
+
+
+@singledispatch
+def energies(plant: Any, q: Array, v: Array) -> Array:
+    """Kinetic and strain energy [J] of rows of states (n, r), shape (n, 2)."""
+    y = monomials(q)
+    fields = y @ plant.fields.T
+    strain = 0.5 * np.einsum("nr,nr->n", q @ plant.linear, q) + 0.5 * np.einsum("nk,nk->n", fields, fields)
+    if len(plant.quadratic):
+        strain += np.einsum("nr,nr->n", y @ plant.quadratic.T, q) / 3.0
+    return np.stack([0.5 * np.einsum("nr,nr->n", v @ plant.mass, v), strain], axis=1)
+
+
+def rows_from(frame: Frame, first: int) -> Frame:
+    """Frame terms from one instant on; those that hold for all stay."""
+    velocity, displacement, load, stress = (part if len(part) == 1 else part[first:] for part in frame[:4])
+    return Frame(velocity, displacement, load, stress, frame.turns)
+
+
+dispatch.KERNELS[Plant] = dispatch.PlantKernels(internal_force, average_force, tangent)

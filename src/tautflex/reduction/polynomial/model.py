@@ -1,0 +1,187 @@
+"""Reduced model: a few coordinates with exact polynomial forces in place of all unknowns [theory.md 10]."""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from tautflex import checks
+from tautflex.errors import InputError, UnsupportedError
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.reduction.bases.basis import Basis, BasisVectors, ModalBasis
+from tautflex.reduction.on_basis import OnBasis
+from tautflex.reduction.polynomial.forces import Plant
+from tautflex.reduction.polynomial.monomials import WEAK_FIELD, monomial_rates, monomials, pairs, stress_fields
+from tautflex.reduction.polynomial.projection import Coefficients, Pieces, assemble, project
+from tautflex.solvers.static.prestress import PrestressedState
+
+Array = NDArray[np.float64]
+
+# Fields of the companions' damping, itself a small force, may be coarser than those of the stiffness, so many times.
+_COARSER = 100.0
+# Second-degree forces below this part of the linear ones are round-off of a flat reference.
+_ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True)
+class ReducedModel(OnBasis):
+    """Structure on a basis; `simulate` takes it in place of a prestressed state.
+
+    Parameters
+    ----------
+    state
+        The prestressed state that was reduced.
+    basis
+        Vectors: displacement = eta kept + (E y + load response) companions.
+    pieces
+        Projected structure, in pieces that parameters weigh.
+    seconds
+        What the reduction cost [s].
+    weak_field
+        Stress fields with less than this part of the strongest one's energy are left out.
+    """
+
+    state: PrestressedState
+    basis: BasisVectors
+    pieces: Pieces
+    seconds: float
+    weak_field: float = WEAK_FIELD
+
+    @cached_property
+    def coefficients(self) -> Coefficients:
+        """Equation of motion of the coordinates at the parameters of the state."""
+        return assemble(self.pieces)
+
+    @cached_property
+    def monomial_vectors(self) -> Array:
+        """Displacement that follows each monomial, shape (m, size)."""
+        return self.coefficients.follow_quadratic.T @ self.basis.companions
+
+    def plant(self, damping: Rayleigh) -> Plant:
+        """Arrays for the compiled stepper under a damping model."""
+        c = self.coefficients
+        first, second = pairs(self.size)
+        largest = float(np.abs(c.quadratic).max(initial=0.0) * self.basis.amplitude.max())
+        curved = largest > _ROUND_OFF * float(np.abs(c.linear).max())
+        fields, viscous = self.fields
+        # Companions have no mass here, so only the stiffness part of the damping acts on them.
+        share = float(damping.entries(np.zeros(1), np.ones(1))[0])
+        return Plant(
+            first,
+            second,
+            c.mass,
+            damping.entries(c.mass, c.linear),
+            c.linear,
+            np.ascontiguousarray(c.quadratic if curved else c.quadratic[:0]),
+            fields,
+            np.sqrt(share) * viscous if share > 0.0 else viscous[:0],
+            np.ascontiguousarray(c.turning),
+            np.ascontiguousarray(c.turning_companions),
+        )
+
+    @cached_property
+    def fields(self) -> tuple[Array, Array]:
+        """Stress fields of the third-degree force, and of the companions' damping, shapes (k, m) and (l, m)."""
+        c, amplitude = self.coefficients, self.basis.amplitude
+        return (
+            stress_fields(0.25 * c.cubic, amplitude, self.weak_field),
+            stress_fields(c.viscous, amplitude, _COARSER * self.weak_field),
+        )
+
+    @property
+    def memory(self) -> int:
+        """Bytes of basis and pieces."""
+        arrays = [self.basis.kept, self.basis.companions, *self.pieces.stress.values()]
+        arrays += [*self.pieces.elastic.values()]
+        arrays += [array for part in self.pieces.higher.values() for array in (part.quadratic, part.cubic)]
+        arrays += [array for part in self.pieces.inertia.values() for array in (part.pair, part.first, part.zeroth)]
+        return sum(array.nbytes for array in arrays)
+
+    def displacement(self, eta: Array, pulled: Array | None = None) -> Array:
+        """Free unknowns [m, rad] from coordinates.
+
+        Parameters
+        ----------
+        eta
+            Coordinates, shape (..., r).
+        pulled
+            Companions that the load holds off, shape (..., p); None is none.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (..., size).
+        """
+        result = eta @ self.basis.kept + monomials(eta) @ self.monomial_vectors
+        return result if pulled is None else result + pulled @ self.basis.companions
+
+    def motion(self, eta: Array, rate: Array, acceleration: Array, pulled: Array) -> tuple[Array, Array, Array]:
+        """Free unknowns, their velocities and accelerations from those of the coordinates, shapes (size,)."""
+        kept, follow = self.basis.kept, self.monomial_vectors
+        v = rate @ kept + monomial_rates(eta, rate) @ follow
+        a = acceleration @ kept + (monomial_rates(eta, acceleration) + 2.0 * monomials(rate)) @ follow
+        return self.displacement(eta, pulled), v, a
+
+    def seen(self, look: csr_array, eta: Array, rate: Array, pulled: Array) -> tuple[Array, Array]:
+        """Readings ``look @ q`` of displacement and velocity at instants, shapes (time, reading)."""
+        kept, companions, follow = (
+            (look @ vectors.T).T for vectors in (self.basis.kept, self.basis.companions, self.monomial_vectors)
+        )
+        place = eta @ kept + monomials(eta) @ follow + pulled @ companions
+        return place, rate @ kept + monomial_rates(eta, rate) @ follow
+
+    def __repr__(self) -> str:
+        return (
+            f"ReducedModel({self.size} coordinates for {self.state.system.size} unknowns: {self.basis.description}; "
+            f"{self.memory / 1e6:.3g} MB, made in {self.seconds:.3g} s)"
+        )
+
+
+def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: float = WEAK_FIELD) -> ReducedModel:
+    """Reduce a prestressed structure to a few coordinates.
+
+    Parameters
+    ----------
+    state
+        Prestressed state; laws must be elastic (for wrinkling film see `hyper_reduce`).
+    basis
+        `ModalBasis` (default: all transverse rigid accelerations), `PodBasis`, or anything that finds vectors.
+    weak_field
+        Stress fields with less than this part of the strongest one's energy are left out (of the companions' damping,
+        a hundred times as much); 0 keeps all.
+
+    Returns
+    -------
+    ReducedModel
+
+    Raises
+    ------
+    InputError
+        If ``basis`` is not a basis, or ``weak_field`` is not in [0, 1e-2].
+    UnsupportedError
+        If the structure has nonlinear laws or can drift away as a rigid body.
+    """
+    began = clock.perf_counter()
+    basis = basis or ModalBasis()
+    if not hasattr(basis, "vectors"):
+        raise InputError(f"basis: expected an object such as ModalBasis(directions=('rx',)), got {basis!r}")
+    checks.between("weak_field", weak_field, 0.0, 1e-2)
+    laws = sorted({block.law for block in state.system.blocks} - {"elastic"})
+    if laws:
+        raise UnsupportedError(
+            f"law: expected elastic film and cables, whose forces are polynomials, got {', '.join(laws)}; use "
+            "hyper_reduce(state, run), or law = 'elastic'"
+        )
+    if state.model.rigid_freedom:
+        raise UnsupportedError(
+            f"supports: expected a structure held against rigid motion, {state.model.rigid_freedom} rigid motion(s) "
+            "are free; hold the frame (frame.support = 'corners')"
+        )
+    vectors = basis.vectors(state)
+    pieces = project(state, vectors)
+    return ReducedModel(state, vectors, pieces, clock.perf_counter() - began, weak_field)

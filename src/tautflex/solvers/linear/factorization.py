@@ -1,0 +1,178 @@
+"""Sparse direct solution of symmetric systems in the fixed pattern, behind one small interface.
+
+Which solver serves was decided by measurement (`benchmarks/linear_solvers.py`, docs/performance.md): panel L D L' at
+every size, SuperLU with pivoting wherever that fails. QDLDL and PARDISO (extra ``pardiso``) can be asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from hashlib import blake2b
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex import checks
+from tautflex.mechanics.pattern import SparsityPattern
+from tautflex.solvers.linear.backends import BACKENDS, Backend, Maker, PivotedLU
+
+Array = NDArray[np.float64]
+
+SOLVERS = ("auto", *BACKENDS)
+_chosen: ContextVar[str] = ContextVar("linear_solver", default="auto")
+
+# Fastest at every size measured, 400 to 160 000 unknowns on one core.
+_DEFAULT = "ldl"
+# Residual of a solution, relative to its right-hand side and the growth in it, that unpivoted factors may leave.
+_TRUSTED = 1e-8
+# Orders kept with a pattern: whole, reference state, mass, prestress.
+_REMEMBERED = 4
+
+
+@contextmanager
+def linear_solver(name: str) -> Iterator[None]:
+    """Use one direct solver inside a ``with`` block.
+
+    Parameters
+    ----------
+    name
+        ``"auto"`` (the default outside), ``"ldl"``, ``"qdldl"``, ``"superlu"`` or ``"pardiso"``.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown.
+    MissingExtraError
+        At the first factorization, if ``"pardiso"`` is not installed.
+    """
+    checks.one_of("linear_solver", name, SOLVERS)
+    token = _chosen.set(name)
+    try:
+        yield
+    finally:
+        _chosen.reset(token)
+
+
+def _choose() -> Maker:
+    """Class that factorizes the next pattern."""
+    name = _chosen.get()
+    return BACKENDS[_DEFAULT if name == "auto" else name]
+
+
+class SymmetricFactorization:
+    """Factors of a symmetric matrix given by its values in a pattern; the ordering is found once.
+
+    Parameters
+    ----------
+    pattern
+        Sparsity pattern of the matrix.
+
+    Notes
+    -----
+    Entries that are exactly zero in the first matrix are left out of pattern and ordering: at the flat reference state
+    transverse and in-plane unknowns do not meet. A later matrix that needs them gets the whole pattern.
+
+    Most factors do not pivot. Should such a solver meet a zero pivot, or leave a residual in an indefinite matrix, LU
+    with pivoting takes over for that matrix. ``factorizations`` and ``solves`` count the work done.
+    """
+
+    def __init__(self, pattern: SparsityPattern) -> None:
+        self.pattern = pattern
+        self.factorizations = 0
+        self.solves = 0
+        self._direct: Backend | None = None
+        self._fallback: PivotedLU | None = None
+        self._kept: NDArray[np.bool_] | None = None
+        self._start, self._rows = np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.int32)
+        self._ready = False
+
+    @property
+    def ready(self) -> bool:
+        """Whether a matrix has been factorized."""
+        return self._ready
+
+    def factorize(self, values: Array) -> None:
+        """Factorize the symmetric matrix with these values in the pattern, shape (entries,).
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            If the matrix is singular or not finite.
+        """
+        self.factorize_upper(values[self.pattern.upper[0]])
+
+    def factorize_upper(self, upper: Array) -> None:
+        """Factorize the symmetric matrix with this upper triangle, shape (upper entries,); errors of `factorize`."""
+        # The sum alone is finite unless an entry is not, or (hardly ever) it overflows.
+        if not np.isfinite(upper.sum()) and not np.all(np.isfinite(upper)):
+            raise np.linalg.LinAlgError("matrix has entries that are not finite")
+        self.factorizations += 1
+        self._ready, self._fallback = False, None
+        kept = self._reduce(upper)
+        if self._direct is None:
+            self._direct = _choose()(self.pattern.size, self._start, self._rows, self._memo())
+        try:
+            self._direct.factorize(kept)
+            trusted = not self._direct.negative_pivots() or self._leaves_no_residual(upper)
+        except np.linalg.LinAlgError:
+            trusted = False
+        if not trusted:
+            self._fallback = PivotedLU(self.pattern.size, self._start, self._rows, {})
+            self._fallback.factorize(kept)
+        self._ready = True
+
+    def _reduce(self, upper: Array) -> Array:
+        """Values without the entries that are left out; the pattern is widened if it must be."""
+        _, start, rows = self.pattern.upper
+        if self._direct is None:
+            present = (upper != 0.0) | (rows == np.repeat(np.arange(self.pattern.size), np.diff(start)))
+        elif self._kept is not None and np.any(upper[~self._kept]):
+            self._direct, present = None, np.ones(len(upper), dtype=bool)
+        if self._direct is None:
+            self._kept = None if present.all() else present
+            before = np.concatenate([[0], np.cumsum(present)])
+            self._start, self._rows = before[start].astype(np.int32), rows[present]
+        return upper if self._kept is None else upper[self._kept]
+
+    def _memo(self) -> dict[str, Any]:
+        """What is known about the part of the pattern that is used; kept for a few parts."""
+        part = b"" if self._kept is None else blake2b(np.packbits(self._kept).data).digest()
+        memo = self.pattern.memo
+        if part not in memo and len(memo) >= _REMEMBERED:
+            del memo[next(iter(memo))]
+        return memo.setdefault(part, {})
+
+    def _leaves_no_residual(self, upper: Array) -> bool:
+        """Whether the factors of an indefinite matrix reproduce it: without pivoting their entries may grow."""
+        assert self._direct is not None
+        expected = np.random.default_rng(0).standard_normal(self.pattern.size)
+        matrix = self.pattern.symmetric_matrix(upper[self.pattern.from_upper])
+        right = matrix @ expected
+        left = right - matrix @ self._direct.solve(right)
+        return bool(np.linalg.norm(left) <= _TRUSTED * np.linalg.norm(right))
+
+    def solve(self, right: Array) -> Array:
+        """Solve for one right-hand side, shape (size,)."""
+        self.solves += 1
+        backend = self._fallback or self._direct
+        assert backend is not None, "factorize first"
+        return backend.solve(right)
+
+    def negative_pivots(self) -> int:
+        """Number of negative eigenvalues of the factorized matrix (Sylvester's law of inertia).
+
+        Where pivoting had to take over they are not known; such a matrix is not positive definite, so one is given.
+        """
+        backend = self._fallback or self._direct
+        assert backend is not None, "factorize first"
+        count = backend.negative_pivots()
+        return 1 if count is None else count
+
+    @property
+    def fill(self) -> int:
+        """Stored entries of the factors."""
+        backend = self._fallback or self._direct
+        return 0 if backend is None else backend.fill

@@ -1,0 +1,1 @@
+"""Natural and spinning modes."""

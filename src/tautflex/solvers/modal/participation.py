@@ -1,0 +1,172 @@
+r"""Rigid-elastic coupling of an appendage, as tools for attitude control want it.
+
+The supports are the interface to the hub, which accelerates by ``a`` (three translations of a point P, three
+rotations about it). With mass-normalised modes of the supported structure [Likins 1970, JPL TR 32-1329; Alazard,
+Perez, Cumer & Loquen 2015, AIAA SciTech]:
+
+    eta_j'' + 2 zeta_j w_j eta_j' + w_j^2 eta_j = -p_j . a,        p_j = int rho (phi_j, (x - x_P) x phi_j),
+    force and torque on the hub at P:  F = -M_rigid a - sum p_j eta_j'' = -D(s) a,
+    D(s) = M_rigid - sum p_j p_j' s^2 / (s^2 + 2 zeta_j w_j s + w_j^2).
+
+The effective masses ``p_j^2`` of all modes sum up to the mass that the supports leave free [Imbert 1979, Analyse des
+structures par elements finis]; what the kept modes leave, ``M_residual = M_rigid - sum p_j p_j'``, follows the hub
+rigidly.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse.linalg import splu
+
+from tautflex import checks
+from tautflex.errors import InputError, UnsupportedError
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.inertia import InertiaOperator, cross_matrix
+from tautflex.solvers.modal.natural import RIGID_DIRECTIONS, Modes
+
+Array = NDArray[np.float64]
+
+# Six of them: a structure that is not held at all has no interface to a hub.
+_FREE = 6
+
+
+def appendage_data(
+    modes: Modes, point: ArrayLike = (0.0, 0.0, 0.0), damping: Rayleigh | ArrayLike | None = None
+) -> xr.Dataset:
+    """Participation of the modes in rigid motions of the supports, and the rigid masses, about a point.
+
+    Parameters
+    ----------
+    modes
+        Normal modes of the supported structure.
+    point
+        Reference point P in the floating frame [m], shape (3,).
+    damping
+        Rayleigh damping, or damping ratios, one for all modes or shape (mode,); by default none.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``participation(mode, direction)`` [kg^1/2, kg^1/2 m], ``effective_mass(mode, direction)`` [kg, kg m^2],
+        ``frequency(mode)`` [Hz], ``damping_ratio(mode)``; 6 x 6 over (direction, other_direction) about P:
+        ``rigid_mass``, ``free_mass`` (limit of the sum of ``p p'`` over all modes), ``residual_mass`` (rigid less the
+        sum over these modes) [kg, kg m, kg m^2]; ``completeness(direction)``, the part of the free mass that these
+        modes hold; ``point(component)`` [m]. Directions are x, y, z, rx, ry, rz.
+
+    Raises
+    ------
+    UnsupportedError
+        If nothing holds the structure.
+    InputError
+        If ``point`` or ``damping`` has the wrong shape or value.
+    """
+    place = checks.vector3("point", point)
+    model, inertia = modes.state.model, modes.state.system.inertia
+    if model.rigid_freedom == _FREE:
+        raise UnsupportedError(
+            "modes: expected a structure held by supports, its interface to the hub, got a free one; give supports"
+        )
+    loads = rigid_loads(inertia, place)
+    participation = modes.vectors @ loads.T
+    rigid, shared = rigid_mass(inertia, place), participation.T @ participation
+    free = _free_mass(inertia, loads)
+    held = np.diag(free) > 1e-12 * np.diag(rigid)
+    complete = np.divide(np.diag(shared), np.diag(free), out=np.full(6, np.nan), where=held)
+    square = ("direction", "other_direction")
+    one = ("mode", "direction")
+    data = {
+        "frequency": ("mode", modes.frequencies, "natural frequency", "Hz"),
+        "damping_ratio": ("mode", _damping_ratios(modes, damping), "damping ratio", "1"),
+        "participation": (one, participation, "participation in rigid motions about the point", "kg^1/2, kg^1/2 m"),
+        "effective_mass": (one, participation**2, "effective mass and inertia", "kg, kg m^2"),
+        "rigid_mass": (square, rigid, "mass matrix of the rigid structure", "kg, kg m, kg m^2"),
+        "free_mass": (square, free, "mass matrix that all modes together hold", "kg, kg m, kg m^2"),
+        "residual_mass": (square, rigid - shared, "rigid mass less that of these modes", "kg, kg m, kg m^2"),
+        "completeness": ("direction", complete, "part of the free mass that these modes hold", "1"),
+        "point": ("component", place, "reference point", "m"),
+    }
+    return xr.Dataset(
+        {
+            name: (dims, array, {"long_name": words, "units": units})
+            for name, (dims, array, words, units) in data.items()
+        },
+        coords={
+            "mode": np.arange(1, len(modes.frequencies) + 1),
+            "direction": list(RIGID_DIRECTIONS),
+            "other_direction": list(RIGID_DIRECTIONS),
+            "component": ["x", "y", "z"],
+        },
+        attrs={
+            "title": "rigid-elastic coupling of the appendage",
+            "equations": "eta'' + 2 zeta w eta' + w^2 eta = -P a; F = -rigid_mass a - P' eta''",
+            "normalisation": "phi' M phi = 1",
+        },
+    )
+
+
+def dynamic_mass(data: xr.Dataset, frequencies: ArrayLike) -> NDArray[np.complex128]:
+    """Matrix ``D(i w)`` from acceleration of the point to minus force and torque there.
+
+    Parameters
+    ----------
+    data
+        What `appendage_data` gives.
+    frequencies
+        Where to evaluate it [Hz], shape (f,).
+
+    Returns
+    -------
+    numpy.ndarray
+        Complex [kg, kg m, kg m^2], shape (f, 6, 6); the rigid mass matrix at zero frequency.
+    """
+    s = 2j * np.pi * checks.float_array("frequencies", frequencies, (None,))[:, None]
+    natural, ratio = 2.0 * np.pi * data["frequency"].values, data["damping_ratio"].values
+    gain = s**2 / (s**2 + 2.0 * ratio * natural * s + natural**2)
+    participation = data["participation"].values
+    return data["rigid_mass"].values - np.einsum("fj,ja,jb->fab", gain, participation, participation)
+
+
+def rigid_loads(inertia: InertiaOperator, point: Array) -> Array:
+    """Rows ``int rho N' e`` and ``int rho N' (e x (x - x_P))`` for the three unit vectors e, shape (6, size)."""
+    translations = inertia.zeroth_moment
+    turns = [cross_matrix(e) for e in np.eye(3)]
+    return np.array([*translations, *(inertia.load(turn, -turn @ point) for turn in turns)])
+
+
+def rigid_mass(inertia: InertiaOperator, point: Array) -> Array:
+    """Mass matrix of the rigid structure about a point [kg, kg m, kg m^2], shape (6, 6).
+
+    ``[[m 1, -S(h)], [S(h), J]]`` with ``h = int rho r``, ``J = int rho (r.r 1 - r r')``, ``r = x - x_P``.
+    """
+    mass, first = inertia.mass, inertia.mass_moment - inertia.mass * point
+    second = (
+        inertia.second_moment
+        - np.outer(inertia.mass_moment, point)
+        - np.outer(point, inertia.mass_moment)
+        + mass * np.outer(point, point)
+    )
+    turn = cross_matrix(first)
+    return np.block([[mass * np.eye(3), -turn], [turn, np.trace(second) * np.eye(3) - second]])
+
+
+def _free_mass(inertia: InertiaOperator, loads: Array) -> Array:
+    """Sum of ``p p'`` over all modes: ``L M^-1 L'``, whose basis of modes need not be complete."""
+    return loads @ splu(inertia.pattern.matrix(inertia.mass_entries)).solve(loads.T)
+
+
+def _damping_ratios(modes: Modes, damping: Rayleigh | ArrayLike | None) -> Array:
+    count = len(modes.frequencies)
+    if damping is None:
+        return np.zeros(count)
+    if isinstance(damping, Rayleigh):
+        natural = 2.0 * np.pi * np.abs(modes.frequencies)
+        if damping.alpha > 0.0 and not natural.all():
+            raise InputError("damping: expected modes of non-zero frequency with alpha > 0; add supports")
+        from_mass = np.divide(damping.alpha, 2.0 * natural, out=np.zeros(count), where=natural > 0.0)
+        return from_mass + 0.5 * damping.beta * natural
+    ratios = np.asarray(damping, dtype=float)
+    if ratios.shape not in ((), (count,)) or not np.all(ratios >= 0.0):
+        raise InputError(f"damping: expected one ratio >= 0, or {count} of them, got {ratios.tolist()}")
+    return np.array(np.broadcast_to(ratios, (count,)))

@@ -1,0 +1,225 @@
+r"""Complex modes of a structure that spins steadily [theory.md 3, 4, 6].
+
+About the spinning equilibrium q0, in the rotating frame: ``M q'' + (C + G) q' + (K_tan(q0) + K_T) q = 0`` with
+``G = 2 M(S(w))`` [paper (43)] and ``K_T = M(S(w)^2)`` [paper (44)], hence ``lambda^2 M + lambda (C + G) + K``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from tautflex import checks
+from tautflex.errors import InputError
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.inertia import cross_matrix
+from tautflex.motion.coupling import Coupling
+from tautflex.motion.kinematics import RigidMotion, fixed_axis_motion
+from tautflex.solvers.modal.natural import describe_shapes
+from tautflex.solvers.modal.quadratic import QuadraticPencil, lowest_eigenpairs, quadratic_forms
+from tautflex.solvers.static.equilibrium import spinning_equilibrium
+from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.variables import mesh_variables
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+# Least shift [rad/s], for structures at rest; spinning ones set their own scale.
+_SHIFT = 2.0 * np.pi * 0.02
+# Off every ratio of spin and frequency that a closed form could give.
+_SHIFT_PER_RATE = 0.7391
+NORMALISATION = "phi^H M phi = 1, largest translation real and positive"
+
+
+@dataclass(frozen=True)
+class SpinningModes:
+    """Complex modes about a spinning equilibrium, in order of modulus of their eigenvalues.
+
+    Displacements are ``Re(phi exp(lambda t))`` in the rotating frame.
+
+    Parameters
+    ----------
+    state
+        The prestressed state at rest.
+    angular_velocity, origin
+        Spin in the frame's axes [rad/s] and a point on its axis [m], shape (3,).
+    equilibrium
+        Free unknowns of the spinning equilibrium [m, rad], shape (size,).
+    eigenvalues
+        One of each conjugate pair, imaginary part >= 0 [rad/s], shape (mode,).
+    vectors
+        Free unknowns, ``phi^H M phi = 1``, largest translation real and positive, shape (mode, size).
+    whirl
+        Sense of the orbits about the spin axis, seen in the rotating frame, shape (mode,): 1 if all mass moves on
+        circles in the sense of the spin (forward), -1 against it (backward), 0 for a standing wave.
+    min_principal_resultant
+        Smallest principal film resultant of the spinning equilibrium [N/m]; NaN without a film.
+    """
+
+    state: PrestressedState
+    angular_velocity: Array
+    origin: Array
+    equilibrium: Array
+    eigenvalues: Complex
+    vectors: Complex
+    whirl: Array
+    min_principal_resultant: float
+
+    @property
+    def frequencies(self) -> Array:
+        """Frequencies in the rotating frame ``Im lambda / 2 pi`` [Hz], shape (mode,)."""
+        return self.eigenvalues.imag / (2.0 * np.pi)
+
+    @property
+    def growth_rates(self) -> Array:
+        """Growth rates ``Re lambda`` [1/s], negative where the motion decays, shape (mode,)."""
+        return self.eigenvalues.real
+
+    @property
+    def damping_ratios(self) -> Array:
+        """``-Re lambda / |lambda|``, 0 for zero eigenvalues, shape (mode,)."""
+        modulus = np.abs(self.eigenvalues)
+        return np.divide(-self.eigenvalues.real, modulus, out=np.zeros_like(modulus), where=modulus > 0.0)
+
+    @cached_property
+    def labels(self) -> list[tuple[int, int] | None]:
+        """Half-wave numbers (m, n) of transverse film modes, None for others."""
+        labels, _ = describe_shapes(self.state, self.shapes.real)
+        return labels
+
+    @property
+    def stable(self) -> bool:
+        """Whether none of these modes grows, but for round-off."""
+        return bool(np.all(self.eigenvalues.real <= 1e-9 * np.abs(self.eigenvalues)))
+
+    @property
+    def shapes(self) -> Complex:
+        """Complex translations of all nodes [kg^-1/2], shape (mode, node, 3)."""
+        system = self.state.system
+        return system.translations(self.vectors.real) + 1j * system.translations(self.vectors.imag)
+
+    def to_dataset(self) -> xr.Dataset:
+        """Modes and mesh as a Dataset; ``shape`` at t = 0, ``shape_quadrature`` a quarter of a period earlier."""
+        dims, shapes = ("mode", "node", "component"), self.shapes
+        label = np.array([pair or (0, 0) for pair in self.labels])
+        data = {
+            "frequency": ("mode", self.frequencies, _about("frequency in the rotating frame", "Hz")),
+            "growth_rate": ("mode", self.growth_rates, _about("growth rate", "s-1")),
+            "damping_ratio": ("mode", self.damping_ratios, _about("damping ratio", "1")),
+            "whirl": ("mode", self.whirl, _about("sense of the orbits, 1 forward, -1 backward", "1")),
+            "shape": (dims, shapes.real, _about("real part of the mode shape", "kg^-1/2")),
+            "shape_quadrature": (dims, shapes.imag, _about("imaginary part of the mode shape", "kg^-1/2")),
+            "label_m": ("mode", label[:, 0], _about("half-waves along x, 0 where none", "1")),
+            "label_n": ("mode", label[:, 1], _about("half-waves along y, 0 where none", "1")),
+        }
+        return xr.Dataset(
+            {**data, **mesh_variables(self.state.model)},
+            coords={"mode": np.arange(1, len(self.eigenvalues) + 1), "component": ["x", "y", "z"]},
+            attrs={
+                "title": "complex modes about a spinning equilibrium",
+                "normalisation": NORMALISATION,
+                "angular_velocity": self.angular_velocity,
+                "origin": self.origin,
+                "stable": int(self.stable),
+                "min_principal_resultant": self.min_principal_resultant,
+            },
+        )
+
+
+def _about(long_name: str, units: str) -> dict[str, str]:
+    return {"long_name": long_name, "units": units}
+
+
+def solve_spinning_modes(
+    state: PrestressedState,
+    angular_velocity: ArrayLike,
+    origin: ArrayLike = (0.0, 0.0, 0.0),
+    n: int = 10,
+    coupling: Coupling | None = None,
+    damping: Rayleigh | None = None,
+) -> SpinningModes:
+    """Lowest complex modes of a steadily spinning structure.
+
+    Parameters
+    ----------
+    state
+        Prestressed state.
+    angular_velocity
+        Constant spin in the frame's axes [rad/s], shape (3,); zeros give the modes at rest.
+    origin
+        A point on the spin axis [m], shape (3,).
+    n
+        Number of modes, 1 to the number of free unknowns.
+    coupling
+        Terms of the rotating frame that are kept, by default all.
+    damping
+        Rayleigh damping, by default none.
+
+    Returns
+    -------
+    SpinningModes
+
+    Raises
+    ------
+    InputError
+        If an argument has the wrong shape or ``n`` is out of range.
+    NotConvergedError
+        If there is no spinning equilibrium, or the eigensolver fails.
+    """
+    spin, point = checks.vector3("angular_velocity", angular_velocity), checks.vector3("origin", origin)
+    size = state.system.size
+    if not 1 <= n <= size:
+        raise InputError(f"n: expected 1 to {size} modes, got {n}; refine the mesh for more")
+    motion, coupling = fixed_axis_motion(1.0, 0.0, spin, point), coupling or Coupling()
+    equilibrium = spinning_equilibrium(state, motion, coupling)
+    pencil = spinning_pencil(state, equilibrium, motion, coupling, damping or Rayleigh())
+    rate = float(np.linalg.norm(spin))
+    eigenvalues, vectors = lowest_eigenpairs(pencil, n, max(_SHIFT, _SHIFT_PER_RATE * rate))
+    vectors = _turned(state, vectors)
+    state.system.force(equilibrium)
+    return SpinningModes(
+        state,
+        spin,
+        point,
+        equilibrium,
+        eigenvalues,
+        vectors,
+        _whirl(state, spin, vectors),
+        state.system.smallest_principal_resultant(),
+    )
+
+
+def spinning_pencil(
+    state: PrestressedState, equilibrium: Array, motion: RigidMotion, coupling: Coupling, damping: Rayleigh
+) -> QuadraticPencil:
+    """Matrices of small motions about a spinning equilibrium; ``C = alpha M + beta K`` of the state at rest."""
+    system = state.system
+    inertia = system.inertia
+    return QuadraticPencil(
+        system.pattern,
+        inertia.mass_entries,
+        damping.entries(inertia.mass_entries, state.tangent_entries),
+        inertia.entries(coupling.velocity_weight(motion)),
+        system.tangent(equilibrium) + inertia.entries(coupling.displacement_weight(motion)),
+    )
+
+
+def _turned(state: PrestressedState, vectors: Complex) -> Complex:
+    """Vectors with the phase that makes the largest translation real and positive."""
+    system, count = state.system, np.arange(len(vectors))
+    flat = (system.translations(vectors.real) + 1j * system.translations(vectors.imag)).reshape(len(vectors), -1)
+    largest = flat[count, np.abs(flat).argmax(axis=1)]
+    return vectors * (np.abs(largest) / largest)[:, None]
+
+
+def _whirl(state: PrestressedState, spin: Array, vectors: Complex) -> Array:
+    """Mass-weighted sense of the orbits ``Im phi^H M(S(axis)) phi`` in [-1, 1]; it is also the weight of G."""
+    rate = float(np.linalg.norm(spin))
+    if rate == 0.0:
+        return np.zeros(len(vectors))
+    turning = state.system.inertia.matrix(cross_matrix(spin / rate))
+    return quadratic_forms(turning, vectors).imag

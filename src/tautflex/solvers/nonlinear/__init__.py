@@ -1,0 +1,1 @@
+"""Newton's method, Anderson acceleration and minima."""

@@ -1,0 +1,1 @@
+"""Prestress and static equilibrium."""

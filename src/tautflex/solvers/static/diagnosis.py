@@ -1,0 +1,125 @@
+"""What is wrong with a prestressed state, where, and what to do about it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.mechanics.membrane import current_film_states
+from tautflex.mechanics.system import StructuralSystem
+from tautflex.structure.model import Model
+
+Array = NDArray[np.float64]
+
+# Compression, relative to the largest resultant, that is warned of but not refused.
+_COMPRESSION_ALLOWED = 1e-3
+
+
+class Problem(NamedTuple):
+    """One finding: a sentence, and whether the state is refused for it."""
+
+    text: str
+    fatal: bool
+
+
+def find_problems(system: StructuralSystem, tension: Array) -> list[Problem]:
+    """Slack cables and film that is compressed, wrinkled or slack.
+
+    Parameters
+    ----------
+    system
+        The structure; its stresses must be those of the reference state.
+    tension
+        Tension of each cable [N], shape (c,).
+    """
+    model = system.model
+    laws = {group.section.law for group in model.groups if group.section.kind == "membrane"}  # type: ignore[union-attr]
+    film = _wrinkled_film(system) if "tension-field" in laws else _compressed_film(system)
+    return _slack_cables(model, tension) + film
+
+
+def _slack_cables(model: Model, tension: Array) -> list[Problem]:
+    may_be_slack = np.concatenate(
+        [np.zeros(0, dtype=bool)]
+        + [
+            np.full(len(group.connectivity), group.section.slack)  # type: ignore[union-attr]
+            for group in model.groups
+            if group.section.kind == "cable"
+        ]
+    )
+    slack = np.flatnonzero(tension < 0.0)
+    if not slack.size:
+        return []
+    worst = int(slack[np.argmin(tension[slack])])
+    place = _point(model.nodes[model.cables[worst]].mean(axis=0))
+    count = f"{slack.size} of {tension.size} cables"
+    if may_be_slack[slack].all():
+        nothing = f"cable {worst} at {place} is slack ({count}) and carries nothing"
+        return [Problem(nothing, bool(slack.size == tension.size))]
+    text = f"cable {worst} at {place} is slack, tension {tension[worst]:.3g} N ({count})"
+    return [Problem(f"{text}; raise its pretension, stiffen the frame, or let it go slack (cables.slack = true)", True)]
+
+
+def _compressed_film(system: StructuralSystem) -> list[Problem]:
+    model, values = system.model, system.principal_resultants()
+    if not len(values):
+        return []
+    largest = max(float(values[:, 1].max()), 0.0)
+    compressed = np.flatnonzero(values[:, 0] < -1e-9 * largest)
+    if not compressed.size:
+        return []
+    worst = int(np.argmin(values[:, 0]))
+    place = _point(model.nodes[model.triangles[worst]].mean(axis=0))
+    given = model.prestress_mode == "uniform"
+    remedy = (
+        "give tensile stresses (positive stress_x, stress_y)"
+        if given
+        else "add cables along that edge, with tension = film resultant x spacing, or use the 'tributary' "
+        "distribution, or let the film wrinkle (membrane.law = 'tension-field')"
+    )
+    text = (
+        f"film element {worst} at {place} is compressed, smallest principal resultant {values[worst, 0]:.3g} N/m "
+        f"({compressed.size} of {len(values)} elements); {remedy}"
+    )
+    # Whether a slightly compressed film buckles depends on the mesh; that no taut state exists does not.
+    return [Problem(text, bool(given or values[worst, 0] < -_COMPRESSION_ALLOWED * largest))]
+
+
+def _wrinkled_film(system: StructuralSystem) -> list[Problem]:
+    model, states = system.model, current_film_states(system)
+    index = np.flatnonzero(states)
+    if not index.size:
+        return []
+    corners = model.nodes[model.triangles]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    wrinkled, slack = (float(area[states == state].sum() / area.sum()) for state in (1, 2))
+    place = _point(corners[index[np.argmax(states[index])]].mean(axis=0))
+    text = f"part of the film is not taut: {wrinkled:.1%} of its area is wrinkled, {slack:.1%} slack, e.g. at {place}"
+    if (states == 2).all():
+        return [Problem("the whole film is slack; give it tension", True)]
+    return [Problem(f"{text}; more cables, or tension = film resultant x spacing, pull it flat", False)]
+
+
+def instability_text(model: Model, unstable: int) -> str:
+    """Sentence about negative eigenvalues of the tangent."""
+    text = f"the state is unstable, {unstable} negative eigenvalue(s) of the tangent"
+    if model.rigid_freedom and {group.section.strain for group in model.groups} != {"green-lagrange"}:
+        return (
+            f"{text}; a free structure needs strain = 'green-lagrange' for film, cables and frame, or its prestress "
+            "resists rigid rotations"
+        )
+    return f"{text}: no taut equilibrium exists here; use more cables or a stress field that is tensile everywhere"
+
+
+def soft_text(count: int) -> str:
+    """Sentence about motions without stiffness."""
+    return (
+        f"{count} motion(s) of wrinkled or slack film have almost no stiffness and natural frequencies below 0.1 Hz; "
+        "do not read them as modes of the structure"
+    )
+
+
+def _point(position: Array) -> str:
+    return "(" + ", ".join(f"{value:.3g}" for value in position) + ") m"

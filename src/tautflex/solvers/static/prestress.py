@@ -1,0 +1,191 @@
+"""The prestressed reference state: where it comes from, how well it balances, and whether it is taut [theory.md 5]."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.errors import PrestressError
+from tautflex.mechanics.membrane import FilmSurvey, film_states, survey_film
+from tautflex.mechanics.system import StructuralSystem, principal_values
+from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.static.diagnosis import Problem, find_problems, instability_text, soft_text
+from tautflex.solvers.static.tensioning import largest_force, respond
+from tautflex.structure.model import Model
+
+Array = NDArray[np.float64]
+
+# Eigenvalues below this are called negative [rad^2/s^2]; rigid motions of a free structure are 0 +- round-off.
+_STABILITY_SHIFT = (2.0 * np.pi * 1e-3) ** 2
+# Slack film has no transverse stiffness: its eigenvalues are 0 -+ what the residual stiffness makes of them.
+_SLACK_SHIFT = (2.0 * np.pi * 0.1) ** 2
+
+
+@dataclass(frozen=True)
+class PrestressedState:
+    """Reference state about which modes and motion are computed.
+
+    Parameters
+    ----------
+    system
+        Structure with the initial stresses of this state.
+    reference_force
+        ``f_int(0)`` [N, N m], shape (size,); the equations use ``f_int(q) - reference_force``.
+    residual
+        Largest entry of ``reference_force`` [N]: the imbalance that the reference is assumed to carry.
+    relative_residual
+        Its ratio to the largest force of a cable or film element.
+    unstable_modes
+        Number of negative eigenvalues of the tangent.
+    warnings
+        What the user should know, in words.
+    """
+
+    system: StructuralSystem
+    reference_force: Array
+    residual: float
+    relative_residual: float
+    unstable_modes: int
+    warnings: tuple[str, ...] = field(default=())
+
+    @property
+    def model(self) -> Model:
+        """The structure."""
+        return self.system.model
+
+    @cached_property
+    def stress(self) -> list[Array]:
+        """Stresses of the reference, shapes (element, strain).
+
+        They are the system's initial stresses, or what nonlinear laws make of those trial stresses.
+        """
+        if all(block.law == "elastic" for block in self.system.blocks):
+            return self.system.initial_stress
+        self.system.force(np.zeros(self.system.size))
+        return [stress.copy() for stress in self.system.stress]
+
+    @cached_property
+    def film_states(self) -> NDArray[np.int8]:
+        """0 taut, 1 wrinkled, 2 slack, per film element, shape (t,)."""
+        return film_states(self.system)
+
+    @property
+    def wrinkled_fraction(self) -> float:
+        """Part of the film's area that is wrinkled [-]; NaN without a film."""
+        return self._survey.wrinkled
+
+    @property
+    def slack_fraction(self) -> float:
+        """Part of the film's area that is slack [-]; NaN without a film."""
+        return self._survey.slack
+
+    @cached_property
+    def _survey(self) -> FilmSurvey:
+        self.system.force(np.zeros(self.system.size))
+        return survey_film(self.system)
+
+    @property
+    def membrane_stress(self) -> Array:
+        """Film stress (sx, sy, txy) in local axes [Pa], shape (t, 3)."""
+        return self.system.stress_of("membrane", self.stress)
+
+    @property
+    def cable_tension(self) -> Array:
+        """Cable tension [N], shape (c,)."""
+        pieces = [
+            group.section.area * stress[:, 0]  # type: ignore[union-attr]
+            for group, stress in zip(self.model.groups, self.stress, strict=True)
+            if group.section.kind == "cable"
+        ]
+        return np.concatenate(pieces) if pieces else np.zeros(0)
+
+    @property
+    def beam_axial_force(self) -> Array:
+        """Axial force of the frame, tension positive [N], shape (b,)."""
+        return self.system.stress_of("beam", self.stress)[:, 0]
+
+    @property
+    def min_principal_stress(self) -> float:
+        """Smallest principal film stress [Pa]; NaN without a film."""
+        stress = self.membrane_stress
+        return float(principal_values(stress)[:, 0].min()) if stress.shape[1] == 3 else float("nan")
+
+    @property
+    def min_principal_resultant(self) -> float:
+        """Smallest principal film resultant [N/m]; NaN without a film."""
+        values = self.system.principal_resultants(self.stress)
+        return float(values[:, 0].min()) if len(values) else float("nan")
+
+    @cached_property
+    def tangent_entries(self) -> Array:
+        """Tangent stiffness of the reference in the pattern, shape (entries,)."""
+        return self.system.tangent(np.zeros(self.system.size))
+
+
+def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
+    """Find the prestressed reference state of a model.
+
+    Parameters
+    ----------
+    model
+        Structure with its given tensions and stresses; ``model.prestress_mode`` chooses how they are read.
+    check
+        Refuse states that are slack, compressed or unstable; False returns them for study, with warnings.
+
+    Returns
+    -------
+    PrestressedState
+
+    Raises
+    ------
+    PrestressError
+        If there is no prestress, a cable is slack, a given film stress is compressive, or the state is unstable.
+    """
+    given = StructuralSystem(model)
+    needs_tension = any(group.section.kind != "beam" for group in model.groups)
+    if check and needs_tension and not any(np.any(stress) for stress in given.initial_stress):
+        raise PrestressError(
+            "prestress: expected some tension, got none; a film or cable without tension has no transverse stiffness "
+            "(singular): give cable pretension or a membrane stress"
+        )
+    system = given if model.prestress_mode == "uniform" else respond(given)
+    reference, _ = system.force(np.zeros(system.size))
+    residual = float(np.abs(reference).max(initial=0.0))
+    state = PrestressedState(system, reference, residual, residual / largest_force(system, system.stress), 0)
+    problems = find_problems(system, state.cable_tension)
+    unstable = count_unstable(state)
+    if unstable:
+        problems.append(Problem(instability_text(model, unstable), True))
+    elif soft := _count_soft(state):
+        problems.append(Problem(soft_text(soft), False))
+    warnings = tuple(problem.text for problem in problems)
+    if check and any(problem.fatal for problem in problems):
+        raise PrestressError("prestress: " + "; ".join(warnings))
+    # The new state has caches of its own.
+    return replace(state, unstable_modes=unstable, warnings=warnings)
+
+
+def count_unstable(state: PrestressedState) -> int:
+    """Number of negative eigenvalues of (K, M), counted by the pivots of K + shift M."""
+    wrinkles = any(block.law == "tension-field" for block in state.system.blocks)
+    return _count_below(state, -_SLACK_SHIFT if wrinkles and state.film_states.any() else -_STABILITY_SHIFT)
+
+
+def _count_soft(state: PrestressedState) -> int:
+    """Number of motions, beside rigid ones, that wrinkled or slack film leaves almost without stiffness."""
+    if not state.film_states.any() or all(block.law == "elastic" for block in state.system.blocks):
+        return 0
+    return max(0, _count_below(state, _SLACK_SHIFT) - state.model.rigid_freedom)
+
+
+def _count_below(state: PrestressedState, eigenvalue: float) -> int:
+    """Number of eigenvalues of (K, M) below a value [rad^2/s^2] (Sylvester's law of inertia)."""
+    factor = SymmetricFactorization(state.system.pattern)
+    try:
+        factor.factorize(state.tangent_entries - eigenvalue * state.system.inertia.mass_entries)
+    except np.linalg.LinAlgError:
+        return 1
+    return factor.negative_pivots()

@@ -1,0 +1,147 @@
+"""How film, cables and frame respond to given tensions on the reference shape [theory.md 5].
+
+The geometry stays the reference one: the quadratic strain terms are left out, so what is solved is linear but for the
+material laws, and a minimum of a convex energy with them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.elements import ElementBlock
+from tautflex.errors import PrestressError
+from tautflex.mechanics.system import StructuralSystem
+from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.nonlinear.minimum import find_minimum
+
+Array = NDArray[np.float64]
+
+# Shares of the elastic law left in wrinkled and slack states on the way from the elastic to the nonlinear solution.
+_SHARES = 10.0 ** -np.arange(0.0, 13.0)
+_TOLERANCE, _ON_THE_WAY = 1e-10, 1e-6
+# Of the largest diagonal entry: makes the transverse unknowns, which nothing moves, definite.
+_SHIFT = 1e-12
+
+
+def respond(given: StructuralSystem) -> StructuralSystem:
+    """Initial stresses in equilibrium on the reference shape, from given ones.
+
+    Parameters
+    ----------
+    given
+        System with the given initial stresses; ``model.prestress_mode`` says whether cables respond.
+
+    Returns
+    -------
+    StructuralSystem
+        With the responded stresses; for nonlinear laws these are the elastic trial stresses, which keep the length
+        of material taken up by wrinkles.
+
+    Raises
+    ------
+    PrestressError
+        If no equilibrium is found.
+    """
+    keep_cables = given.model.prestress_mode == "initial-strain"
+    blocks = tuple(_flat(block, keep_cables) for block in given.blocks)
+    start = [np.zeros_like(stress) for stress in given.initial_stress]
+    linear = given.with_initial_stress(start, tuple(replace(block, law="elastic") for block in blocks))
+    load, _ = given.force(np.zeros(given.size))
+    if all(block.law == "elastic" for block in given.blocks):
+        displacement = _solve_singular(linear, linear.tangent(np.zeros(given.size)), -load)
+    else:
+        displacement = _minimum(given, blocks)
+    stress = [
+        initial + np.einsum("nst,nt->ns", block.elasticity, strain)
+        for initial, block, strain in zip(given.initial_stress, blocks, linear.linear_strain(displacement), strict=True)
+    ]
+    system = given.with_initial_stress(stress)
+    left = float(np.abs(system.force(np.zeros(given.size))[0]).max(initial=0.0))
+    if left > 1e-6 * largest_force(system, system.stress):
+        raise PrestressError(
+            f"prestress: expected a self-equilibrated state on the given shape, got an imbalance of {left:.3g} N; the "
+            "cables pull where neither film, frame nor supports can answer: add supports or change their directions"
+        )
+    return system
+
+
+def _flat(block: ElementBlock, keep_cables: bool) -> ElementBlock:
+    """Block without its quadratic strain; cables whose tension is final do not respond."""
+    flat = replace(block, quadratic=np.zeros_like(block.quadratic))
+    if block.kind == "cable" and not keep_cables:
+        return replace(flat, elasticity=np.zeros_like(block.elasticity), law="elastic")
+    return flat
+
+
+class _FlatEnergy:
+    """Energy of a system whose initial stresses include those of the cables."""
+
+    def __init__(self, system: StructuralSystem, scale: float) -> None:
+        self._system, self._scale = system, scale
+
+    def gradient(self, x: Array) -> tuple[Array, float, float, float]:
+        force, energy = self._system.force(x)
+        return force, energy, self._scale, abs(energy)
+
+    def tangent(self, x: Array) -> Array:
+        return self._system.tangent(x)
+
+
+def _minimum(given: StructuralSystem, blocks: tuple[ElementBlock, ...]) -> Array:
+    """Minimum of the energy of nonlinear laws on the flat geometry.
+
+    The way there starts from the elastic solution and takes the compressive stiffness away in steps of ten: each
+    solution is close to the next, while a direct attempt meets a nearly singular tangent.
+    """
+    x = np.zeros(given.size)
+    scale = float(np.linalg.norm(given.force(x)[0])) or largest_force(given, given.initial_stress)
+    residual = max(block.law_parameters[2] for block in blocks)
+    for share in _SHARES:
+        final = bool(share <= residual)
+        system = given.with_initial_stress(
+            given.initial_stress, blocks if final else tuple(_with_share(block, float(share)) for block in blocks)
+        )
+        tolerance = _TOLERANCE if final else _ON_THE_WAY
+        outcome = find_minimum(_FlatEnergy(system, scale), given.pattern, x, tolerance, floor=_SHIFT)
+        x = outcome.x
+        if final:
+            break
+    return x
+
+
+def _with_share(block: ElementBlock, share: float) -> ElementBlock:
+    young, poisson, _ = block.law_parameters
+    return replace(block, law_parameters=(young, poisson, share))
+
+
+def _solve_singular(system: StructuralSystem, stiffness: Array, load: Array) -> Array:
+    """Solve K u = load where K may lack transverse and rigid stiffness that the load does not ask for.
+
+    A small shift makes K definite; iterative refinement removes its effect from the stiff directions.
+    """
+    pattern = system.pattern
+    diagonal = pattern.diagonal
+    shifted = stiffness.copy()
+    shifted[diagonal] += 1e-10 * float(np.abs(stiffness[diagonal]).max())
+    factor = SymmetricFactorization(pattern)
+    factor.factorize(shifted)
+    matrix, solution = pattern.matrix(stiffness), np.zeros(pattern.size)
+    target = 1e-13 * float(np.linalg.norm(load))
+    for _ in range(30):
+        left = load - matrix @ solution
+        if float(np.linalg.norm(left)) <= target:
+            break
+        solution = solution + factor.solve(left)
+    return solution
+
+
+def largest_force(system: StructuralSystem, stress: list[Array]) -> float:
+    """Largest force that one element's stress exerts on a node of the reference shape [N]."""
+    largest = 0.0
+    for block, values in zip(system.blocks, stress, strict=True):
+        nodal = np.einsum("nid,n,ni->nd", block.gradient, block.measure, values @ block.linear)
+        largest = max(largest, float(np.abs(nodal).max(initial=0.0)))
+    return largest or 1.0

@@ -1,0 +1,261 @@
+"""Adaptive steps: an error estimate for any implicit method, and a controller that changes the step seldom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex import checks
+from tautflex.errors import InputError
+from tautflex.motion.kinematics import Segment
+from tautflex.solvers.transient.driver import GridDriver
+from tautflex.solvers.transient.equation import MotionState
+from tautflex.solvers.transient.implicit import Stepper
+from tautflex.solvers.transient.methods.scheme import Combination, ImplicitMethod
+
+Array = NDArray[np.float64]
+
+# Step sizes are time_step times powers of this, so that a size comes back and its factors with it.
+_QUANTUM = np.sqrt(2.0)
+# Share of an error that is still expected one step later: vibration passes through phases without any.
+_MEMORY = 0.95
+# Limits of one change, aim of the controller, and its exponents for an error of order h^2 [Gustafsson 1991].
+_SMALLEST_FACTOR, _LARGEST_FACTOR, _AIM = 0.2, 2.0, 0.8
+_INTEGRAL, _PROPORTIONAL = 0.7 / 2.0, 0.4 / 2.0
+
+
+@dataclass(frozen=True)
+class Adaptive:
+    """Error control of the step size.
+
+    Parameters
+    ----------
+    tolerance
+        Allowed displacement error per unit of time over the largest velocity of the run so far, both in the mass norm
+        ``sqrt(x' M x)``, which weighs translations and rotations by their inertia. For a harmonic motion and the
+        trapezoidal rule it equals (angular frequency times step)^2 / 12: 1e-4 are 181 steps per period.
+    min_step
+        Smallest step [s]; default ``time_step / 4096``. Steps of this size are kept whatever their error, and counted.
+    max_step
+        Largest step [s]; default ``16 * time_step``.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range or ``min_step`` exceeds ``max_step``.
+
+    Notes
+    -----
+    The results stay on the grid of ``time_step``: between the ends of a step they follow the cubic that has the
+    displacements and velocities of both [Hermite].
+    """
+
+    tolerance: float = 1e-4
+    min_step: float | None = None
+    max_step: float | None = None
+
+    def __post_init__(self) -> None:
+        checks.positive("adaptive.tolerance", self.tolerance)
+        checks.between("adaptive.tolerance", self.tolerance, 0.0, 0.1, remedy="1e-4 is a usual choice")
+        for name in ("min_step", "max_step"):
+            if getattr(self, name) is not None:
+                checks.positive(f"adaptive.{name}", getattr(self, name))
+        if self.min_step is not None and self.max_step is not None and self.min_step > self.max_step:
+            raise InputError(
+                f"adaptive.min_step: expected at most max_step = {self.max_step:g} s, got {self.min_step:g}; swap them?"
+            )
+
+    def limits(self, time_step: float) -> tuple[float, float]:
+        """Smallest and largest step [s] of a run whose grid is ``time_step``; InputError if they contradict."""
+        low = time_step / 4096.0 if self.min_step is None else self.min_step
+        high = max(16.0 * time_step, low) if self.max_step is None else self.max_step
+        if low > high:
+            raise InputError(
+                f"adaptive.max_step: expected at least min_step = {low:g} s (default: time_step / 4096), got {high:g}; "
+                "give min_step too"
+            )
+        return low, high
+
+
+def error_constant(method: ImplicitMethod) -> float:
+    """Local error of a method over ``(angular frequency * step)^3`` for an undamped oscillator.
+
+    Parameters
+    ----------
+    method
+        Implicit method.
+
+    Returns
+    -------
+    float
+        From the principal root of the method's amplification matrix at 0.1 rad per step, which it should turn by
+        ``exp(0.1 i)``; 1/12 for the trapezoidal rule. For a method of first order it grows like 1/step.
+    """
+    phase = 0.1
+    scheme = method.scheme(1.0)
+
+    def value(part: Combination, start: Array) -> float:
+        return part.v * float(start[1]) + part.a * float(start[2])
+
+    columns = []
+    for start in np.eye(3):
+        spring = phase**2
+        # P at the evaluation instant is spring * (q + d); the rest of the weight is the force at the start.
+        known = value(scheme.inertia, start) + spring * float(start[0])
+        increment = -known / (scheme.inertia.d + scheme.weight * spring)
+        parts = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
+        end = [part.d * increment + value(part, start) for part in parts]
+        columns.append([float(start[0]) + end[0], end[1], end[2]])
+    roots = np.linalg.eigvals(np.array(columns).T)
+    exact = np.exp(1j * phase)
+    return float(np.abs(roots - exact).min()) / phase**3
+
+
+class AdaptiveDriver(GridDriver):
+    """Walks with steps of its own, lands on discontinuities and reports on the time grid.
+
+    Parameters
+    ----------
+    stepper
+        Implicit stepper.
+    segments
+        Smooth stretches of the maneuver.
+    step
+        Spacing of the grid of results [s], and first trial step.
+    end_time
+        End of the run [s]; no step goes beyond it.
+    control
+        Tolerance and limits.
+    """
+
+    def __init__(
+        self, stepper: Stepper, segments: tuple[Segment, ...], step: float, end_time: float, control: Adaptive
+    ) -> None:
+        super().__init__(stepper, segments, step, 0)
+        self._implicit, self._control, self._end_time = stepper, control, end_time
+        self._smallest, self._largest = control.limits(step)
+        self._constant = error_constant(stepper.method)
+        self._level = self._quantised(min(max(step, self._smallest), self._largest))
+        self._now: MotionState | None = None
+        self._last_step: tuple[MotionState, MotionState] | None = None
+        self._last_ratio, self._last_size = 0.0, step
+        self._fastest, self._kick = 0.0, 0.0
+
+    def segment_at(self, time: float) -> Segment:
+        """Stretch of the maneuver that an instant of the grid belongs to; the later one at a discontinuity."""
+        slack = 1e-9 * self._step
+        return next(segment for segment in reversed(self._segments) if segment.start <= time + slack)
+
+    def advance(self, at: MotionState, target: float) -> MotionState | None:
+        """State at a time of the grid, from the steps that enclose it; None if the smallest step fails."""
+        slack = 1e-9 * self._step
+        if self._now is None:
+            self._now = at
+            self._note_velocity(at.v)
+            # A run from rest has no velocity to compare with yet; what the first grid step will gain is a fair guess.
+            self._kick = self._step * self._norm(at.a)
+        while self._now.time < target - slack:
+            reached = self._controlled_step(self._now, slack)
+            if reached is None:
+                return None
+            # The state before a jump ends the step; the one behind it starts the next.
+            self._last_step = self._now, reached
+            self._now = self._enter_next_segment(reached, slack)
+        if abs(self._now.time - target) <= slack:
+            return self._now
+        assert self._last_step is not None, "an instant between two states has a step around it"
+        return _between(*self._last_step, target)
+
+    def _controlled_step(self, at: MotionState, slack: float) -> MotionState | None:
+        """One accepted step, no longer than the segment or the run has left."""
+        left = min(self.segment.end, self._end_time) - at.time
+        while True:
+            nominal = self._size
+            size = _landing(nominal, left)
+            smallest = size <= self._smallest * (1.0 + 1e-9)
+            reached = self._attempt(at, size)
+            if reached is None:
+                if smallest:
+                    return None
+                self._statistics.halvings += 1
+                self._level = self._quantised(max(0.5 * size, self._smallest))
+                continue
+            ratio = self._error_ratio(at, reached, size)
+            if ratio > 1.0 and not smallest:
+                self._statistics.rejected += 1
+                self._level = self._quantised(max(size * self._factor(ratio, None), self._smallest))
+                continue
+            self._statistics.beyond_tolerance += ratio > 1.0
+            self._statistics.steps += 1
+            self._note_velocity(reached.v)
+            self._choose_next(size, nominal, ratio)
+            if abs(left - size) <= slack:
+                reached.time = at.time + left
+            return reached
+
+    def _error_ratio(self, at: MotionState, reached: MotionState, size: float) -> float:
+        """Estimated error of a step over the allowed one.
+
+        The third derivative comes from the accelerations [Zienkiewicz & Xie, Earthq. Eng. Struct. Dyn. 20 (1991)
+        871]; the constant is the method's own.
+        """
+        error = self._constant * size * (reached.a - at.a)
+        error = self._implicit.smoothed(error)
+        fastest = max(self._fastest, self._norm(reached.v), self._kick if at.time < self._step else 0.0)
+        allowed = self._control.tolerance * fastest
+        found = self._norm(error)
+        return found / allowed if allowed > 0.0 else np.inf if found > 0.0 else 0.0
+
+    def _norm(self, x: Array) -> float:
+        return float(np.sqrt(max(float(x @ (self._implicit.equation.inertia.mass_matrix @ x)), 0.0)))
+
+    def _note_velocity(self, v: Array) -> None:
+        self._fastest = max(self._fastest, self._norm(v))
+
+    def _factor(self, ratio: float, last: float | None) -> float:
+        """Change of the step size: proportional-integral control after a kept step, integral after a rejected one."""
+        ratio = max(ratio, 1e-8)
+        if last is None:
+            factor = (_AIM / ratio) ** 0.5
+        else:
+            factor = (_AIM / ratio) ** _INTEGRAL * (last / ratio) ** _PROPORTIONAL
+        return float(np.clip(factor, _SMALLEST_FACTOR, _LARGEST_FACTOR))
+
+    def _choose_next(self, size: float, nominal: float, ratio: float) -> None:
+        """Set the size of the next step; a step cut short at a landing says little about longer ones."""
+        ratio = max(ratio, _MEMORY * self._last_ratio * (size / self._last_size) ** 2)
+        factor = self._factor(ratio, self._last_ratio)
+        self._last_ratio, self._last_size = max(ratio, 1e-4), size
+        if size < 0.99 * nominal and size * factor < nominal:
+            return
+        wanted = self._quantised(min(size * factor, self._largest))
+        # Up only by a whole quantum, down only where the next step would fail: the factors stay.
+        if wanted > self._level or (wanted < self._level and ratio > 1.0 - 0.1):
+            self._level = wanted
+
+    @property
+    def _size(self) -> float:
+        return float(np.clip(self._step * _QUANTUM**self._level, self._smallest, self._largest))
+
+    def _quantised(self, size: float) -> int:
+        return int(np.floor(np.log(size / self._step) / np.log(_QUANTUM) + 1e-6))
+
+
+def _landing(size: float, left: float) -> float:
+    """Step size that does not leave a sliver before an instant to land on."""
+    if left <= 1.1 * size:
+        return left
+    return 0.5 * left if left < 2.0 * size else size
+
+
+def _between(start: MotionState, end: MotionState, time: float) -> MotionState:
+    """Displacement and velocity inside a step, by cubic Hermite interpolation."""
+    step = end.time - start.time
+    s = (time - start.time) / step
+    slope = (end.q - start.q) / step
+    q = start.q + s * step * (slope + (1.0 - s) * ((1.0 - s) * (start.v - slope) - s * (end.v - slope)))
+    v = slope + (1.0 - s) * (1.0 - 3.0 * s) * (start.v - slope) + s * (3.0 * s - 2.0) * (end.v - slope)
+    a = start.a + s * (end.a - start.a)
+    return MotionState(time, q, v, a)

@@ -1,0 +1,86 @@
+"""Notices when an elastic film or cable carries compression that a real one could not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.mechanics.membrane import FilmSurvey
+from tautflex.mechanics.system import StructuralSystem
+
+Array = NDArray[np.float64]
+
+# Compression below this part of the largest resultant is not worth a word.
+_NOTABLE = 1e-3
+
+
+@dataclass
+class _Worst:
+    """The largest compression met, and how often there was any."""
+
+    value: float = 0.0
+    time: float = 0.0
+    element: int = -1
+    area: float = 0.0
+    instants: int = 0
+
+    def see(self, value: float, time: float, element: int, area: float) -> None:
+        self.instants += 1
+        self.area = max(self.area, area)
+        if value < self.value:
+            self.value, self.time, self.element = value, time, element
+
+
+class CompressionWatch:
+    """Follows a run and puts what it saw into sentences.
+
+    Parameters
+    ----------
+    system
+        The structure; parts with a nonlinear law are not watched.
+    """
+
+    def __init__(self, system: StructuralSystem) -> None:
+        self._system = system
+        self._film, self._cable, self._instants = _Worst(), _Worst(), 0
+        self._film_elastic = all(block.law != "tension-field" for block in system.blocks)
+
+    def see(self, time: float, survey: FilmSurvey) -> None:
+        """Look at one instant; the system's stresses must belong to it."""
+        self._instants += 1
+        if self._film_elastic and survey.smallest < -_NOTABLE * max(survey.largest, 0.0):
+            self._film.see(survey.smallest, time, survey.element, survey.wrinkled + survey.slack)
+        first = 0
+        for stress, area, elastic in self._system.cables:
+            if elastic:
+                element = int(stress.argmin())
+                if stress[element] < 0.0:
+                    self._cable.see(float(stress[element]) * area, time, first + element, 0.0)
+            first += len(stress)
+
+    def warnings(self) -> list[str]:
+        """Sentences with how much, where, when, and what to switch on; empty if there is nothing to say."""
+        found = []
+        if self._film.instants:
+            worst, model = self._film, self._system.model
+            place = _point(model.nodes[model.triangles[worst.element]].mean(axis=0))
+            found.append(
+                f"the elastic film carried compression: {worst.value:.3g} N/m at t = {worst.time:.4g} s, element "
+                f"{worst.element} at {place}; at {worst.instants / self._instants:.0%} of the stored instants, up to "
+                f"{worst.area:.0%} of its area; a real film wrinkles, set membrane.law = 'tension-field'"
+            )
+        if self._cable.instants:
+            worst, model = self._cable, self._system.model
+            place = _point(model.nodes[model.cables[worst.element]].mean(axis=0))
+            found.append(
+                f"an elastic cable pushed: {worst.value:.3g} N at t = {worst.time:.4g} s, cable {worst.element} at "
+                f"{place}; at {worst.instants / self._instants:.0%} of the stored instants; a real cable goes slack, "
+                "set cables.slack = true"
+            )
+        return found
+
+
+def _point(position: Array) -> str:
+    return "(" + ", ".join(f"{value:.3g}" for value in position) + ") m"

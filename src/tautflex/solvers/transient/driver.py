@@ -1,0 +1,101 @@
+"""Drivers: how a run's steps follow the time grid, the segments of the maneuver and the steps that fail."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.solvers.nonlinear.newton import NewtonOutcome
+from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
+
+Array = NDArray[np.float64]
+
+
+class OneStep(Protocol):
+    """What a driver needs of a stepper."""
+
+    equation: EquationOfMotion
+
+    def step(self, at: MotionState, size: float, segment: Segment) -> tuple[MotionState, NewtonOutcome]:
+        """Advance inside one smooth segment; the outcome says whether the end is meaningful."""
+        ...
+
+    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
+        """Same position and velocity under another rigid motion."""
+        ...
+
+
+class GridDriver:
+    """Steps from one instant of the grid to the next, onto discontinuities, and halves steps that fail.
+
+    Parameters
+    ----------
+    stepper
+        Makes one step.
+    segments
+        Smooth stretches of the maneuver.
+    step
+        Nominal step [s].
+    halvings
+        Times a step may be halved.
+    """
+
+    def __init__(self, stepper: OneStep, segments: tuple[Segment, ...], step: float, halvings: int) -> None:
+        self._stepper, self._segments, self._step, self._halvings = stepper, segments, step, halvings
+        self._statistics = stepper.equation.statistics
+        self._current = 0
+        self.failure: list[float] = []
+
+    @property
+    def segment(self) -> Segment:
+        """Stretch of the maneuver where the next step starts."""
+        return self._segments[self._current]
+
+    def segment_at(self, time: float) -> Segment:
+        """Stretch of the maneuver at the last instant that `advance` reached."""
+        return self.segment
+
+    def advance(self, at: MotionState, target: float) -> MotionState | None:
+        """Advance to a time of the grid; None if even the smallest step fails."""
+        slack = 1e-9 * self._step
+        while at.time < target - slack:
+            end = min(target, self.segment.end)
+            # Whole grid steps keep their nominal size, so that factors are re-used in spite of round-off.
+            size = self._step if abs(end - at.time - self._step) < slack else end - at.time
+            reached = self._halving_step(at, size, self._halvings)
+            if reached is None:
+                return None
+            reached.time = end
+            at = self._enter_next_segment(reached, slack)
+        return at
+
+    def _enter_next_segment(self, at: MotionState, slack: float) -> MotionState:
+        """Let the rigid motion jump where a segment ends."""
+        if self.segment.end > at.time + slack or self._current + 1 == len(self._segments):
+            return at
+        before = self.segment.motion(at.time)
+        self._current += 1
+        return self._stepper.jump(at, before, self.segment.motion(at.time))
+
+    def _attempt(self, at: MotionState, size: float) -> MotionState | None:
+        """One step of the stepper; None if it fails."""
+        try:
+            reached, outcome = self._stepper.step(at, size, self.segment)
+        except np.linalg.LinAlgError:
+            return None
+        self.failure = outcome.history
+        return reached if outcome.converged else None
+
+    def _halving_step(self, at: MotionState, size: float, left: int) -> MotionState | None:
+        reached = self._attempt(at, size)
+        if reached is not None:
+            self._statistics.steps += 1
+            return reached
+        if left == 0:
+            return None
+        self._statistics.halvings += 1
+        middle = self._halving_step(at, 0.5 * size, left - 1)
+        return None if middle is None else self._halving_step(middle, 0.5 * size, left - 1)

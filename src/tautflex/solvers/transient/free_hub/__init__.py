@@ -1,0 +1,1 @@
+"""Structures on a free hub."""

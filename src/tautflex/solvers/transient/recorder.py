@@ -1,0 +1,152 @@
+"""What a run stores, and the Dataset it becomes."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from tautflex.elements.laws import FILM_STATES
+from tautflex.mechanics.membrane import current_film_states, survey_film
+from tautflex.mechanics.system import StructuralSystem
+from tautflex.motion.kinematics import RigidMotion
+from tautflex.solvers.transient.compression import CompressionWatch
+from tautflex.solvers.transient.probes import ProbeSet
+from tautflex.solvers.variables import mesh_variables
+from tautflex.structure.model import Model
+
+Array = NDArray[np.float64]
+COMPONENTS = ["x", "y", "z"]
+# Scalars of every sample: name, units, long name.
+SCALARS = (
+    ("kinetic_energy", "J", "kinetic energy of the elastic motion"),
+    ("strain_energy", "J", "strain energy above the reference"),
+    ("min_principal_resultant", "N m-1", "smallest principal film resultant"),
+    ("max_principal_resultant", "N m-1", "largest principal film resultant"),
+    ("wrinkled_fraction", "1", "part of the film's area that is wrinkled (would be, with the elastic law)"),
+    ("slack_fraction", "1", "part of the film's area that is slack (would be, with the elastic law)"),
+    ("slack_cables", "1", "number of cables without tension"),
+)
+
+
+class Samples(NamedTuple):
+    """Stored instants of a run.
+
+    Parameters
+    ----------
+    time
+        [s], shape (sample,).
+    probe
+        Displacement and velocity of the probes [m, m/s], shape (sample, 2, probe, 3).
+    spin
+        Angular velocity and acceleration of the frame, shape (sample, 2, 3).
+    scalar
+        Columns of `SCALARS`, shape (sample, column).
+    fields
+        Time [s], displacement of all nodes (node, 3) [m] and state of the film's elements, of every stored field.
+    """
+
+    time: Array
+    probe: Array
+    spin: Array
+    scalar: Array
+    fields: list[tuple[float, Array, NDArray[np.int8]]]
+
+
+class Recorder:
+    """Collects samples of a run.
+
+    Parameters
+    ----------
+    system
+        The structure.
+    probes
+        Measuring points.
+    samples
+        Number of stored instants at most.
+    field_steps
+        Steps whose whole displacement field is stored.
+    """
+
+    def __init__(self, system: StructuralSystem, probes: ProbeSet, samples: int, field_steps: set[int]) -> None:
+        self._system, self._probes, self._field_steps = system, probes, field_steps
+        self._time = np.zeros(samples)
+        self._probe = np.zeros((samples, 2, len(probes.names), 3))
+        self._spin = np.zeros((samples, 2, 3))
+        self._scalar = np.zeros((samples, len(SCALARS)))
+        self._fields: list[tuple[float, Array, NDArray[np.int8]]] = []
+        self._watch = CompressionWatch(system)
+        self._count = 0
+
+    def store(self, time: float, q: Array, v: Array, motion: RigidMotion, energies: tuple[float, float]) -> None:
+        """Store one sample; the system's stresses must belong to ``q``."""
+        row = self._count
+        self._time[row] = time
+        probe, spin = self._probe[row], self._spin[row]
+        probe[0], probe[1] = self._probes.read(q), self._probes.read(v)
+        spin[0], spin[1] = motion.angular_velocity, motion.angular_acceleration
+        survey = survey_film(self._system)
+        slack = sum(int(np.count_nonzero(stress < 0.0)) for stress, _, _ in self._system.cables)
+        self._scalar[row] = *energies, survey.smallest, survey.largest, survey.wrinkled, survey.slack, slack
+        self._watch.see(time, survey)
+        self._count += 1
+
+    def store_field(self, step: int, time: float, q: Array) -> None:
+        """Store the whole field if this step was asked for."""
+        if step in self._field_steps:
+            self._system.force(q)  # the stresses on which the states depend
+            self._fields.append((time, self._system.translations(q), current_film_states(self._system)))
+
+    def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
+        """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""
+        n = self._count
+        samples = Samples(self._time[:n], self._probe[:n], self._spin[:n], self._scalar[:n], self._fields)
+        return run_dataset(
+            self._system.model, self._probes, samples, {**attributes, "warnings": self._watch.warnings()}
+        )
+
+
+def run_dataset(model: Model, probes: ProbeSet, samples: Samples, attributes: dict[str, Any]) -> xr.Dataset:
+    """Dataset of the samples of a run, with the mesh."""
+    data: dict[str, tuple[Any, ...]] = {}
+    for kind, (suffix, units, words) in enumerate(
+        (("", "m", "elastic displacement"), ("_velocity", "m s-1", "elastic velocity"))
+    ):
+        for axis, name in enumerate("uvw"):
+            about = {"long_name": f"{words} along {COMPONENTS[axis]}", "units": units}
+            data[name + suffix] = (("time", "probe"), samples.probe[:, kind, :, axis], about)
+    for kind, (name, units) in enumerate((("angular_velocity", "rad s-1"), ("angular_acceleration", "rad s-2"))):
+        about = {"long_name": name.replace("_", " ") + " of the floating frame", "units": units}
+        data[name] = (("time", "component"), samples.spin[:, kind], about)
+    for column, (name, units, words) in enumerate(SCALARS):
+        data[name] = ("time", samples.scalar[:, column], {"long_name": words, "units": units})
+    fields = np.array([field for _, field, _ in samples.fields]).reshape(-1, len(model.nodes), 3)
+    about = {"long_name": "elastic displacement of all nodes", "units": "m"}
+    data["displacement"] = (("field_time", "node", "component"), fields, about)
+    states = np.array([state for _, _, state in samples.fields], dtype=np.int8).reshape(
+        len(samples.fields), len(model.triangles)
+    )
+    flags: dict[str, Any] = {
+        "flag_values": np.arange(len(FILM_STATES), dtype=np.int8),
+        "flag_meanings": " ".join(FILM_STATES),
+    }
+    flags |= {"long_name": "state of each film element", "units": "1"}
+    data["film_state"] = (("field_time", "triangle_element"), states, flags)
+    about = {"long_name": "reference position of the probe", "units": "m"}
+    data["probe_position"] = (("probe", "component"), probes.positions, about)
+    return xr.Dataset(
+        {**data, **mesh_variables(model)},
+        coords={
+            "time": ("time", samples.time, {"long_name": "time", "units": "s"}),
+            "probe": list(probes.names),
+            "component": COMPONENTS,
+            "field_time": (
+                "field_time",
+                np.array([time for time, *_ in samples.fields]),
+                {"long_name": "time of stored fields", "units": "s"},
+            ),
+        },
+        attrs=attributes,
+    )

@@ -1,1 +1,0 @@
-"""Studies: from a case to a model, a run and its files."""
