@@ -8,12 +8,26 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.elements.laws import film_state
 from tautflex.mechanics.system import StructuralSystem
 
 Array = NDArray[np.float64]
 
 _jit = numba.njit(cache=True, error_model="numpy")
+
+
+FILM_STATES = ("taut", "wrinkled", "slack")
+
+
+@_jit
+def film_state(sx: float, sy: float, txy: float, poisson_ratio: float) -> int:
+    """Index in `FILM_STATES` of a plane stress, elastic trial or tension-field alike (mixed criterion)."""
+    mean = 0.5 * (sx + sy)
+    radius = np.sqrt(0.25 * (sx - sy) * (sx - sy) + txy * txy)
+    # A uniaxial stress is taut in spite of its round-off.
+    if mean - radius >= -1e-12 * (mean + radius) and mean + radius > 0.0:
+        return 0
+    # Major principal strain of the trial stress, times E.
+    return 1 if mean + radius - poisson_ratio * (mean - radius) > 0.0 else 2
 
 
 class HasSystem(Protocol):
@@ -69,7 +83,7 @@ def current_film_states(system: StructuralSystem) -> NDArray[np.int8]:
     """States of the film elements at the last force evaluation, shape (t,)."""
     pieces = [np.zeros(0, dtype=np.int8)]
     for index in system.block_index("membrane"):
-        pieces.append(_states(system.stress[index].T, system.blocks[index].law_parameters[1]))
+        pieces.append(_states(system.stress[index].T, system.blocks[index].material.poisson_ratio))
     return np.concatenate(pieces)
 
 

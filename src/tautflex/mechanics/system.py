@@ -63,12 +63,12 @@ class StructuralSystem:
         self._changed: set[int] = set()
         # What samples of a run look at: current stresses, as views, and constants of the films and cables.
         self.films = [
-            (self._stress[i], self.blocks[i].law_parameters[1], self.blocks[i].measure / thickness, thickness)
+            (self._stress[i], self.blocks[i].material.poisson_ratio, self.blocks[i].measure / thickness, thickness)
             for i in self.block_index("membrane")
             for thickness in (self.model.groups[i].section.thickness,)  # type: ignore[union-attr]
         ]
         self.cables = [
-            (self._stress[i][0], self.model.groups[i].section.area, self.blocks[i].law == "elastic")  # type: ignore[union-attr]
+            (self._stress[i][0], self.model.groups[i].section.area, not self.blocks[i].law.tension_only)  # type: ignore[union-attr]
             for i in self.block_index("cable")
         ]
 

@@ -62,7 +62,7 @@ class PrestressedState:
 
         They are the system's initial stresses, or what nonlinear laws make of those trial stresses.
         """
-        if all(block.law == "elastic" for block in self.system.blocks):
+        if all(block.is_elastic for block in self.system.blocks):
             return self.system.initial_stress
         self.system.force(np.zeros(self.system.size))
         return [stress.copy() for stress in self.system.stress]
@@ -170,13 +170,13 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
 
 def count_unstable(state: PrestressedState) -> int:
     """Number of negative eigenvalues of (K, M), counted by the pivots of K + shift M."""
-    wrinkles = any(block.law == "tension-field" for block in state.system.blocks)
+    wrinkles = any(block.kind == "membrane" and block.law.tension_only for block in state.system.blocks)
     return _count_below(state, -_SLACK_SHIFT if wrinkles and state.film_states.any() else -_STABILITY_SHIFT)
 
 
 def _count_soft(state: PrestressedState) -> int:
     """Number of motions, beside rigid ones, that wrinkled or slack film leaves almost without stiffness."""
-    if not state.film_states.any() or all(block.law == "elastic" for block in state.system.blocks):
+    if not state.film_states.any() or all(block.is_elastic for block in state.system.blocks):
         return 0
     return max(0, _count_below(state, _SLACK_SHIFT) - state.model.rigid_freedom)
 

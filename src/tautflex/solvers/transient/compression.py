@@ -45,7 +45,7 @@ class CompressionWatch:
     def __init__(self, system: StructuralSystem) -> None:
         self._system = system
         self._film, self._cable, self._instants = _Worst(), _Worst(), 0
-        self._film_elastic = all(block.law != "tension-field" for block in system.blocks)
+        self._film_elastic = not any(block.kind == "membrane" and block.law.tension_only for block in system.blocks)
 
     def see(self, time: float, survey: FilmSurvey) -> None:
         """Look at one instant; the system's stresses must belong to it."""

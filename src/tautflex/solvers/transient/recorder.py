@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from tautflex.elements.laws import FILM_STATES
-from tautflex.mechanics.membrane import current_film_states, survey_film
+from tautflex.mechanics.membrane import FILM_STATES, current_film_states, survey_film
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.solvers.transient.compression import CompressionWatch
