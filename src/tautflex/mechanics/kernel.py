@@ -13,15 +13,13 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.elements.laws.law import call_law
+from tautflex.elements.laws.law import FASTMATH, call_law
 from tautflex.mechanics.store import ELASTIC, block_data
 
 Array = NDArray[np.float64]
 
 PACK = 128
 
-# Re-association lets reductions vectorise; NaN and infinity keep their meaning.
-FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
 _jit = numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 
 
@@ -249,14 +247,3 @@ def restart_energy(store: tuple[NDArray[Any], ...], block: int) -> None:
     """Let energies of a block with a nonlinear law count from zero unknowns, as those of the elastic law do."""
     if block_data.py_func(store, block).law != ELASTIC:
         _store_initial_energies(store, block)
-
-
-@_jit
-def smallest_principal_value(stress: Array) -> float:
-    """Smallest principal value of plane stresses (sx, sy, txy), shape (3, element)."""
-    smallest = np.inf
-    for e in range(stress.shape[1]):
-        half = 0.5 * (stress[0, e] - stress[1, e])
-        radius = np.sqrt(half * half + stress[2, e] * stress[2, e])
-        smallest = min(smallest, 0.5 * (stress[0, e] + stress[1, e]) - radius)
-    return smallest

@@ -8,8 +8,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.elements.laws.law import call_law
-from tautflex.mechanics.kernel import FASTMATH, pack_strain, pack_stress
+from tautflex.elements.laws.law import FASTMATH, call_law
+from tautflex.mechanics.kernel import pack_strain, pack_stress
 from tautflex.mechanics.store import ELASTIC, block_data
 
 Array = NDArray[np.float64]

@@ -24,6 +24,9 @@ from tautflex.structure.materials import LAW_NAMES, Material, Section
 
 Array = NDArray[np.float64]
 
+# Re-association lets reductions vectorise; NaN and infinity keep their meaning.
+FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
+
 _STRESS, _TANGENT, _VECTOR = types.float64[:, ::1], types.float64[:, :, ::1], types.float64[::1]
 _SIGNATURE = types.void(_STRESS, _TANGENT, _VECTOR, _VECTOR, types.int64)
 
@@ -49,10 +52,11 @@ class LawFunction:
 
     @cached_property
     def _compiled(self) -> Any:
+        options: dict[str, Any] = {"fastmath": FASTMATH, "error_model": "numpy"}
         try:
-            return numba.cfunc(_SIGNATURE, cache=True, error_model="numpy")(self.function)
+            return numba.cfunc(_SIGNATURE, cache=True, **options)(self.function)
         except RuntimeError:  # written in a session: no file to keep the compiled function beside
-            return numba.cfunc(_SIGNATURE, error_model="numpy")(self.function)
+            return numba.cfunc(_SIGNATURE, **options)(self.function)
 
     @property
     def address(self) -> int:

@@ -13,11 +13,11 @@ from typing import ClassVar
 import numba
 import numpy as np
 
-from tautflex.elements.laws.law import Array, LawFunction, TensionOnly, register_law
+from tautflex.elements.laws.law import FASTMATH, Array, LawFunction, TensionOnly, register_law
 from tautflex.structure.materials import Material
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 def tension_field(
     sx: float,
     sy: float,

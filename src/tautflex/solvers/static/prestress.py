@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import PrestressError
-from tautflex.mechanics.membrane import FilmSurvey, film_states, survey_film
-from tautflex.mechanics.system import StructuralSystem, principal_values
+from tautflex.mechanics.membrane import MembraneSurvey, membrane_states, principal_resultants, principal_values, survey_at
+from tautflex.mechanics.system import StructuralSystem
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.diagnosis import Problem, find_problems, instability_text, soft_text
 from tautflex.solvers.static.tensioning import largest_force, respond
@@ -63,14 +63,13 @@ class PrestressedState:
         They are the system's initial stresses, or what nonlinear laws make of those trial stresses.
         """
         if all(block.is_elastic for block in self.system.blocks):
-            return self.system.initial_stress
-        self.system.force(np.zeros(self.system.size))
-        return [stress.copy() for stress in self.system.stress]
+            return list(self.system.initial_stress)
+        return self.system.stress(np.zeros(self.system.size))
 
     @cached_property
-    def film_states(self) -> NDArray[np.int8]:
+    def membrane_states(self) -> NDArray[np.int8]:
         """0 taut, 1 wrinkled, 2 slack, per film element, shape (t,)."""
-        return film_states(self.system)
+        return membrane_states(self.system)
 
     @property
     def wrinkled_fraction(self) -> float:
@@ -83,22 +82,21 @@ class PrestressedState:
         return self._survey.slack
 
     @cached_property
-    def _survey(self) -> FilmSurvey:
-        self.system.force(np.zeros(self.system.size))
-        return survey_film(self.system)
+    def _survey(self) -> MembraneSurvey:
+        return survey_at(self.system, np.zeros(self.system.size)).membrane()
 
     @property
     def membrane_stress(self) -> Array:
-        """Film stress (sx, sy, txy) in local axes [Pa], shape (t, 3)."""
+        """Film stress (sx, sy, txy) in local axes at every integration point [Pa], shape (row, 3)."""
         return self.system.stress_of("membrane", self.stress)
 
     @property
     def cable_tension(self) -> Array:
         """Cable tension [N], shape (c,)."""
         pieces = [
-            group.section.area * stress[:, 0]  # type: ignore[union-attr]
-            for group, stress in zip(self.model.groups, self.stress, strict=True)
-            if group.section.kind == "cable"
+            block.size * stress[:, 0]
+            for block, stress in zip(self.system.blocks, self.stress, strict=True)
+            if block.kind == "cable"
         ]
         return np.concatenate(pieces) if pieces else np.zeros(0)
 
@@ -116,7 +114,7 @@ class PrestressedState:
     @property
     def min_principal_resultant(self) -> float:
         """Smallest principal film resultant [N/m]; NaN without a film."""
-        values = self.system.principal_resultants(self.stress)
+        values = principal_resultants(self.system, self.stress)
         return float(values[:, 0].min()) if len(values) else float("nan")
 
     @cached_property
@@ -144,7 +142,7 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     PrestressError
         If there is no prestress, a cable is slack, a given film stress is compressive, or the state is unstable.
     """
-    given = StructuralSystem(model)
+    given = StructuralSystem.from_model(model)
     needs_tension = any(group.section.kind != "beam" for group in model.groups)
     if check and needs_tension and not any(np.any(stress) for stress in given.initial_stress):
         raise PrestressError(
@@ -152,10 +150,11 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
             "(singular): give cable pretension or a membrane stress"
         )
     system = given if model.prestress_mode == "uniform" else respond(given)
-    reference, _ = system.force(np.zeros(system.size))
+    workspace = system.workspace()
+    reference, _ = workspace.force(np.zeros(system.size))
     residual = float(np.abs(reference).max(initial=0.0))
-    state = PrestressedState(system, reference, residual, residual / largest_force(system, system.stress), 0)
-    problems = find_problems(system, state.cable_tension)
+    state = PrestressedState(system, reference, residual, residual / largest_force(system, workspace.stress), 0)
+    problems = find_problems(model, state.cable_tension, principal_resultants(system, state.stress), state.membrane_states)
     unstable = count_unstable(state)
     if unstable:
         problems.append(Problem(instability_text(model, unstable), True))
@@ -171,12 +170,12 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
 def count_unstable(state: PrestressedState) -> int:
     """Number of negative eigenvalues of (K, M), counted by the pivots of K + shift M."""
     wrinkles = any(block.kind == "membrane" and block.law.tension_only for block in state.system.blocks)
-    return _count_below(state, -_SLACK_SHIFT if wrinkles and state.film_states.any() else -_STABILITY_SHIFT)
+    return _count_below(state, -_SLACK_SHIFT if wrinkles and state.membrane_states.any() else -_STABILITY_SHIFT)
 
 
 def _count_soft(state: PrestressedState) -> int:
     """Number of motions, beside rigid ones, that wrinkled or slack film leaves almost without stiffness."""
-    if not state.film_states.any() or all(block.is_elastic for block in state.system.blocks):
+    if not state.membrane_states.any() or all(block.is_elastic for block in state.system.blocks):
         return 0
     return max(0, _count_below(state, _SLACK_SHIFT) - state.model.rigid_freedom)
 

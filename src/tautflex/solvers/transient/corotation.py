@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.inertia import cross_matrix
-from tautflex.mechanics.kernel import FASTMATH
+from tautflex.elements.laws.law import FASTMATH
 from tautflex.mechanics.products import product
 from tautflex.mechanics.system import StructuralSystem
 
