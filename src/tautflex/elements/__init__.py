@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from tautflex.elements import beam, cable, membrane
 from tautflex.elements.block import ElementBlock, InertiaPoints
-from tautflex.structure.model import ElementGroup, Model
+from tautflex.structure.groups import ElementGroup
+from tautflex.structure.model import Model
 
 Declaration = Callable[[NDArray[np.float64], ElementGroup, NDArray[np.int64]], ElementBlock]
 

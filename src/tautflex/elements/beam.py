@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
 from tautflex.elements.cable import line_axes
+from tautflex.structure.groups import ElementGroup
 from tautflex.structure.materials import BeamSection
-from tautflex.structure.model import ElementGroup
 
 Array = NDArray[np.float64]
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
 from tautflex.elements.laws import RESIDUAL_STIFFNESS
+from tautflex.structure.groups import ElementGroup
 from tautflex.structure.materials import MembraneSection
-from tautflex.structure.model import ElementGroup
 
 Array = NDArray[np.float64]
 

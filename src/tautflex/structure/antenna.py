@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.structure.groups import Support
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
 from tautflex.structure.mesh import graded_lines, rectangle_mesh
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Model
 
 FRAME_SUPPORTS = ("corners", "all", "axis", "short-side", "free")
 DISTRIBUTIONS = ("equal", "tributary")

@@ -68,7 +68,6 @@ class MembraneSection:
     law: str = "elastic"
     kind: ClassVar[str] = "membrane"
     rotational: ClassVar[bool] = False
-    corners: ClassVar[int] = 3
 
     def __post_init__(self) -> None:
         checks.positive("thickness", self.thickness)
@@ -103,7 +102,6 @@ class CableSection:
     slack: bool = False
     kind: ClassVar[str] = "cable"
     rotational: ClassVar[bool] = False
-    corners: ClassVar[int] = 2
 
     def __post_init__(self) -> None:
         checks.positive("area", self.area)
@@ -142,7 +140,6 @@ class BeamSection:
     strain: str = "von-karman"
     kind: ClassVar[str] = "beam"
     rotational: ClassVar[bool] = True
-    corners: ClassVar[int] = 2
 
     def __post_init__(self) -> None:
         for name in ("area", "inertia_y", "inertia_z", "torsion_constant"):

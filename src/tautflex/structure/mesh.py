@@ -1,4 +1,4 @@
-"""Structured triangulations of a rectangle and checks on any triangulation."""
+"""Structured meshes of a rectangle and checks on any mesh."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from tautflex import checks
 from tautflex.errors import MeshError
+from tautflex.structure.shapes import Shape
 
 PATTERNS = ("alternating", "regular")
 
@@ -100,33 +101,102 @@ def graded_lines(length: float, divisions: int, stations: NDArray[np.float64]) -
     return lines
 
 
-def check_triangles(nodes: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
-    """Raise MeshError if a triangle has (almost) no area."""
-    if not len(triangles):
+def check_elements(name: str, shape: Shape, nodes: NDArray[np.float64], connectivity: NDArray[np.int64]) -> None:
+    """Raise MeshError if an element has (almost) no length or area, or is folded over.
+
+    Parameters
+    ----------
+    name
+        What the message calls the elements.
+    shape
+        Their shape.
+    nodes
+        Positions [m], shape (node, 3).
+    connectivity
+        Node numbers, shape (element, node).
+    """
+    if not len(connectivity):
         return
-    corner = nodes[triangles]
-    edges = corner - np.roll(corner, 1, axis=1)
-    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-    longest = np.linalg.norm(edges, axis=2).max(axis=1)
-    bad = np.flatnonzero(area <= 1e-10 * longest**2)
+    corner = nodes[connectivity]
+    measure = shape.measure(corner)
+    if shape.dimension == 1:
+        bad = np.flatnonzero(measure <= 1e-10 * max(float(np.ptp(nodes, axis=0).max()), 1e-300))
+        wrong, remedy = "has length {0:.3g} m", "remove it or separate its nodes"
+    else:
+        ends = corner[:, : shape.corners]
+        longest = np.linalg.norm(ends - np.roll(ends, 1, axis=1), axis=2).max(axis=1)
+        bad = np.flatnonzero(measure <= 1e-10 * longest**2)
+        wrong, remedy = "is degenerate, area {0:.3g} m2 ({1} such element(s))", "remove it or merge its duplicate nodes"
+        if not bad.size and len(shape.nodes) > 3:
+            bad = np.flatnonzero(_folded(shape, corner))
+            wrong, remedy = (
+                "is folded over ({1} such element(s))",
+                "list its nodes around it, move mid-side nodes inwards",
+            )
     if bad.size:
+        first = int(bad[0])
+        wrong = wrong.format(measure[first], bad.size)
+        raise MeshError(f"{name}: element {first} (nodes {connectivity[first].tolist()}) {wrong}; {remedy}")
+
+
+def _folded(shape: Shape, corner: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether the normal turns against its mean at a node, shape (element,)."""
+    along = shape.tangents(corner, shape.nodes)
+    normal = np.cross(along[:, :, 0], along[:, :, 1])
+    mean = normal.mean(axis=1)
+    against = np.einsum("npk,nk->np", normal, mean).min(axis=1)
+    return np.asarray(against < -1e-9 * np.sum(mean**2, axis=1))
+
+
+def check_joints(groups: list[tuple[Shape, NDArray[np.int64]]]) -> None:
+    """Raise MeshError where two surface elements share an edge but not the nodes between its ends.
+
+    Parameters
+    ----------
+    groups
+        Shape and node numbers (element, node) of each group of surface elements.
+    """
+    edges = [connectivity[:, edge] for shape, connectivity in groups for edge in shape.edges]
+    if all(edge.shape[1] == 2 for edge in edges):
+        return
+    # Of each edge: its ends in order, and what lies between them as one number.
+    ends = np.sort(np.concatenate([edge[:, [0, -1]] for edge in edges]), axis=1)
+    between = np.concatenate(
+        [edge[:, 1:-1].sum(axis=1) if edge.shape[1] > 2 else -np.ones(len(edge)) for edge in edges]
+    )
+    order = np.lexsort((between, ends[:, 1], ends[:, 0]))
+    ends, between = ends[order], between[order]
+    torn = np.flatnonzero((ends[1:] == ends[:-1]).all(axis=1) & (between[1:] != between[:-1]))
+    if torn.size:
+        a, b = (int(node) for node in ends[torn[0]])
         raise MeshError(
-            f"triangles: element {int(bad[0])} (nodes {triangles[bad[0]].tolist()}) is degenerate, area "
-            f"{area[bad[0]]:.3g} m2 ({bad.size} such element(s)); remove it or merge its duplicate nodes"
+            f"mesh: two elements share the edge between nodes {a} and {b} but not the nodes between them "
+            f"({torn.size} such edge(s)); join elements of the same order, and merge duplicate mid-side nodes"
         )
 
 
-def check_lines(name: str, nodes: NDArray[np.float64], lines: NDArray[np.int64]) -> None:
-    """Raise MeshError if a two-node element has no length."""
-    if not len(lines):
-        return
-    length = np.linalg.norm(nodes[lines[:, 1]] - nodes[lines[:, 0]], axis=1)
-    bad = np.flatnonzero(length <= 1e-10 * max(float(np.ptp(nodes, axis=0).max()), 1e-300))
-    if bad.size:
-        raise MeshError(
-            f"{name}: element {int(bad[0])} (nodes {lines[bad[0]].tolist()}) has length {length[bad[0]]:.3g} m; "
-            "remove it or separate its nodes"
-        )
+def blend_by_direction(
+    nodes: NDArray[np.float64], lines: NDArray[np.int64], along_x: float, across: float
+) -> NDArray[np.float64]:
+    """Value of each line between that of lines along x and that of lines across it, by the squared cosine.
+
+    Parameters
+    ----------
+    nodes
+        Positions [m], shape (node, 3).
+    lines
+        Node numbers, shape (line, 2).
+    along_x, across
+        The two values, e.g. tensions [N].
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (line,).
+    """
+    along = (nodes[lines[:, 1]] - nodes[lines[:, 0]]) ** 2
+    weight = along[:, 0] / along.sum(axis=1)
+    return along_x * weight + across * (1.0 - weight)
 
 
 def check_connected(node_count: int, connectivities: list[NDArray[np.int64]]) -> None:
