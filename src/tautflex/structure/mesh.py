@@ -9,30 +9,36 @@ from scipy.sparse.csgraph import connected_components
 
 from tautflex import checks
 from tautflex.errors import MeshError
-from tautflex.structure.shapes import Shape
+from tautflex.structure.shapes import QUAD4, TRIANGLE3, Shape
 
 PATTERNS = ("alternating", "regular")
 
 
 def rectangle_mesh(
-    lines_x: NDArray[np.float64], lines_y: NDArray[np.float64], pattern: str = "alternating"
+    lines_x: NDArray[np.float64],
+    lines_y: NDArray[np.float64],
+    pattern: str = "alternating",
+    shape: Shape = TRIANGLE3,
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Triangulate a rectangle in the plane z = 0 along given grid lines.
+    """Cover a rectangle in the plane z = 0 with surface elements between given grid lines.
 
     Parameters
     ----------
     lines_x, lines_y
         Increasing grid-line coordinates [m], shapes (p,) and (q,), at least two each.
     pattern
-        ``"regular"`` splits every cell by the same diagonal (mesh with central symmetry only);
+        Of triangles: ``"regular"`` splits every cell by the same diagonal (mesh with central symmetry only);
         ``"alternating"`` flips the diagonal like a chess board (mirror symmetry for even divisions).
+    shape
+        Shape of the elements; one fills a cell if it has four corners, two if it has three.
 
     Returns
     -------
     nodes
-        Node positions [m], shape (p*q, 3); node i*q + j stands at (lines_x[i], lines_y[j], 0).
-    triangles
-        Node numbers, shape (2 (p-1) (q-1), 3), counter-clockwise.
+        Node positions [m], shape (node, 3), by x, then by y; of shapes without nodes beside their corners node
+        i*q + j stands at (lines_x[i], lines_y[j], 0).
+    elements
+        Node numbers, shape (element, node), counter-clockwise.
 
     Raises
     ------
@@ -47,6 +53,9 @@ def rectangle_mesh(
     lower_left = (i * count_y + j).ravel()
     lower_right, upper_left = lower_left + count_y, lower_left + 1
     upper_right = lower_right + 1
+    if shape.domain == "quad":
+        cells = np.column_stack([lower_left, lower_right, upper_right, upper_left])
+        return _with_inner_nodes(nodes, cells, shape, count_y)
     rising = np.ones(lower_left.size, dtype=bool) if pattern == "regular" else ((i + j) % 2 == 0).ravel()
     first = np.where(
         rising[:, None],
@@ -58,20 +67,40 @@ def rectangle_mesh(
         np.column_stack([lower_left, upper_right, upper_left]),
         np.column_stack([lower_right, upper_right, upper_left]),
     )
-    return nodes, np.stack([first, second], axis=1).reshape(-1, 3)
+    return _with_inner_nodes(nodes, np.stack([first, second], axis=1).reshape(-1, 3), shape, count_y)
 
 
-def graded_lines(length: float, divisions: int, stations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Grid lines on [-length/2, length/2] that pass through every station, cells as equal as possible.
+def _with_inner_nodes(
+    nodes: NDArray[np.float64], corners: NDArray[np.int64], shape: Shape, count_y: int
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Nodes and elements of a grid with everything that the shape has beside its corners."""
+    if len(shape.nodes) == shape.corners:
+        return nodes, corners
+    weights = (QUAD4 if shape.domain == "quad" else TRIANGLE3).functions(shape.nodes)
+    # Nodes that several elements share are told by their place in the grid, in millionths of a cell.
+    place = np.stack(np.divmod(corners, count_y), axis=2)
+    keys = np.rint(1e6 * np.einsum("ic,nck->nik", weights, place)).astype(np.int64).reshape(-1, 2)
+    _, first, numbers = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    positions = np.einsum("ic,nck->nik", weights, nodes[corners]).reshape(-1, 3)
+    return positions[first], numbers.reshape(len(corners), -1).astype(np.int64)
+
+
+def graded_lines(
+    length: float, divisions: int, stations: NDArray[np.float64], shape: Shape = TRIANGLE3
+) -> NDArray[np.float64]:
+    """Grid lines on [-length/2, length/2] whose nodes meet every station, cells as equal as possible.
 
     Parameters
     ----------
     length
         Extent [m].
     divisions
-        Number of cells, at least one per interval between stations.
+        Number of cells, at least one per interval between stations; one per two intervals where evenly spaced
+        stations can take turns between the ends and the middles of the sides.
     stations
-        Increasing coordinates [m] that must be grid lines, from -length/2 to length/2.
+        Increasing coordinates [m] that must be nodes, from -length/2 to length/2.
+    shape
+        Shape of the elements, which says whether there are nodes in the middle of the sides.
 
     Returns
     -------
@@ -83,12 +112,15 @@ def graded_lines(length: float, divisions: int, stations: NDArray[np.float64]) -
     MeshError
         If there are fewer divisions than intervals.
     """
-    intervals = np.diff(stations)
-    if divisions < len(intervals):
+    least = least_divisions(len(stations) - 1, shape)
+    if divisions < least:
         raise MeshError(
-            f"divisions: expected at least {len(intervals)} so that a mesh line meets each of the {len(stations)} "
+            f"divisions: expected at least {least} so that a mesh node meets each of the {len(stations)} "
             f"cables, got {divisions}; refine the mesh or use fewer cables"
         )
+    if divisions < len(stations) - 1:
+        stations = stations[::2]
+    intervals = np.diff(stations)
     cells = np.ones(len(intervals), dtype=int)
     for _ in range(divisions - len(intervals)):
         widest = intervals / cells
@@ -99,6 +131,11 @@ def graded_lines(length: float, divisions: int, stations: NDArray[np.float64]) -
     lines = np.append(np.concatenate(pieces), stations[-1])
     lines[0], lines[-1] = -0.5 * length, 0.5 * length
     return lines
+
+
+def least_divisions(intervals: int, shape: Shape) -> int:
+    """Least number of cells along a side whose nodes meet the ends of this many even intervals."""
+    return intervals // 2 if shape.midside_nodes and intervals % 2 == 0 else intervals
 
 
 def check_elements(name: str, shape: Shape, nodes: NDArray[np.float64], connectivity: NDArray[np.int64]) -> None:

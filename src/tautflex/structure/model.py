@@ -15,7 +15,7 @@ from tautflex.structure.groups import DIRECTIONS, ElementGroup, Support
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, require_section
 from tautflex.structure.mesh import blend_by_direction, check_connected, check_elements, check_joints
 from tautflex.structure.numbering import Numbering
-from tautflex.structure.shapes import LINE2, QUAD4, SHAPES, TRIANGLE3, TRIANGLE6, Shape
+from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6, Shape, surface_shape
 
 PRESTRESS_MODES = ("equilibrium", "uniform", "initial-strain")
 
@@ -215,8 +215,7 @@ def _film_elements(
     corners = TRIANGLE6 if np.asarray(triangles).shape[-1:] == (6,) else TRIANGLE3
     given = [("triangles", corners, triangles), ("quads", QUAD4, quads)]
     for name, elements in surfaces.items():
-        shape = SHAPES[checks.one_of("surfaces", name, [key for key, known in SHAPES.items() if known.dimension == 2])]
-        given.append((f"surfaces[{name!r}]", shape, elements))
+        given.append((f"surfaces[{name!r}]", surface_shape("surfaces", name), elements))
     return [
         (shape, checks.index_array(name, elements, len(shape.nodes), node_count, error=MeshError))
         for name, shape, elements in given

@@ -96,6 +96,11 @@ class Shape:
         """1 for lines, 2 for surfaces."""
         return DOMAINS[self.domain]
 
+    @property
+    def midside_nodes(self) -> bool:
+        """Whether every edge has a node in its middle."""
+        return all(len(edge) == 3 for edge in self.edges)
+
     @cached_property
     def strain_rule(self) -> Rule:
         """Rule for strains: its points are the element's integration points."""
@@ -237,6 +242,11 @@ QUAD4 = Shape(
 
 SHAPES: dict[str, Shape] = {shape.name: shape for shape in (LINE2, TRIANGLE3, TRIANGLE6, QUAD4)}
 """All shapes by name; an element from outside adds its own with `register_shape`."""
+
+
+def surface_shape(argument: str, name: str) -> Shape:
+    """Shape of film elements by its name; InputError that names the ones there are."""
+    return SHAPES[checks.one_of(argument, name, [key for key, shape in SHAPES.items() if shape.dimension == 2])]
 
 
 def register_shape(shape: Shape) -> Shape:
