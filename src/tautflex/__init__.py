@@ -75,8 +75,9 @@ if TYPE_CHECKING:
     from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
     from tautflex.solvers.transient.methods.wilson import WilsonTheta
     from tautflex.solvers.transient.simulate import simulate
+    from tautflex.structure.groups import Support
     from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
-    from tautflex.structure.model import Model, Support
+    from tautflex.structure.model import Model
 
 __all__ = [
     "HHT",
@@ -133,7 +134,6 @@ __all__ = [
     "dominant_shape",
     "dynamic_mass",
     "errors",
-    "membrane_states",
     "hyper_reduce",
     "linear_solver",
     "load",
@@ -141,6 +141,7 @@ __all__ = [
     "mac",
     "mac_table",
     "maneuver_end",
+    "membrane_states",
     "pod",
     "read_mesh",
     "reduce",
@@ -263,10 +264,8 @@ _NAMES_OF_MODULE = {
         "Material",
         "MembraneSection",
     ),
-    "structure.model": (
-        "Model",
-        "Support",
-    ),
+    "structure.groups": ("Support",),
+    "structure.model": ("Model",),
     "case.build": ("build_model",),
 }
 _MODULE_OF_NAME = {name: module for module, names in _NAMES_OF_MODULE.items() for name in names}

@@ -87,7 +87,9 @@ class StressSurvey:
     def __init__(self, system: StructuralSystem, workspace: Workspace) -> None:
         rows, blocks = workspace.stress_rows, system.blocks
         self._membranes = [(rows[i], blocks[i]) for i in system.block_index("membrane")]
-        self.cables = [(rows[i][0], blocks[i].size, not blocks[i].law.tension_only) for i in system.block_index("cable")]
+        self.cables = [
+            (rows[i][0], blocks[i].size, not blocks[i].law.tension_only) for i in system.block_index("cable")
+        ]
 
     def membrane_states(self) -> NDArray[np.int8]:
         """States of the film elements, of several points the least taut, shape (t,)."""
@@ -162,9 +164,7 @@ def _states(stress: Array, poisson_ratio: float) -> NDArray[np.int8]:
 
 
 @_jit
-def _survey(
-    stress: Array, poisson_ratio: float, measure: Array, size: Array, areas: Array
-) -> tuple[float, float, int]:
+def _survey(stress: Array, poisson_ratio: float, measure: Array, size: Array, areas: Array) -> tuple[float, float, int]:
     """Extreme principal resultants of (3, row) and the row of the smaller; areas of the states are added up."""
     smallest, largest, worst = np.inf, -np.inf, -1
     for e in range(size.size):

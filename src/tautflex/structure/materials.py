@@ -70,7 +70,6 @@ class MembraneSection:
     law: object = "elastic"
     kind: ClassVar[str] = "membrane"
     rotational: ClassVar[bool] = False
-    corners: ClassVar[int] = 3
 
     def __post_init__(self) -> None:
         checks.positive("thickness", self.thickness)
@@ -108,7 +107,6 @@ class CableSection:
     law: object = "elastic"
     kind: ClassVar[str] = "cable"
     rotational: ClassVar[bool] = False
-    corners: ClassVar[int] = 2
 
     def __post_init__(self) -> None:
         checks.positive("area", self.area)
@@ -150,7 +148,6 @@ class BeamSection:
     strain: str = "von-karman"
     kind: ClassVar[str] = "beam"
     rotational: ClassVar[bool] = True
-    corners: ClassVar[int] = 2
 
     def __post_init__(self) -> None:
         for name in ("area", "inertia_y", "inertia_z", "torsion_constant"):

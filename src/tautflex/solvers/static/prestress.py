@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import PrestressError
-from tautflex.mechanics.membrane import MembraneSurvey, membrane_states, principal_resultants, principal_values, survey_at
+from tautflex.mechanics.membrane import (
+    MembraneSurvey,
+    membrane_states,
+    principal_resultants,
+    principal_values,
+    survey_at,
+)
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.diagnosis import Problem, find_problems, instability_text, soft_text

@@ -102,7 +102,7 @@ def _minimum(given: StructuralSystem, blocks: tuple[ElementBlock, ...]) -> Array
     x = np.zeros(given.size)
     scale = float(np.linalg.norm(given.force(x)[0])) or largest_force(given, given.initial_stress)
     last = max(block.law.share for block in blocks)
-    for share in (*_SHARES[_SHARES > last], last):
+    for share in (*_SHARES[last < _SHARES], last):
         walked = tuple(replace(block, law=block.law.with_share(share)) for block in blocks)
         system = given.with_initial_stress(given.initial_stress, blocks if share == last else walked)
         tolerance = _TOLERANCE if share == last else _ON_THE_WAY
