@@ -38,6 +38,9 @@ class InertiaPoints:
     position: Array
 
 
+_ELASTIC = Elastic()
+
+
 @dataclass(frozen=True)
 class ElementBlock:
     """All elements of one group as data; a row is one integration point.
@@ -87,7 +90,7 @@ class ElementBlock:
     inertia: InertiaPoints
     axes: Array
     material: Material
-    law: Law = Elastic()
+    law: Law = _ELASTIC
     owner: Indices | None = None
 
     @property

@@ -160,7 +160,8 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     reference, _ = workspace.force(np.zeros(system.size))
     residual = float(np.abs(reference).max(initial=0.0))
     state = PrestressedState(system, reference, residual, residual / largest_force(system, workspace.stress), 0)
-    problems = find_problems(model, state.cable_tension, principal_resultants(system, state.stress), state.membrane_states)
+    resultants = principal_resultants(system, state.stress)
+    problems = find_problems(model, state.cable_tension, resultants, state.membrane_states)
     unstable = count_unstable(state)
     if unstable:
         problems.append(Problem(instability_text(model, unstable), True))
