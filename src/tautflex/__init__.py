@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from tautflex.mechanics.dampings.rayleigh import Rayleigh
     from tautflex.mechanics.loads.inputs import CableTension, EdgeForce, FilmTemperature, NodalForce
     from tautflex.mechanics.loads.pressure import PressureLoad
-    from tautflex.mechanics.membrane import film_states
+    from tautflex.mechanics.membrane import membrane_states
     from tautflex.motion.attitude import attitude
     from tautflex.motion.coupling import Coupling
     from tautflex.motion.hub import FreeHub, HubState
@@ -134,7 +134,6 @@ __all__ = [
     "dominant_shape",
     "dynamic_mass",
     "errors",
-    "film_states",
     "hyper_reduce",
     "linear_solver",
     "load",
@@ -142,6 +141,7 @@ __all__ = [
     "mac",
     "mac_table",
     "maneuver_end",
+    "membrane_states",
     "pod",
     "read_mesh",
     "reduce",
@@ -200,7 +200,7 @@ _NAMES_OF_MODULE = {
         "write_vtu",
     ),
     "mechanics.dampings.rayleigh": ("Rayleigh",),
-    "mechanics.membrane": ("film_states",),
+    "mechanics.membrane": ("membrane_states",),
     "mechanics.loads.inputs": (
         "CableTension",
         "EdgeForce",

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tautflex.elements.cable import line_axes
-from tautflex.elements.membrane import film_axes
+from tautflex.elements.axes import film_axes, line_axes
 
 UP = np.array([0.0, 0.0, 1.0])
 ALONG_X = np.array([1.0, 0.0, 0.0])

@@ -19,8 +19,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.elements.axes import line_axes
 from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
-from tautflex.elements.cable import line_axes
 from tautflex.structure.groups import ElementGroup
 from tautflex.structure.materials import BeamSection
 
@@ -120,8 +120,10 @@ def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> Eleme
         elasticity=np.einsum("ns,st->nst", elasticity, np.eye(6)),
         initial_stress=initial,
         measure=length,
+        size=np.ones(count),
         inertia=_inertia(section, ends, axes, length),
         axes=axes,
+        material=material,
     )
 
 

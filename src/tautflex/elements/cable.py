@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.elements.axes import line_axes
 from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
-from tautflex.elements.laws import RESIDUAL_STIFFNESS
+from tautflex.elements.laws import law_of
 from tautflex.structure.groups import ElementGroup
 from tautflex.structure.materials import CableSection
 
@@ -22,33 +23,6 @@ QUADRATIC = {
     "von-karman": symmetric_terms(1, 3, [(0, 1, 1, 0.5), (0, 2, 2, 0.5)]),
     "green-lagrange": symmetric_terms(1, 3, [(0, 0, 0, 0.5), (0, 1, 1, 0.5), (0, 2, 2, 0.5)]),
 }
-
-
-def line_axes(ends: Array, direction: Array) -> tuple[Array, Array]:
-    """Local axes and lengths of two-node elements.
-
-    Parameters
-    ----------
-    ends
-        End positions [m], shape (element, 2, 3).
-    direction
-        Local z is its part normal to the element; where it is parallel, global y is used instead.
-
-    Returns
-    -------
-    axes
-        Local axes as rows, the first along the element, shape (element, 3, 3).
-    length
-        Lengths [m], shape (element,).
-    """
-    span = ends[:, 1] - ends[:, 0]
-    length = np.linalg.norm(span, axis=1)
-    along = span / length[:, None]
-    third = direction - np.sum(along * direction, axis=1)[:, None] * along
-    parallel = np.linalg.norm(third, axis=1) < 1e-6 * np.linalg.norm(direction)
-    third[parallel] = np.array([0.0, 1.0, 0.0]) - along[parallel, 1:2] * along[parallel]
-    third /= np.linalg.norm(third, axis=1)[:, None]
-    return np.stack([along, np.cross(third, along), third], axis=1), length
 
 
 def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> ElementBlock:
@@ -73,12 +47,13 @@ def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> Eleme
         elasticity=np.full((len(dofs), 1, 1), section.material.youngs_modulus),
         initial_stress=group.initial / section.area,
         measure=volume,
+        size=np.full(len(dofs), section.area),
         inertia=InertiaPoints(
             mass=np.repeat(0.5 * mass[:, None], 2, axis=1),
             interpolation=np.einsum("pi,kl->pkil", shape, np.eye(3)).reshape(1, 2, 3, 6),
             position=np.einsum("pi,nik->npk", shape, ends),
         ),
         axes=axes,
-        law="slack" if section.slack else "elastic",
-        law_parameters=(section.material.youngs_modulus, 0.0, RESIDUAL_STIFFNESS),
+        material=section.material,
+        law=law_of(section),
     )

@@ -12,8 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.elements.axes import film_axes
 from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
-from tautflex.elements.laws import RESIDUAL_STIFFNESS
+from tautflex.elements.laws import law_of
 from tautflex.structure.groups import ElementGroup
 from tautflex.structure.materials import MembraneSection
 
@@ -30,38 +31,6 @@ def _quadratic(components: tuple[int, ...]) -> Array:
 
 
 QUADRATIC = {"von-karman": _quadratic((2,)), "green-lagrange": _quadratic((0, 1, 2))}
-
-
-def film_axes(corners: Array, direction: Array) -> tuple[Array, Array]:
-    """Local axes and areas of triangles.
-
-    Parameters
-    ----------
-    corners
-        Corner positions [m], shape (element, 3, 3).
-    direction
-        Local x is its projection on the film; where it is normal to the film, global y is projected instead.
-
-    Returns
-    -------
-    axes
-        Local axes as rows, shape (element, 3, 3); the normal's last non-zero component is positive.
-    area
-        Areas [m^2], shape (element,).
-    """
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = 0.5 * np.linalg.norm(normal, axis=1)
-    normal /= 2.0 * area[:, None]
-    sign = np.ones(len(normal))
-    for component in (0, 1, 2):
-        clear = np.abs(normal[:, component]) > 1e-9
-        sign[clear] = np.sign(normal[clear, component])
-    normal *= sign[:, None]
-    first = direction - np.sum(normal * direction, axis=1)[:, None] * normal
-    flat = np.linalg.norm(first, axis=1) < 1e-6 * np.linalg.norm(direction)
-    first[flat] = np.array([0.0, 1.0, 0.0]) - normal[flat, 1:2] * normal[flat]
-    first /= np.linalg.norm(first, axis=1)[:, None]
-    return np.stack([first, np.cross(normal, first), normal], axis=1), area
 
 
 def plane_stress(section: MembraneSection) -> Array:
@@ -92,10 +61,11 @@ def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> Eleme
         elasticity=np.broadcast_to(plane_stress(section), (count, 3, 3)),
         initial_stress=group.initial.copy(),
         measure=volume,
+        size=np.full(count, section.thickness),
         inertia=_inertia(corners, section.material.density * volume),
         axes=axes,
-        law=section.law,
-        law_parameters=(section.material.youngs_modulus, section.material.poisson_ratio, RESIDUAL_STIFFNESS),
+        material=section.material,
+        law=law_of(section),
     )
 
 

@@ -102,7 +102,7 @@ class FullPlant:
 
 
 def _refuse(state: PrestressedState) -> None:
-    laws = sorted({block.law for block in state.system.blocks} - {"elastic"})
+    laws = sorted({block.law.name for block in state.system.blocks if not block.is_elastic})
     if laws:
         raise UnsupportedError(
             f"law: expected elastic film and cables in a batch, got {', '.join(laws)}; run simulate one by one"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.membrane import FilmSurvey
+from tautflex.mechanics.membrane import MembraneSurvey
 from tautflex.mechanics.system import StructuralSystem
 
 Array = NDArray[np.float64]
@@ -45,9 +45,9 @@ class CompressionWatch:
     def __init__(self, system: StructuralSystem) -> None:
         self._system = system
         self._film, self._cable, self._instants = _Worst(), _Worst(), 0
-        self._film_elastic = all(block.law != "tension-field" for block in system.blocks)
+        self._film_elastic = not any(block.kind == "membrane" and block.law.tension_only for block in system.blocks)
 
-    def see(self, time: float, film: FilmSurvey, cables: list[tuple[Array, float, bool]]) -> None:
+    def see(self, time: float, film: MembraneSurvey, cables: list[tuple[Array, Array, bool]]) -> None:
         """Look at one instant: its film, and stress, section and elasticity of every cable block."""
         self._instants += 1
         if self._film_elastic and film.smallest < -_NOTABLE * max(film.largest, 0.0):
@@ -57,7 +57,7 @@ class CompressionWatch:
             if elastic:
                 element = int(stress.argmin())
                 if stress[element] < 0.0:
-                    self._cable.see(float(stress[element]) * area, time, first + element, 0.0)
+                    self._cable.see(float(stress[element] * area[element]), time, first + element, 0.0)
             first += len(stress)
 
     def warnings(self) -> list[str]:
