@@ -161,7 +161,7 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     residual = float(np.abs(reference).max(initial=0.0))
     state = PrestressedState(system, reference, residual, residual / largest_force(system, workspace.stress), 0)
     problems = find_problems(
-        model, state.cable_tension, principal_resultants(system, state.stress), state.membrane_states
+        system, state.cable_tension, principal_resultants(system, state.stress), state.membrane_states
     )
     unstable = count_unstable(state)
     if unstable:
