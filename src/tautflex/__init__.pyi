@@ -36,7 +36,7 @@ from .mechanics.loads.inputs import EdgeForce as EdgeForce
 from .mechanics.loads.inputs import FilmTemperature as FilmTemperature
 from .mechanics.loads.inputs import NodalForce as NodalForce
 from .mechanics.loads.pressure import PressureLoad as PressureLoad
-from .mechanics.membrane import film_states as film_states
+from .mechanics.membrane import membrane_states as membrane_states
 from .motion.attitude import attitude as attitude
 from .motion.coupling import Coupling as Coupling
 from .motion.hub import FreeHub as FreeHub

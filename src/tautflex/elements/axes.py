@@ -35,26 +35,26 @@ def line_axes(ends: Array, direction: Array) -> tuple[Array, Array]:
     return np.stack([along, np.cross(third, along), third], axis=1), length
 
 
-def film_axes(corners: Array, direction: Array) -> tuple[Array, Array]:
-    """Local axes and areas of triangles.
+def film_axes(tangents: Array, direction: Array) -> tuple[Array, Array]:
+    """Local axes of films, from two vectors in each film.
 
     Parameters
     ----------
-    corners
-        Corner positions [m], shape (element, 3, 3).
+    tangents
+        Derivatives of the position along two local coordinates [m], such as two sides of a triangle, shape (n, 2, 3).
     direction
         Local x is its projection on the film; where it is normal to the film, global y is projected instead.
 
     Returns
     -------
     axes
-        Local axes as rows, shape (element, 3, 3); the normal's last non-zero component is positive.
-    area
-        Areas [m^2], shape (element,).
+        Local axes as rows, shape (n, 3, 3); the normal's last non-zero component is positive.
+    stretch
+        Area of the parallelogram of the two vectors [m^2], shape (n,).
     """
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = 0.5 * np.linalg.norm(normal, axis=1)
-    normal /= 2.0 * area[:, None]
+    normal = np.cross(tangents[:, 0], tangents[:, 1])
+    stretch = np.linalg.norm(normal, axis=1)
+    normal /= stretch[:, None]
     sign = np.ones(len(normal))
     for component in (0, 1, 2):
         clear = np.abs(normal[:, component]) > 1e-9
@@ -64,4 +64,4 @@ def film_axes(corners: Array, direction: Array) -> tuple[Array, Array]:
     flat = np.linalg.norm(first, axis=1) < 1e-6 * np.linalg.norm(direction)
     first[flat] = np.array([0.0, 1.0, 0.0]) - normal[flat, 1:2] * normal[flat]
     first /= np.linalg.norm(first, axis=1)[:, None]
-    return np.stack([first, np.cross(normal, first), normal], axis=1), area
+    return np.stack([first, np.cross(normal, first), normal], axis=1), stretch

@@ -79,7 +79,7 @@ class FullPlant:
                 np.asarray(block.measure),
                 {name: field[index] for name, field in fields.items() if np.any(field[index])},
             )
-            for index, (block, places) in enumerate(zip(system.blocks, system.element_places, strict=True))
+            for index, (block, places) in enumerate(zip(system.blocks, system.row_places, strict=True))
         )
         self.table = gather_table(np.concatenate([block.places.ravel() for block in self.blocks]), system.size)
         stiffness = system.pattern.matrix(state.tangent_entries).toarray()
