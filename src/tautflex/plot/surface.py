@@ -27,7 +27,7 @@ _BEHIND, _SURFACE, _BEFORE = 1, 2, 3
 
 @dataclass(frozen=True)
 class Wireframe:
-    """What is drawn: ``nodes`` (node, 3) [m] and node numbers of triangles, lines between film elements, and members."""
+    """What is drawn: ``nodes`` (node, 3) [m] and numbers of triangles, lines between its elements, members."""
 
     nodes: Array
     triangles: NDArray[np.int64]
