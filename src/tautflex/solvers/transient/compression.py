@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tautflex.mechanics.membrane import MembraneSurvey
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.solvers.static.diagnosis import place_of
 
 Array = NDArray[np.float64]
 
@@ -64,23 +65,19 @@ class CompressionWatch:
         """Sentences with how much, where, when, and what to switch on; empty if there is nothing to say."""
         found = []
         if self._film.instants:
-            worst, model = self._film, self._system.model
-            place = _point(model.nodes[model.triangles[worst.element]].mean(axis=0))
+            worst = self._film
+            place = place_of(self._system.model, "membrane", worst.element)
             found.append(
                 f"the elastic film carried compression: {worst.value:.3g} N/m at t = {worst.time:.4g} s, element "
                 f"{worst.element} at {place}; at {worst.instants / self._instants:.0%} of the stored instants, up to "
                 f"{worst.area:.0%} of its area; a real film wrinkles, set membrane.law = 'tension-field'"
             )
         if self._cable.instants:
-            worst, model = self._cable, self._system.model
-            place = _point(model.nodes[model.cables[worst.element]].mean(axis=0))
+            worst = self._cable
+            place = place_of(self._system.model, "cable", worst.element)
             found.append(
                 f"an elastic cable pushed: {worst.value:.3g} N at t = {worst.time:.4g} s, cable {worst.element} at "
                 f"{place}; at {worst.instants / self._instants:.0%} of the stored instants; a real cable goes slack, "
                 "set cables.slack = true"
             )
         return found
-
-
-def _point(position: Array) -> str:
-    return "(" + ", ".join(f"{value:.3g}" for value in position) + ") m"

@@ -129,15 +129,17 @@ def run_dataset(model: Model, probes: ProbeSet, samples: Samples, attributes: di
     fields = np.array([field for _, field, _ in samples.fields]).reshape(-1, len(model.nodes), 3)
     about = {"long_name": "elastic displacement of all nodes", "units": "m"}
     data["displacement"] = (("field_time", "node", "component"), fields, about)
-    states = np.array([state for _, _, state in samples.fields], dtype=np.int8).reshape(
-        len(samples.fields), len(model.triangles)
-    )
+    states = [state[model.triangle_owner] for _, _, state in samples.fields]
     flags: dict[str, Any] = {
         "flag_values": np.arange(len(MEMBRANE_STATES), dtype=np.int8),
         "flag_meanings": " ".join(MEMBRANE_STATES),
     }
     flags |= {"long_name": "state of each film element", "units": "1"}
-    data["film_state"] = (("field_time", "triangle_element"), states, flags)
+    data["film_state"] = (
+        ("field_time", "triangle_element"),
+        np.array(states, dtype=np.int8).reshape(len(states), len(model.triangles)),
+        flags,
+    )
     about = {"long_name": "reference position of the probe", "units": "m"}
     data["probe_position"] = (("probe", "component"), probes.positions, about)
     return xr.Dataset(
