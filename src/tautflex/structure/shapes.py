@@ -254,4 +254,4 @@ def register_shape(shape: Shape) -> Shape:
     known = SHAPES.setdefault(shape.name, shape)
     if known != shape:
         raise InputError(f"shape: expected a new name, got {shape.name!r}, which another shape has; rename it")
-    return shape
+    return known
