@@ -1,6 +1,6 @@
 """Error against time per step of the membrane elements, on a film thrown far beyond its thickness.
 
-Run ``python benchmarks/element_order.py`` (half a minute) or with ``--full`` (two minutes, the table of docs/elements.md).
+Run ``python benchmarks/element_order.py`` (a minute) or with ``--full`` (five, docs/elements.md).
 Meshes with the same nodes stand together: 40 x 20 cells of three-node triangles or quadrilaterals have the nodes of
 20 x 10 cells of six-node triangles. All runs take the same steps, so that what differs is the mesh alone.
 """
