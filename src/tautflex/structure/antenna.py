@@ -176,7 +176,7 @@ def _film(
 
 
 def _nearest(nodes: NDArray[np.float64], point: tuple[float, float]) -> int:
-    return int(np.argmin(np.sum((nodes[:, :2] - point) ** 2, axis=1)))
+    return int(np.argmin((nodes[:, 0] - point[0]) ** 2 + (nodes[:, 1] - point[1]) ** 2))
 
 
 def _frame_points(
