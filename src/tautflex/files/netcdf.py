@@ -1,4 +1,7 @@
-"""Results on disk: xarray Datasets to NetCDF-4 and back, exactly."""
+"""Results on disk: xarray Datasets to NetCDF-4 and back, exactly.
+
+The seal and the examination are own, because HDF5 may hang on a damaged file and guards only parts of it by checksums.
+"""
 
 from __future__ import annotations
 
