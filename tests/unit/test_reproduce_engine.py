@@ -67,6 +67,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_kill_at_any_moment_loses_nothing_that_was_finished(tmp_path, workers):
     script, place = tmp_path / "perform.py", tmp_path / "runs"
