@@ -76,7 +76,7 @@ def test_a_dataset_holds_the_elements_and_what_stands_for_them(antenna):
     element, model, data = antenna
     owner, triangles = data["triangle_owner"].values, data["triangle"].values
     elements = data["membrane"].values
-    assert elements.shape == (model.film_elements, CELL[element][1])
+    assert elements.shape == (model.membrane_count, CELL[element][1])
     assert set(data["membrane_cell"].values.tolist()) == {CELL[element][0]}
     assert all(set(row) <= set(elements[own]) for row, own in zip(triangles, owner, strict=True))
     assert set(triangles.ravel()) == set(elements.ravel())
@@ -99,9 +99,9 @@ def test_three_node_triangles_are_stored_as_before():
 
 def test_cells_of_a_vtu_file_are_the_elements(antenna, tmp_path):
     element, model, data = antenna
-    tension = np.arange(float(model.film_elements))
+    tension = np.arange(float(model.membrane_count))
     grid = read_grid(write_vtu(data.assign(tension=("membrane_element", tension)), tmp_path)[2])
-    count, (cell, nodes) = model.film_elements, CELL[element]
+    count, (cell, nodes) = model.membrane_count, CELL[element]
     assert grid["Cells", "types"].tolist() == [cell] * count + [3] * (len(model.cables) + len(model.beams))
     film = np.split(grid["Cells", "connectivity"], grid["Cells", "offsets"][:-1])[:count]
     np.testing.assert_array_equal(film, data["membrane"].values)

@@ -224,7 +224,7 @@ def test_folded_elements_are_refused():
 def test_a_film_torn_at_a_middle_node_is_refused():
     nodes = np.vstack([BENT, [1.0, 1.0, 0.0], [1.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.5, 0.5, 0.0]])
     whole, torn = [[0, 1, 2, 3, 4, 5], [1, 6, 2, 7, 8, 4]], [[0, 1, 2, 3, 4, 5], [1, 6, 2, 7, 8, 9]]
-    assert Model.from_mesh(nodes[:9], triangles=whole, membrane=FILM).film_elements == 2
+    assert Model.from_mesh(nodes[:9], triangles=whole, membrane=FILM).membrane_count == 2
     with pytest.raises(MeshError, match=r"share the edge between nodes 1 and 2 but not the nodes between them \(1 "):
         Model.from_mesh(nodes, triangles=torn, membrane=FILM)
     with pytest.raises(MeshError, match="join elements of the same order"):
