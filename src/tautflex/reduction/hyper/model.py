@@ -43,7 +43,7 @@ class HyperReducedModel(OnBasis):
     blocks
         Chosen elements; their unknowns are the coordinates, their measures are weighted.
     weights
-        Weight of every element of the structure, and the error of the training forces.
+        Weight of every integration point of the structure, and the error of the training forces.
     seconds
         What the reduction cost [s], without the training run.
     """
@@ -112,7 +112,7 @@ class HyperReducedModel(OnBasis):
     def __repr__(self) -> str:
         return (
             f"HyperReducedModel({self.size} coordinates for {self.state.system.size} unknowns: "
-            f"{self.basis.description}; {self.weights.chosen} of {len(self.weights.values)} elements, training error "
+            f"{self.basis.description}; {self.weights.chosen} of {len(self.weights.values)} points, training error "
             f"{self.weights.residual:.2g}; {self.memory / 1e6:.3g} MB, made in {self.seconds:.3g} s)"
         )
 
