@@ -15,6 +15,8 @@ from .batch import Batch as Batch
 from .case import Case as Case
 from .case import load_case as load_case
 from .case.build import build_model as build_model
+from .case.registry import register as register
+from .case.run import run_case as run_case
 from .errors import CaseError as CaseError
 from .errors import InputError as InputError
 from .errors import MeshError as MeshError
@@ -33,9 +35,10 @@ from .files.netcdf import save as save
 from .mechanics.dampings.rayleigh import Rayleigh as Rayleigh
 from .mechanics.loads.inputs import CableTension as CableTension
 from .mechanics.loads.inputs import EdgeForce as EdgeForce
-from .mechanics.loads.inputs import FilmTemperature as FilmTemperature
+from .mechanics.loads.inputs import MembraneTemperature as MembraneTemperature
 from .mechanics.loads.inputs import NodalForce as NodalForce
 from .mechanics.loads.pressure import PressureLoad as PressureLoad
+from .mechanics.loads.time_table import TimeTable as TimeTable
 from .mechanics.membrane import film_states as film_states
 from .motion.attitude import attitude as attitude
 from .motion.coupling import Coupling as Coupling

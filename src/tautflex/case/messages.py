@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
 
 from pydantic import BaseModel, ValidationError
 
@@ -82,9 +82,15 @@ def case_error(error: ValidationError, model: type[BaseModel]) -> CaseError:
     return CaseError(one_line(f"{key}: {text}") if key else text)
 
 
-def unknown_key(name: str, value: object, known: Mapping[str, Any]) -> str:
-    """Sentence for a key that does not exist, with the nearest one that does."""
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+def choices(names: Sequence[str]) -> str:
+    """Names in quotes, as the end of "expected one of"."""
+    *others, last = [repr(name) for name in names]
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def unknown_key(name: str, value: object, known: Collection[str], meant: Collection[str] = ()) -> str:
+    """Sentence for a key that does not exist, with the nearest one that does, here or elsewhere."""
+    near = difflib.get_close_matches(name, known, n=1) or difflib.get_close_matches(name, meant, n=1)
     remedy = f"did you mean {near[0]!r}?" if near else "remove it"
     return f"unknown key with value {show(value)}, expected one of {', '.join(known)}; {remedy}"
 
@@ -94,9 +100,10 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
     name = str(detail["loc"][0]) if detail["loc"] else ""
     field = _fields(model).get(name)
     if kind == "extra_forbidden":
-        return unknown_key(name, value, _fields(model))
+        return unknown_key(name, value, _fields(model), model.all_keys() if hasattr(model, "all_keys") else ())
     if kind == "missing" and len(detail["loc"]) == 1:
-        return f"missing, expected the {meaning(name, field)}; add it"
+        wanted = f"{model.choice()} expects" if hasattr(model, "choice") else "expected"
+        return f"missing, {wanted} the {meaning(name, field)}; add it"
     if kind in _COMPARISONS:
         sign, limit = _COMPARISONS[kind]
         expected = f"a number {sign} {context[limit]:g}"
@@ -110,7 +117,10 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
 
 
 def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
-    return {field.alias or name: field for name, field in model.model_fields.items()}
+    """Keys of a section, the one that names a class first."""
+    named = getattr(model, "naming_key", None)
+    fields = sorted(model.model_fields.items(), key=lambda item: item[0] != named)
+    return {field.alias or name: field for name, field in fields}
 
 
 def meaning(name: str, field: FieldInfo | None) -> str:

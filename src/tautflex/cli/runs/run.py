@@ -35,11 +35,11 @@ def run(
     directory = output if output is not None else default_directory(case)
     require_output_directory(directory)
 
-    from tautflex.case.run import run_case
+    from tautflex.case.run import write_case_run
     from tautflex.cli.figures import run_figures
 
     with about(case), progress_bar() as progress:
-        summary = run_case(loaded, directory, progress, figures=run_figures, title=case.stem)
+        summary = write_case_run(loaded, directory, progress, figures=run_figures, title=case.stem)
     if as_json:
         print_json(summary)
     else:

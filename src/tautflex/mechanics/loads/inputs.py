@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.mechanics.loads.time_table import TimeTable
 from tautflex.mechanics.system import StructuralSystem
 
 Array = NDArray[np.float64]
@@ -147,7 +148,7 @@ class CableTension:
 
 
 @dataclass(frozen=True)
-class FilmTemperature:
+class MembraneTemperature:
     """Uniform temperature change of the film.
 
     Parameters
@@ -168,7 +169,7 @@ class FilmTemperature:
         """Bind to a system with a film: stress change -D (expansion, expansion, 0) per kelvin."""
         blocks = system.block_index("membrane")
         if not blocks:
-            raise InputError("FilmTemperature: expected a model with a film, got none; add triangles to the model")
+            raise InputError("MembraneTemperature: expected a model with a film, got none; add triangles to the model")
         strain = checks.finite("expansion", self.expansion) * np.array([1.0, 1.0, 0.0])
         per_kelvin = {index: (-system.blocks[index].elasticity @ strain)[:, :, None] for index in blocks}
         return _Stress(self.change, per_kelvin, 1, "change")
@@ -221,6 +222,12 @@ def _nodal_pattern(system: StructuralSystem, nodes: Sequence[int], share: Array)
     return pattern[:-1]
 
 
+def _breaks(item: TimeInput) -> tuple[float, ...]:
+    """Instants at which an input jumps, its own and those of its tables [s]."""
+    tables = [value for value in getattr(item, "__dict__", {}).values() if isinstance(value, TimeTable)]
+    return (*getattr(item, "breaks", ()), *(instant for table in tables for instant in table.breaks))
+
+
 class InputSet:
     """All inputs of a run.
 
@@ -237,7 +244,7 @@ class InputSet:
             if not hasattr(item, "prepare"):
                 raise InputError(f"inputs: expected objects such as CableTension(...), got {item!r}")
         self._system = system
-        self.breaks = tuple(instant for item in inputs for instant in item.breaks)
+        self.breaks = tuple(instant for item in inputs for instant in _breaks(item))
         self._inputs = [item.prepare(system) for item in inputs]
 
     def __bool__(self) -> bool:
