@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 CHECKED := src tests benchmarks examples
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test verification lint format benchmark benchmark-peers dolfinx clean
+.PHONY: help demo test verification lint reference format benchmark benchmark-peers dolfinx clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -26,6 +26,9 @@ lint: $(VENV)/tools ## check format, lint rules, types and the import contract
 	$(BIN)/ruff check $(CHECKED)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+reference: $(VENV)/installed ## write docs/case.md, the keys of the case file, from the classes
+	$(BIN)/tautflex keys --markdown > docs/case.md
 
 format: $(VENV)/tools ## rewrite the sources in the house format
 	$(BIN)/ruff format $(CHECKED)

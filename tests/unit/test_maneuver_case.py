@@ -118,7 +118,7 @@ BAD = {
         'kind = "stop"\nduration = 1.0',
         ["maneuver.rate: missing", "before t = 0 [rad/s]", "add it"],
     ),
-    "spin-up without rate": ('kind = "spin-up"\nduration = 1.0', ["maneuver.rate: missing", "to reach [rad/s]"]),
+    "spin-up without rate": ('kind = "spin-up"\nduration = 1.0', ["maneuver.rate: missing", "to reach"]),
     "slew without angle": ('kind = "slew"\nduration = 1.0', ["maneuver.angle: missing", "'slew'", "[rad]"]),
     "slew with rate": (
         'kind = "slew"\nangle = 1.0\nduration = 1.0\nrate = 2.0',

@@ -9,7 +9,16 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from tautflex.cli.options import AsJson, CaseFile, Overrides, about, print_json, require_output_directory
+from tautflex.cli.options import (
+    AsJson,
+    CaseFile,
+    Overrides,
+    Plugins,
+    about,
+    print_json,
+    require_output_directory,
+    use_plugins,
+)
 
 
 def run(
@@ -21,6 +30,7 @@ def run(
         Parameter(name=["-o", "--output"], help="Directory for results; default: named like the case."),
     ] = None,
     override: Overrides = None,
+    plugin: Plugins = None,
     as_json: AsJson = False,
 ) -> int:
     """Simulate the maneuver; write run.nc, summary.json and figures.
@@ -29,6 +39,7 @@ def run(
 
     Example: tautflex run m2.toml -o m2 --set damping.alpha=0.01 --set solver.end_time=5
     """
+    use_plugins(plugin)
     from tautflex.case import load_case
 
     loaded = load_case(case, override or ())
