@@ -30,6 +30,8 @@ _KINDS = {
     "model_attributes_type": "a table of keys and values",
 }
 
+_BRANCHES = ("float", "int", "str", "bool")
+
 _COMPARISONS = {
     "greater_than": (">", "gt"),
     "greater_than_equal": (">=", "ge"),
@@ -73,8 +75,8 @@ def case_error(error: ValidationError, model: type[BaseModel]) -> CaseError:
     # A misspelt key explains the missing one; of several readings of a value the furthest one counts.
     details = error.errors(include_url=False)
     first = min(details, key=lambda item: (item["type"] != "extra_forbidden", -len(item["loc"])))
-    # pydantic also lists which branch of "A or B" it tried, as "literal['none']" or "tuple[...]"
-    key = ".".join(str(part) for part in first["loc"] if "[" not in str(part))
+    # pydantic also lists which branch of "A or B" it tried, as "float", "literal['none']" or "tuple[...]"
+    key = ".".join(str(part) for part in first["loc"] if "[" not in str(part) and part not in _BRANCHES)
     inner = first.get("ctx", {}).get("error")
     if isinstance(inner, CaseError):
         return CaseError(f"{key}.{inner}")

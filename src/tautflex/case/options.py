@@ -14,10 +14,10 @@ from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union, get_args, get_origin, get_type_hints
 
 from numpy.typing import ArrayLike
-from pydantic import Field, Strict, create_model, model_validator
+from pydantic import BeforeValidator, Field, Strict, create_model, model_validator
 
 from tautflex import checks
-from tautflex.case import docstrings
+from tautflex.case.help import docstrings
 from tautflex.case.messages import choices, meaning, show
 from tautflex.case.registry import Registry, kind_of
 from tautflex.case.section import Flag, Number, Section
@@ -32,7 +32,7 @@ _TYPES: dict[Any, tuple[Any, Any]] = {
     str: (Annotated[str, Strict()], "text"),
 }
 _TABLE: Any = tuple[Number, ...] | tuple[tuple[Number, ...], ...]
-_IN_TIME: Any = Number | tuple[Number, ...] | TimeTableKeys
+_IN_TIME: Any = Annotated[Number | tuple[Number, ...] | TimeTableKeys, BeforeValidator(TimeTableKeys.from_table)]
 
 
 def value_type(hint: Any) -> tuple[Any, Any]:
@@ -126,11 +126,6 @@ class Chosen(Section):
     def parts_for(cls, target: type) -> tuple[type[Chosen], ...]:
         """Sections that together hold the keys of a class which are not its fields."""
         return (cls,)
-
-    @classmethod
-    def from_table(cls, values: Any) -> Any:
-        """Make the section from a table of keys; anything else is left to pydantic to refuse."""
-        return cls(**values) if isinstance(values, dict) else values
 
     @classmethod
     def all_keys(cls) -> set[str]:

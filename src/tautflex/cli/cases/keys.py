@@ -24,7 +24,7 @@ def keys(
     """
     use_plugins(plugin)
 
-    from tautflex.case import reference
+    from tautflex.case.help import reference
 
     entries = reference.reference(section)
     if as_json:

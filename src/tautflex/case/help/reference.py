@@ -11,7 +11,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic.fields import FieldInfo
 
-from tautflex.case import docstrings
+from tautflex.case.help import docstrings
 from tautflex.case.messages import choices, show
 from tautflex.case.options import Chosen
 from tautflex.case.schema import Case
@@ -20,7 +20,7 @@ from tautflex.case.sections.maneuver import Step
 from tautflex.case.tables import TimeTableKeys
 from tautflex.errors import CaseError
 
-_RANGE = re.compile(r"(?<=, )[<>]=? ?[\d./e-]+|in [\[(][^\])]*[\])]")
+_RANGE = re.compile(r"(?<=, )[<>]=? ?\d+(?:[./]\d+)?|in [\[(][^\])]*[\])]")
 _NAMES = {float: "number", int: "integer", bool: "true or false", str: "text", type(None): ""}
 _SIGNS = {Gt: (">", "gt"), Ge: (">=", "ge"), Lt: ("<", "lt"), Le: ("<=", "le")}
 
