@@ -26,12 +26,12 @@ from .errors import PrestressError as PrestressError
 from .errors import TautflexError as TautflexError
 from .errors import UnsupportedError as UnsupportedError
 from .files.appendage import save_appendage as save_appendage
-from .files.export import write_csv as write_csv
-from .files.export import write_vtu as write_vtu
+from .files.csv import write_csv as write_csv
 from .files.mesh import MeshData as MeshData
 from .files.mesh import read_mesh as read_mesh
 from .files.netcdf import load as load
 from .files.netcdf import save as save
+from .files.vtu import write_vtu as write_vtu
 from .mechanics.dampings.rayleigh import Rayleigh as Rayleigh
 from .mechanics.loads.inputs import CableTension as CableTension
 from .mechanics.loads.inputs import EdgeForce as EdgeForce
