@@ -39,7 +39,7 @@ from .mechanics.loads.inputs import MembraneTemperature as MembraneTemperature
 from .mechanics.loads.inputs import NodalForce as NodalForce
 from .mechanics.loads.pressure import PressureLoad as PressureLoad
 from .mechanics.loads.time_table import TimeTable as TimeTable
-from .mechanics.membrane import film_states as film_states
+from .mechanics.membrane import membrane_states as membrane_states
 from .motion.attitude import attitude as attitude
 from .motion.coupling import Coupling as Coupling
 from .motion.hub import FreeHub as FreeHub
@@ -74,9 +74,9 @@ from .solvers.transient.methods.generalized_alpha import GeneralizedAlpha as Gen
 from .solvers.transient.methods.generalized_alpha import Newmark as Newmark
 from .solvers.transient.methods.wilson import WilsonTheta as WilsonTheta
 from .solvers.transient.simulate import simulate as simulate
+from .structure.groups import Support as Support
 from .structure.materials import BeamSection as BeamSection
 from .structure.materials import CableSection as CableSection
 from .structure.materials import Material as Material
 from .structure.materials import MembraneSection as MembraneSection
 from .structure.model import Model as Model
-from .structure.model import Support as Support

@@ -12,9 +12,9 @@ from scipy.sparse.linalg import splu
 
 from tautflex.checks import between, float_array
 from tautflex.errors import InputError
+from tautflex.solvers.variables import MESH_VARIABLES
 
 Mass: TypeAlias = "NDArray[np.float64] | sparse.sparray | sparse.spmatrix"
-_GEOMETRY = ("node_position", "triangle", "cable", "beam")
 
 
 def pod(
@@ -144,7 +144,7 @@ def _field(data: xr.Dataset | xr.DataArray | ArrayLike) -> tuple[xr.DataArray, d
                 "data: expected a variable 'displacement' (field_time, node, component), got "
                 f"{sorted(map(str, data.data_vars))}; simulate with fields='all' or a list of times"
             )
-        return data["displacement"], {name: data[name] for name in _GEOMETRY if name in data}
+        return data["displacement"], {name: data[name] for name in MESH_VARIABLES if name in data}
     if isinstance(data, xr.DataArray):
         field = data
     else:

@@ -52,11 +52,12 @@ def _about_prestress(case: Case, state: PrestressedState) -> list[str]:
     if case.cables.per_long_edge is None or case.cables.per_short_edge is None:
         return warnings  # a mesh file has its cables where it has them
     spaces = (case.cables.per_long_edge - 1, case.cables.per_short_edge - 1)
-    if any(cells > gaps for cells, gaps in zip(case.mesh.divisions, spaces, strict=True)):
+    if any(have > gaps for have, gaps in zip(case.mesh.node_spaces, spaces, strict=True)):
+        what = "cells" if case.mesh.node_spaces == case.mesh.divisions else "spaces between nodes"
         warnings.append(
-            f"edge nodes without a cable: {list(case.mesh.divisions)} cells but {list(spaces)} cable spaces; "
+            f"edge nodes without a cable: {list(case.mesh.node_spaces)} {what} but {list(spaces)} cable spaces; "
             "a free edge between cables tends to compression, set cables.per_long_edge and per_short_edge "
-            "to cells + 1"
+            f"to {what} + 1"
         )
     return warnings
 

@@ -46,7 +46,7 @@ def build_model(case: Case) -> Model:
     assert film.length is not None
     assert film.width is not None
     if case.cables is None or case.frame is None:
-        layout = AntennaLayout(film.length, film.width, mesh.divisions, mesh.pattern)
+        layout = AntennaLayout(film.length, film.width, mesh.divisions, mesh.pattern, element=mesh.element)
         return build_fixed_film(layout, membrane, membrane_stress(case))
     cables, frame = case.cables, case.frame
     assert cable is not None
@@ -64,6 +64,7 @@ def build_model(case: Case) -> Model:
         cables.per_short_edge,
         cables.distribution,
         frame.support,
+        mesh.element,
     )
     return build_antenna(
         layout,

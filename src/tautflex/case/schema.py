@@ -15,6 +15,8 @@ from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction,
 from tautflex.case.sections.inputs import Input
 from tautflex.case.sections.maneuver import Maneuver
 from tautflex.case.sections.structural import Cables, Frame, Membrane, Mesh, Prestress
+from tautflex.structure.mesh import least_divisions
+from tautflex.structure.shapes import SHAPES
 
 _LARGEST = 1e300  # keeps products of absurd step counts finite
 
@@ -113,8 +115,9 @@ class Case(Section):
         if self.cables is not None:
             counts = (self.cables.per_long_edge, self.cables.per_short_edge)
             for axis, count, have in zip("xy", counts, self.mesh.divisions, strict=True):
-                if count is not None and have < count - 1:
-                    text = f"mesh.divisions: expected at least {count - 1} cells along {axis} for {count} cables"
+                least = 0 if count is None else least_divisions(count - 1, SHAPES[self.mesh.element])
+                if have < least:
+                    text = f"mesh.divisions: expected at least {least} cells along {axis} for {count} cables"
                     raise ValueError(f"{text}, got {_pair(self.mesh.divisions)}; refine the mesh or remove cables")
         return self
 
@@ -148,7 +151,7 @@ class Case(Section):
     def _fits_in_memory(self) -> Self:
         available = memory.available_bytes()
         limit = f"fits in the {available / 1e9:.3g} GB of memory available"
-        divisions = self.mesh.divisions if self.mesh.file is None else (1, 1)
+        divisions = self.mesh.node_spaces if self.mesh.file is None else (1, 1)
         needed: float = memory.mesh_bytes(divisions)
         if needed > available:
             text = f"mesh.divisions: expected a mesh that {limit}"

@@ -79,7 +79,7 @@ class FullPlant:
                 np.asarray(block.measure),
                 {name: field[index] for name, field in fields.items() if np.any(field[index])},
             )
-            for index, (block, places) in enumerate(zip(system.blocks, system.element_places, strict=True))
+            for index, (block, places) in enumerate(zip(system.blocks, system.row_places, strict=True))
         )
         self.table = gather_table(np.concatenate([block.places.ravel() for block in self.blocks]), system.size)
         stiffness = system.pattern.matrix(state.tangent_entries).toarray()
@@ -102,7 +102,7 @@ class FullPlant:
 
 
 def _refuse(state: PrestressedState) -> None:
-    laws = sorted({block.law for block in state.system.blocks} - {"elastic"})
+    laws = sorted({block.law.name for block in state.system.blocks if not block.is_elastic})
     if laws:
         raise UnsupportedError(
             f"law: expected elastic film and cables in a batch, got {', '.join(laws)}; run simulate one by one"

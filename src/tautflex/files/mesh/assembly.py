@@ -11,8 +11,9 @@ from tautflex.errors import MeshError
 from tautflex.files.mesh import roles
 from tautflex.files.mesh.mesh_data import MeshData
 from tautflex.files.mesh.raw import IntArray, RawGroup, RawMesh, shorten
-from tautflex.structure.mesh import check_connected, check_lines, check_triangles
-from tautflex.structure.model import DIRECTIONS, Support
+from tautflex.structure.groups import DIRECTIONS, Support
+from tautflex.structure.mesh import check_connected, check_elements
+from tautflex.structure.shapes import LINE2, TRIANGLE3
 
 _CHOICES = {"triangles": ("membrane",), "lines": ("cable", "beam")}
 
@@ -127,9 +128,9 @@ def _collect(
     new |= {kind: _renumbering(chosen[kind], len(raw.lines)) for kind in ("cables", "beams")}
     triangles, cables, beams = (new["nodes"][elements[kind]] for kind in ("triangles", "cables", "beams"))
     nodes = raw.nodes[used] * unit_length
-    check_triangles(nodes, triangles)
-    check_lines("cables", nodes, cables)
-    check_lines("beams", nodes, beams)
+    check_elements("triangles", TRIANGLE3, nodes, triangles)
+    check_elements("cables", LINE2, nodes, cables)
+    check_elements("beams", LINE2, nodes, beams)
     check_connected(len(nodes), [triangles, cables, beams])
     supports = _supports([(name, new["nodes"][rows], directions) for name, rows, directions in held])
     return MeshData(nodes, triangles, cables, beams, supports, _selections(raw, new))

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.structure.groups import Support
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Model
 
 KINDS = ("triangles", "cables", "beams", "nodes")
 

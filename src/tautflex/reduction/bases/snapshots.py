@@ -63,7 +63,7 @@ def transverse_unknowns(state: PrestressedState) -> NDArray[np.bool_]:
     _, label = connected_components(matrix, directed=False)
     normal = np.zeros(system.size, dtype=bool)
     for index in system.block_index("membrane"):
-        block, places = system.blocks[index], system.element_places[index]
+        block, places = system.blocks[index], system.row_places[index]
         # Gradients w,1 and w,2 are the last two of a membrane.
         touched = np.any(block.gradient[:, 4:] != 0.0, axis=1)
         normal[places[touched & (places < system.size)]] = True

@@ -43,8 +43,9 @@ def basis_blocks(system: StructuralSystem, vectors: Array) -> list[ElementBlock]
             gradient=np.matmul(block.gradient, extended[:, places].transpose(1, 2, 0)),
             dofs=np.broadcast_to(np.arange(len(vectors)), (len(places), len(vectors))),
             initial_stress=stress,
+            owner=None,
         )
-        for block, places, stress in zip(system.blocks, system.element_places, system.initial_stress, strict=True)
+        for block, places, stress in zip(system.blocks, system.row_places, system.initial_stress, strict=True)
     ]
 
 
@@ -63,6 +64,7 @@ def chosen_blocks(blocks: list[ElementBlock], weights: Array) -> list[ElementBlo
                     elasticity=block.elasticity[keep],
                     initial_stress=block.initial_stress[keep],
                     measure=weight[keep] * block.measure[keep],
+                    size=block.size[keep],
                     axes=block.axes[keep],
                 )
             )

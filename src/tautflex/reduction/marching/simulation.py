@@ -172,4 +172,4 @@ def _field(
     eta = flight.eta[np.searchsorted(flight.stored, row)]
     pulled = flight.pulled(flight.motions(segments, np.array([row * step])))[0]
     q = flight.rom.displacement(eta, pulled)
-    return row * step, system.translations(q), survey_at(system, q).film_states()
+    return row * step, system.translations(q), survey_at(system, q).membrane_states()

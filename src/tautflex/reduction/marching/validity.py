@@ -87,7 +87,7 @@ def check_validity(
         motion = RigidMotion(motions[row, :3], motions[row, 3:6], motions[row, 6:])
         time = float(times[row])
         unbalanced = _unbalanced(flight, workspace, segments, time, eta[row], rate[row], pulled, motion, damping)
-        film = survey.film()
+        film = survey.membrane()
         scalars.append((film.smallest, film.largest, film.wrinkled, film.slack, survey.slack_cables()))
         watch.see(time, film, survey.cables)
         left.append(0.5 * float(unbalanced @ solver.solve(unbalanced)))

@@ -171,7 +171,7 @@ def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: floa
     if not hasattr(basis, "vectors"):
         raise InputError(f"basis: expected an object such as ModalBasis(directions=('rx',)), got {basis!r}")
     checks.between("weak_field", weak_field, 0.0, 1e-2)
-    laws = sorted({block.law for block in state.system.blocks} - {"elastic"})
+    laws = sorted({block.law.name for block in state.system.blocks if not block.is_elastic})
     if laws:
         raise UnsupportedError(
             f"law: expected elastic film and cables, whose forces are polynomials, got {', '.join(laws)}; use "

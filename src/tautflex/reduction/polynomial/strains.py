@@ -64,7 +64,7 @@ class _Chunk:
 def _chunks(system: StructuralSystem, vectors: Array) -> Iterator[_Chunk]:
     """Strains of all elements on the basis, in pieces that fit in memory."""
     extended = np.concatenate([vectors, np.zeros((len(vectors), 1))], axis=1)
-    for index, (block, places) in enumerate(zip(system.blocks, system.element_places, strict=True)):
+    for index, (block, places) in enumerate(zip(system.blocks, system.row_places, strict=True)):
         strains, gradients = block.linear.shape
         each = strains * max(len(vectors) ** 2, gradients * len(vectors))
         step = max(1, _CHUNK_NUMBERS // each)

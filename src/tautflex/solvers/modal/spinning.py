@@ -189,7 +189,7 @@ def solve_spinning_modes(
         eigenvalues,
         vectors,
         _whirl(state, spin, vectors),
-        survey_at(state.system, equilibrium).film().smallest,
+        survey_at(state.system, equilibrium).membrane().smallest,
     )
 
 

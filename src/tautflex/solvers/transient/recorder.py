@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from tautflex.elements.laws import FILM_STATES
-from tautflex.mechanics.membrane import StressSurvey
+from tautflex.mechanics.membrane import MEMBRANE_STATES, StressSurvey
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.mechanics.workspace import Workspace
 from tautflex.motion.kinematics import RigidMotion
@@ -93,7 +92,7 @@ class Recorder:
         probe, spin = self._probe[row], self._spin[row]
         probe[0], probe[1] = self._probes.read(q), self._probes.read(v)
         spin[0], spin[1] = motion.angular_velocity, motion.angular_acceleration
-        film, slack = self._survey.film(), self._survey.slack_cables()
+        film, slack = self._survey.membrane(), self._survey.slack_cables()
         self._scalar[row] = *energies, film.smallest, film.largest, film.wrinkled, film.slack, slack
         self._watch.see(time, film, self._survey.cables)
         self._count += 1
@@ -102,7 +101,7 @@ class Recorder:
         """Store the whole field if this step was asked for."""
         if step in self._field_steps:
             self._workspace.strain_energy(q)  # the stresses on which the states depend
-            self._fields.append((time, self._system.translations(q), self._survey.film_states()))
+            self._fields.append((time, self._system.translations(q), self._survey.membrane_states()))
 
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""
@@ -130,15 +129,17 @@ def run_dataset(model: Model, probes: ProbeSet, samples: Samples, attributes: di
     fields = np.array([field for _, field, _ in samples.fields]).reshape(-1, len(model.nodes), 3)
     about = {"long_name": "elastic displacement of all nodes", "units": "m"}
     data["displacement"] = (("field_time", "node", "component"), fields, about)
-    states = np.array([state for _, _, state in samples.fields], dtype=np.int8).reshape(
-        len(samples.fields), len(model.triangles)
-    )
+    states = [state[model.triangle_owner] for _, _, state in samples.fields]
     flags: dict[str, Any] = {
-        "flag_values": np.arange(len(FILM_STATES), dtype=np.int8),
-        "flag_meanings": " ".join(FILM_STATES),
+        "flag_values": np.arange(len(MEMBRANE_STATES), dtype=np.int8),
+        "flag_meanings": " ".join(MEMBRANE_STATES),
     }
     flags |= {"long_name": "state of each film element", "units": "1"}
-    data["film_state"] = (("field_time", "triangle_element"), states, flags)
+    data["film_state"] = (
+        ("field_time", "triangle_element"),
+        np.array(states, dtype=np.int8).reshape(len(states), len(model.triangles)),
+        flags,
+    )
     about = {"long_name": "reference position of the probe", "units": "m"}
     data["probe_position"] = (("probe", "component"), probes.positions, about)
     return xr.Dataset(

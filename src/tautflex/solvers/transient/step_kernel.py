@@ -8,7 +8,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.kernel import FASTMATH, add_forces
+from tautflex.elements.laws.law import FASTMATH
+from tautflex.mechanics.kernel import add_forces
 from tautflex.mechanics.products import add_pair_products
 
 Array = NDArray[np.float64]
