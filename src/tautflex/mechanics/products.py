@@ -12,6 +12,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.mechanics.dampings.matrix import DampingMatrix
+from tautflex.mechanics.pattern import SparsityPattern
+
 Array = NDArray[np.float64]
 Places = NDArray[np.uint32]
 
@@ -80,3 +83,55 @@ def quadratic_form(start: NDArray[np.int64], column: Places, value: Array, vecto
             total += value[k] * vector[column[k]]
         result += vector[i] * total
     return result
+
+
+class MassDamping:
+    """Symmetric mass and damping matrices of a run, in compressed rows and, for a few vectors, beside them.
+
+    Parameters
+    ----------
+    pattern
+        Pattern of the free unknowns.
+    mass, stiffness
+        Values in it, those of the reference, shape (entries,).
+    damping
+        What the damping is made of.
+
+    Attributes
+    ----------
+    start, column, mass, damping
+        Compressed rows of the entries where mass or proportional damping is not zero, so that one walk gives both
+        forces: transverse and in-plane unknowns of a flat film, for one, do not meet here.
+    spread
+        Whether there is proportional damping.
+    damped
+        Whether there is any.
+    """
+
+    def __init__(self, pattern: SparsityPattern, mass: Array, stiffness: Array, damping: DampingMatrix) -> None:
+        self.matrix, self.entries = damping, damping.proportional(mass, stiffness)
+        kept = (mass != 0.0) | (self.entries != 0.0)
+        before = np.concatenate([[0], np.cumsum(kept)])
+        # Symmetric: the pattern's columns are rows as well.
+        self.start = before[pattern.column_start].astype(np.int64)
+        self.column = pattern.rows[kept].astype(np.uint32)
+        self.mass, self.damping = mass[kept], self.entries[kept]
+        self.spread = bool(self.damping.any())
+        self.damped = self.spread or bool(damping.coefficients.any())
+
+    def combined(self, mass: float, damping: float) -> Array:
+        """Values of ``mass M + damping C`` without the vectors' part of C."""
+        return mass * self.mass + damping * self.damping
+
+    def mass_product(self, vector: Array) -> Array:
+        """``M vector``, shape (size,)."""
+        return product(self.start, self.column, self.mass, vector)
+
+    def damping_product(self, vector: Array) -> Array:
+        """``C vector``, shape (size,)."""
+        result = product(self.start, self.column, self.damping, vector)
+        return result + self.matrix.low_rank_force(vector) if self.matrix.rank else result
+
+    def mass_norm(self, vector: Array) -> float:
+        """``vector' M vector``."""
+        return float(quadratic_form(self.start, self.column, self.mass, vector))

@@ -34,7 +34,7 @@ class LowRankUpdate:
 
     def __init__(self, factors: Factors) -> None:
         self.factors = factors
-        self._moved, self._core, self._right = np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
+        self._moved = self._core = self._right = np.zeros((0, 0))
 
     def correct(self, left: Array, core: Array, right: Array | None = None) -> None:
         """Take the present factors and add ``left' core right`` to their matrix, in place of what was added before.
@@ -53,10 +53,11 @@ class LowRankUpdate:
         numpy.linalg.LinAlgError
             If the corrected matrix is singular.
         """
-        core = np.diag(core) if core.ndim == 1 else core
+        square = core[:, None] * np.eye(len(core)) if core.ndim == 1 else core
         self._right = left if right is None else right
         self._moved = np.array([self.factors.solve(row) for row in left]).reshape(left.shape)
-        self._core = np.linalg.solve(np.eye(len(left)) + core @ (self._right @ self._moved.T), core)
+        inner = np.eye(len(left)) + square @ (self._right @ self._moved.T)
+        self._core = np.asarray(np.linalg.solve(inner, square), dtype=np.float64)
 
     def solve(self, right: Array) -> Array:
         """Solution with the corrected matrix, shape (size,), or (size, columns) where the factors can."""
