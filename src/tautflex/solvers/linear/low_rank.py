@@ -34,7 +34,8 @@ class LowRankUpdate:
 
     def __init__(self, factors: Factors) -> None:
         self.factors = factors
-        self._moved = self._core = self._right = np.zeros((0, 0))
+        none: Array = np.zeros((0, 0))
+        self._moved = self._core = self._right = none
 
     def correct(self, left: Array, core: Array, right: Array | None = None) -> None:
         """Take the present factors and add ``left' core right`` to their matrix, in place of what was added before.
