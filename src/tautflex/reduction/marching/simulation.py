@@ -15,7 +15,7 @@ from tautflex.errors import NotConvergedError, UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.loads.inputs import TimeInput
-from tautflex.mechanics.membrane import current_film_states
+from tautflex.mechanics.membrane import survey_at
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import Maneuver, Segment, split_segments
@@ -173,5 +173,4 @@ def _field(
     eta = flight.eta[np.searchsorted(flight.stored, row)]
     pulled = flight.pulled(flight.motions(segments, np.array([row * step])))[0]
     q = flight.rom.displacement(eta, pulled)
-    system.force(q)
-    return row * step, system.translations(q), current_film_states(system)
+    return row * step, system.translations(q), survey_at(system, q).film_states()

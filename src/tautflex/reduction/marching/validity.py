@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.membrane import survey_film
+from tautflex.mechanics.membrane import StressSurvey
 from tautflex.mechanics.products import MassDamping
+from tautflex.mechanics.workspace import Workspace
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.reduction.marching.run import ReducedFlight
 from tautflex.reduction.polynomial.forces import total_force
@@ -75,7 +76,8 @@ def check_validity(
     chosen = np.array(
         [part[np.argmax(size[part])] for part in np.array_split(np.arange(len(times)), _WINDOWS) if part.size]
     )
-    watch = CompressionWatch(system)
+    workspace, watch = system.workspace(), CompressionWatch(system)
+    survey = StressSurvey(system, workspace)
     inertia = system.inertia
     state = flight.rom.state
     damping = MassDamping(
@@ -84,11 +86,11 @@ def check_validity(
     scalars, left = [], []
     for row, pulled in zip(chosen, flight.pulled(motions[chosen]), strict=True):
         motion = RigidMotion(motions[row, :3], motions[row, 3:6], motions[row, 6:])
-        unbalanced = _unbalanced(flight, segments, float(times[row]), eta[row], rate[row], pulled, motion, damping)
-        survey = survey_film(system)
-        slack = sum(int((system.stress[i] < 0.0).sum()) for i in system.block_index("cable"))
-        scalars.append((survey.smallest, survey.largest, survey.wrinkled, survey.slack, slack))
-        watch.see(float(times[row]), survey)
+        time = float(times[row])
+        unbalanced = _unbalanced(flight, workspace, segments, time, eta[row], rate[row], pulled, motion, damping)
+        film = survey.film()
+        scalars.append((film.smallest, film.largest, film.wrinkled, film.slack, survey.slack_cables()))
+        watch.see(time, film, survey.cables)
         left.append(0.5 * float(unbalanced @ solver.solve(unbalanced)))
     truncated = np.array(left) / max(float(energy.max()), 1e-300)
     return Checked(chosen, np.array(scalars), truncated, [*watch.warnings(), *_truncation_warning(truncated)])
@@ -106,6 +108,7 @@ def _truncation_warning(truncated: Array) -> list[str]:
 
 def _unbalanced(
     flight: ReducedFlight,
+    workspace: Workspace,
     segments: tuple[Segment, ...],
     time: float,
     eta: Array,
@@ -116,12 +119,12 @@ def _unbalanced(
 ) -> Array:
     """Force that the full equation of motion leaves unbalanced [N, N m], shape (size,)."""
     rom, plant, state = flight.rom, flight.plant, flight.rom.state
-    system, inertia = state.system, state.system.inertia
+    inertia = state.system.inertia
     force = np.empty(rom.size)
     total_force(plant, flight.frame_now(segments, time), 0, eta, rate, force)
     acceleration = np.asarray(-np.linalg.solve(plant.mass, force), dtype=np.float64)
     q, v, a = rom.motion(eta, rate, acceleration, pulled)
-    result, _ = system.force(q)
+    result, _ = workspace.force(q)
     result = result - state.reference_force + inertia.mass_matrix @ a + damping.damping_product(v)
     result += inertia.apply(flight.coupling.velocity_weight(motion), v)
     result += inertia.apply(flight.coupling.displacement_weight(motion), q)

@@ -9,8 +9,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from tautflex.elements.laws import FILM_STATES
-from tautflex.mechanics.membrane import current_film_states, survey_film
+from tautflex.mechanics.membrane import StressSurvey
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.mechanics.workspace import Workspace
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.solvers.transient.compression import CompressionWatch
 from tautflex.solvers.transient.probes import ProbeSet
@@ -62,6 +63,8 @@ class Recorder:
     ----------
     system
         The structure.
+    workspace
+        That of the run; its stresses must belong to what is stored.
     probes
         Measuring points.
     samples
@@ -70,8 +73,11 @@ class Recorder:
         Steps whose whole displacement field is stored.
     """
 
-    def __init__(self, system: StructuralSystem, probes: ProbeSet, samples: int, field_steps: set[int]) -> None:
-        self._system, self._probes, self._field_steps = system, probes, field_steps
+    def __init__(
+        self, system: StructuralSystem, workspace: Workspace, probes: ProbeSet, samples: int, field_steps: set[int]
+    ) -> None:
+        self._system, self._workspace, self._probes, self._field_steps = system, workspace, probes, field_steps
+        self._survey = StressSurvey(system, workspace)
         self._time = np.zeros(samples)
         self._probe = np.zeros((samples, 2, len(probes.names), 3))
         self._spin = np.zeros((samples, 2, 3))
@@ -81,23 +87,22 @@ class Recorder:
         self._count = 0
 
     def store(self, time: float, q: Array, v: Array, motion: RigidMotion, energies: tuple[float, float]) -> None:
-        """Store one sample; the system's stresses must belong to ``q``."""
+        """Store one sample; the workspace's stresses must belong to ``q``."""
         row = self._count
         self._time[row] = time
         probe, spin = self._probe[row], self._spin[row]
         probe[0], probe[1] = self._probes.read(q), self._probes.read(v)
         spin[0], spin[1] = motion.angular_velocity, motion.angular_acceleration
-        survey = survey_film(self._system)
-        slack = sum(int(np.count_nonzero(stress < 0.0)) for stress, _, _ in self._system.cables)
-        self._scalar[row] = *energies, survey.smallest, survey.largest, survey.wrinkled, survey.slack, slack
-        self._watch.see(time, survey)
+        film, slack = self._survey.film(), self._survey.slack_cables()
+        self._scalar[row] = *energies, film.smallest, film.largest, film.wrinkled, film.slack, slack
+        self._watch.see(time, film, self._survey.cables)
         self._count += 1
 
     def store_field(self, step: int, time: float, q: Array) -> None:
         """Store the whole field if this step was asked for."""
         if step in self._field_steps:
-            self._system.force(q)  # the stresses on which the states depend
-            self._fields.append((time, self._system.translations(q), current_film_states(self._system)))
+            self._workspace.strain_energy(q)  # the stresses on which the states depend
+            self._fields.append((time, self._system.translations(q), self._survey.film_states()))
 
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""

@@ -177,7 +177,6 @@ def simulate(
     check_parts(maneuver, method, coupling, damping, adaptive)
     driven = InputSet(state.system, inputs)
     placed = place_probes(state.system, probes or {}, probe_reading)
-    recorder = Recorder(state.system, placed, count // every + 1, field_steps(fields, time_step, count, every))
     flight: _Flight | HubFlight
     stepper: Stepper | ExplicitStepper | HubStepper
     if isinstance(maneuver, FreeHub):
@@ -189,6 +188,8 @@ def simulate(
         stepper = prescribed = _stepper(state, method, damping, coupling, tolerance, driven)
         flight = _Flight(state, maneuver, prescribed, coupling)
         segments = split_segments(maneuver.segments(), driven.breaks)
+    stored_fields = field_steps(fields, time_step, count, every)
+    recorder = Recorder(state.system, stepper.equation.workspace, placed, count // every + 1, stored_fields)
     driver = _driver(stepper, segments, time_step, max_halvings, count * time_step, adaptive)
     began = clock.perf_counter()
     status, history = Status.COMPLETED, tuple[float, ...]()
@@ -208,8 +209,6 @@ def simulate(
                 progress(step / count, f"t = {at.time:.3g} s")
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
-    finally:
-        driven.release()
     stepper.collect_counts()
     statistics = stepper.equation.statistics
     statistics.seconds = clock.perf_counter() - began
@@ -288,12 +287,12 @@ class _Flight:
         recorder.store_field(step, at.time, at.q)
         if step % every:
             return
-        state = self._state
-        self._stepper.equation.set_time(at.time)
-        energy = state.system.strain_energy(at.q)
-        kinetic = 0.5 * self._stepper.equation.products.mass_norm(at.v)
+        equation = self._stepper.equation
+        equation.set_time(at.time)
+        energy = equation.workspace.strain_energy(at.q)
+        kinetic = 0.5 * equation.products.mass_norm(at.v)
         motion = driver.segment_at(at.time).motion(at.time)
-        strain = energy - float(state.reference_force @ at.q)
+        strain = energy - float(self._state.reference_force @ at.q)
         recorder.store(at.time, at.q, at.v, motion, (kinetic, strain))
 
     def complete(self, data: xr.Dataset) -> xr.Dataset:
