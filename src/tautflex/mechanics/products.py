@@ -85,6 +85,18 @@ def quadratic_form(start: NDArray[np.int64], column: Places, value: Array, vecto
     return result
 
 
+@_jit
+def add_low_rank(vectors: Array, coefficients: Array, factor: float, vector: Array, result: Array) -> None:
+    """Add ``factor sum_k coefficients_k v_k v_k' vector`` to ``result``, for v of shape (rank, size)."""
+    for k in range(vectors.shape[0]):
+        row, total = vectors[k], 0.0
+        for i in range(vector.size):
+            total += row[i] * vector[i]
+        total *= factor * coefficients[k]
+        for i in range(vector.size):
+            result[i] += total * row[i]
+
+
 class MassDamping:
     """Symmetric mass and damping matrices of a run, in compressed rows and, for a few vectors, beside them.
 
@@ -106,10 +118,14 @@ class MassDamping:
         Whether there is proportional damping.
     damped
         Whether there is any.
+    vectors, coefficients
+        The rest of C, shapes (rank, size) and (rank,).
     """
 
     def __init__(self, pattern: SparsityPattern, mass: Array, stiffness: Array, damping: DampingMatrix) -> None:
         self.matrix, self.entries = damping, damping.proportional(mass, stiffness)
+        self.vectors = np.ascontiguousarray(damping.vectors, dtype=np.float64)
+        self.coefficients = np.ascontiguousarray(damping.coefficients, dtype=np.float64)
         kept = (mass != 0.0) | (self.entries != 0.0)
         before = np.concatenate([[0], np.cumsum(kept)])
         # Symmetric: the pattern's columns are rows as well.
@@ -130,7 +146,13 @@ class MassDamping:
     def damping_product(self, vector: Array) -> Array:
         """``C vector``, shape (size,)."""
         result = product(self.start, self.column, self.damping, vector)
-        return result + self.matrix.low_rank_force(vector) if self.matrix.rank else result
+        if self.matrix.rank:
+            self.add_low_rank(1.0, vector, result)
+        return result
+
+    def add_low_rank(self, factor: float, vector: Array, result: Array) -> None:
+        """Add ``factor`` times the vectors' part of ``C vector`` to ``result``."""
+        add_low_rank(self.vectors, self.coefficients, factor, vector, result)
 
     def mass_norm(self, vector: Array) -> float:
         """``vector' M vector``."""

@@ -233,10 +233,9 @@ class _StepProblem:
             products.start, products.column, products.mass, products.damping, products.spread, pairs,
             coefficients.known, terms.velocity, terms.displacement, load, stepper._diagonal, at.q, at.v, at.a,
         )  # fmt: skip
-        self._damping = products.matrix if products.matrix.rank else None
-        if self._damping is not None:
+        if products.matrix.rank:
             velocity = scheme.velocity
-            known += scheme.weight * self._damping.low_rank_force(velocity.v * at.v + velocity.a * at.a)
+            products.add_low_rank(scheme.weight, velocity.v * at.v + velocity.a * at.a, known)
             known_norm = float(np.linalg.norm(known))
         self.history = _NONE
         if scheme.weight < 1.0:
@@ -264,8 +263,9 @@ class _StepProblem:
             residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
         else:
             residual, norm, internal, inertia = step_residual(x, self._at.q, *self._forces, *self._fixed)
-        if self._damping is not None:
-            residual += self._scheme.weight * self._scheme.velocity.d * self._damping.low_rank_force(x)
+        products = self._stepper.equation.products
+        if products.matrix.rank:
+            products.add_low_rank(self._scheme.weight * self._scheme.velocity.d, x, residual)
             norm = float(np.linalg.norm(residual))
         self.scale = max(internal, self._load_scale)
         lost = self._lost + self._round_off * inertia
