@@ -10,6 +10,8 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import TypeVar
 
 from tautflex.errors import InputError, TautflexError
+from tautflex.mechanics.dampings.damping import Damping
+from tautflex.mechanics.dampings.modal import Modal
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.loads.inputs import CableTension, EdgeForce, MembraneTemperature, NodalForce
 from tautflex.motion.maneuvers import AtRest, Stop
@@ -93,7 +95,7 @@ METHODS = Registry(
     CentralDifference,
 )
 INPUTS = Registry("input", (("prepare",),), NodalForce, EdgeForce, CableTension, MembraneTemperature)
-DAMPINGS = Registry("damping", (("entries",),), Rayleigh)
+DAMPINGS = Registry("damping", Damping, Rayleigh, Modal)
 BASES = Registry("basis", (("vectors",),), ModalBasis)
 _ALL = (MANEUVERS, METHODS, INPUTS, DAMPINGS, BASES)
 
