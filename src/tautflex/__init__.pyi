@@ -17,6 +17,9 @@ from .case import load_case as load_case
 from .case.build import build_model as build_model
 from .case.registry import register as register
 from .case.run import run_case as run_case
+from .elements import Element as Element
+from .elements import Law as Law
+from .elements import LawFunction as LawFunction
 from .errors import CaseError as CaseError
 from .errors import InputError as InputError
 from .errors import MeshError as MeshError
@@ -37,10 +40,12 @@ from .mechanics.dampings.damping import LinearStructure as LinearStructure
 from .mechanics.dampings.matrix import DampingMatrix as DampingMatrix
 from .mechanics.dampings.modal import Modal as Modal
 from .mechanics.dampings.rayleigh import Rayleigh as Rayleigh
-from .mechanics.loads.inputs import CableTension as CableTension
-from .mechanics.loads.inputs import EdgeForce as EdgeForce
-from .mechanics.loads.inputs import MembraneTemperature as MembraneTemperature
-from .mechanics.loads.inputs import NodalForce as NodalForce
+from .mechanics.loads.cable_tension import CableTension as CableTension
+from .mechanics.loads.edge_force import EdgeForce as EdgeForce
+from .mechanics.loads.inputs import PreparedInput as PreparedInput
+from .mechanics.loads.inputs import TimeInput as TimeInput
+from .mechanics.loads.membrane_temperature import MembraneTemperature as MembraneTemperature
+from .mechanics.loads.nodal_force import NodalForce as NodalForce
 from .mechanics.loads.pressure import PressureLoad as PressureLoad
 from .mechanics.loads.time_table import TimeTable as TimeTable
 from .mechanics.membrane import membrane_states as membrane_states
@@ -48,6 +53,9 @@ from .motion.attitude import attitude as attitude
 from .motion.coupling import Coupling as Coupling
 from .motion.hub import FreeHub as FreeHub
 from .motion.hub import HubState as HubState
+from .motion.kinematics import Maneuver as Maneuver
+from .motion.kinematics import RigidMotion as RigidMotion
+from .motion.kinematics import Segment as Segment
 from .motion.maneuvers import AtRest as AtRest
 from .motion.maneuvers import Stop as Stop
 from .motion.sequence import Sequence as Sequence

@@ -9,11 +9,14 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import TypeVar
 
+from tautflex.elements import Element, Law, register_element, register_law
 from tautflex.errors import InputError, TautflexError
-from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.dampings.modal import Modal
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.mechanics.loads.inputs import CableTension, EdgeForce, MembraneTemperature, NodalForce
+from tautflex.mechanics.loads.cable_tension import CableTension
+from tautflex.mechanics.loads.edge_force import EdgeForce
+from tautflex.mechanics.loads.membrane_temperature import MembraneTemperature
+from tautflex.mechanics.loads.nodal_force import NodalForce
 from tautflex.motion.maneuvers import AtRest, Stop
 from tautflex.motion.sequence import Sequence
 from tautflex.motion.slew import Slew, SpinUp
@@ -95,7 +98,7 @@ METHODS = Registry(
     CentralDifference,
 )
 INPUTS = Registry("input", (("prepare",),), NodalForce, EdgeForce, CableTension, MembraneTemperature)
-DAMPINGS = Registry("damping", Damping, Rayleigh, Modal)
+DAMPINGS = Registry("damping", (("matrix",),), Rayleigh, Modal)
 BASES = Registry("basis", (("vectors",),), ModalBasis)
 _ALL = (MANEUVERS, METHODS, INPUTS, DAMPINGS, BASES)
 
@@ -104,7 +107,7 @@ def register(cls: Class) -> Class:
     """Make a class of yours known: to case files, and an element or a constitutive law to models.
 
     May stand as a decorator. What the class is, is seen from its methods: a maneuver has ``start`` and ``segments``,
-    a time integrator ``scheme``, an input in time ``prepare``, a damping ``entries``. Its name in a case file is that
+    a time integrator ``scheme``, an input in time ``prepare``, a damping ``matrix``. Its name in a case file is that
     of the class in small letters with hyphens, or its attribute ``kind``; its fields are the keys, its docstring is
     their help, and an `InputError` of its ``__post_init__`` is the message about a wrong value.
 
@@ -125,6 +128,10 @@ def register(cls: Class) -> Class:
     """
     if not isinstance(cls, type):
         raise InputError(f"register: expected a class, got {cls!r}; write register(MyClass)")
+    if issubclass(cls, Element):
+        return register_element(cls)
+    if issubclass(cls, Law):
+        return register_law(cls)
     registry = next((one for one in _ALL if one.takes(cls)), None)
     if registry is None:
         roles = ", ".join(f"{one.role} ({' and '.join(one.marks[0])})" for one in _ALL)
