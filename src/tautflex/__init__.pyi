@@ -20,6 +20,7 @@ from .case.run import run_case as run_case
 from .elements import Element as Element
 from .elements import Law as Law
 from .elements import LawFunction as LawFunction
+from .elements.membrane import isoparametric_membrane as isoparametric_membrane
 from .errors import CaseError as CaseError
 from .errors import InputError as InputError
 from .errors import MeshError as MeshError
@@ -84,6 +85,8 @@ from .solvers.transient.methods.energy_conserving import EnergyConserving as Ene
 from .solvers.transient.methods.generalized_alpha import HHT as HHT
 from .solvers.transient.methods.generalized_alpha import GeneralizedAlpha as GeneralizedAlpha
 from .solvers.transient.methods.generalized_alpha import Newmark as Newmark
+from .solvers.transient.methods.scheme import Combination as Combination
+from .solvers.transient.methods.scheme import StepScheme as StepScheme
 from .solvers.transient.methods.wilson import WilsonTheta as WilsonTheta
 from .solvers.transient.simulate import simulate as simulate
 from .structure.groups import Support as Support
@@ -92,3 +95,4 @@ from .structure.materials import CableSection as CableSection
 from .structure.materials import Material as Material
 from .structure.materials import MembraneSection as MembraneSection
 from .structure.model import Model as Model
+from .structure.shapes import Shape as Shape
