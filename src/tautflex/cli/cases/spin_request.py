@@ -39,14 +39,15 @@ class SpinRequest:
 
 
 def read_request(rate: float | None, campbell: str | None, axis: str | None, case: Case) -> SpinRequest:
-    """Check the options; axis and origin default to those of the case's maneuver."""
+    """Check the options; axis and origin default to those of the maneuver, if it has any."""
     if axis is not None and rate is None and campbell is None:
         raise CaseError(f"--axis: expected --campbell or --rate beside it, got --axis {axis} alone; add one of them")
     if rate is not None and not math.isfinite(rate):
         raise CaseError(f"--rate: expected an angular rate [rad/s], got {rate}; give for example --rate 0.6")
-    direction = case.maneuver.axis if axis is None else _read_axis(axis)
+    given: Vector = getattr(case.maneuver, "axis", (1.0, 0.0, 0.0))
+    direction = given if axis is None else _read_axis(axis)
     rates = None if campbell is None else _read_rates(campbell)
-    return SpinRequest(rate, rates, direction, case.maneuver.origin)
+    return SpinRequest(rate, rates, direction, getattr(case.maneuver, "origin", (0.0, 0.0, 0.0)))
 
 
 def read_place(point: str | None, participation: Path | None) -> Vector:
