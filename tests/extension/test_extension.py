@@ -169,6 +169,15 @@ def test_quad8_converges_as_a_quadratic_element():
     assert np.log2(error(4) / error(8)) == pytest.approx(4.0, abs=0.2)
 
 
+def test_an_element_is_drawn_and_exported(tmp_path, capsys):
+    path = tmp_path / "case.toml"
+    path.write_text(case_of("element_quad8", "output.fields=[0.1]").to_toml(), encoding="utf-8")
+    assert main(["run", str(path), "-o", str(tmp_path / "out"), "--json"]) == 0
+    assert {"shapes", "modes"} <= set(json.loads(capsys.readouterr().out)["files"])
+    assert main(["export", str(tmp_path / "out" / "run.nc"), "--to", "vtu", "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["files"]) == 2
+
+
 NOTHING = """import tautflex as tf
 @tf.register
 class Nothing:

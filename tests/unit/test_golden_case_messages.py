@@ -1,4 +1,7 @@
-"""What a case file says about wrong keys, to the letter: these lines are part of what users see."""
+"""What a case file says about wrong keys, to the letter: these lines are part of what users see.
+
+Where one changes on purpose, ``python tests/unit/test_golden_case_messages.py`` records them anew; read the difference.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,8 @@ edges = "fixed"
 stress_x = 4000.0
 stress_y = 3000.0
 """
-ROWS = json.loads(Path(__file__).with_name("golden_case_messages.json").read_text(encoding="utf-8"))
+RECORD = Path(__file__).with_name("golden_case_messages.json")
+ROWS = json.loads(RECORD.read_text(encoding="utf-8"))
 
 
 def without(text: str, keys: list[str]) -> str:
@@ -41,9 +45,19 @@ def without(text: str, keys: list[str]) -> str:
     return text
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: " ".join([*row.get("drop", []), *row.get("set", [])]))
-def test_message_to_the_letter(row):
+def message(row: dict) -> str:
+    """What today's code says, without the name of the file."""
     text = without(M2_TEMPLATE if row["case"] == "m2" else FILM, row.get("drop", []))
     with pytest.raises(CaseError) as caught:
         build_maneuver(parse_case(text, row.get("set", [])))
-    assert str(caught.value).removeprefix("case: ") == row["message"]
+    return str(caught.value).removeprefix("case: ")
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: " ".join([*row.get("drop", []), *row.get("set", [])]))
+def test_message_to_the_letter(row):
+    assert message(row) == row["message"]
+
+
+if __name__ == "__main__":
+    rows = [json.dumps({**row, "message": message(row)}, ensure_ascii=False) for row in ROWS]
+    RECORD.write_text("[\n" + ",\n".join(rows) + "\n]\n", encoding="utf-8")

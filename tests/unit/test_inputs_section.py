@@ -225,3 +225,11 @@ def test_a_jump_counts_from_its_instant_on():
     before = float(table(np.nextafter(1.0, 0.0)))
     assert (before, float(table(1.0)), float(table(1.5))) == (pytest.approx(1.0), 5.0, 5.5)
     assert (float(table(-1.0)), float(table(3.0))) == (0.0, 6.0)
+
+
+def test_the_template_shows_a_section_that_works(antenna):
+    start = M2_TEMPLATE.index("# [inputs.knock]")
+    shown = "\n".join(line.removeprefix("# ") for line in M2_TEMPLATE[start:].splitlines())
+    (knock,) = build_inputs(parse_case(M2_TEMPLATE[:start] + shown), antenna)
+    np.testing.assert_allclose(antenna.model.nodes[knock.nodes[0]], [0.2, 0.1, 0.0], atol=1e-12)
+    assert knock.force(0.1).tolist() == [0.0, 0.0, 1e-3]

@@ -225,7 +225,11 @@ def within(name: str) -> Iterator[None]:
 
 def keys_of(target: type, omitted: Sequence[str] = (), optional: Sequence[str] = ()) -> dict[str, Any]:
     """Keys of a section for the fields of a dataclass, as `pydantic.create_model` takes them."""
-    texts, hints, keys = docstrings.field_texts(target), get_type_hints(target), {}
+    try:
+        texts, hints, keys = docstrings.field_texts(target), get_type_hints(target), {}
+    except Exception as error:  # annotations may hold anything that a class's author wrote
+        text = f"{target.__name__}: cannot read the types of its fields ({type(error).__name__}: {error})"
+        raise InputError(f"{text}; import their names at run time too") from None
     for field in dataclasses.fields(target):
         if not field.init or field.name in omitted:
             continue
