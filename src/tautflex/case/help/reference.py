@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
 from types import UnionType
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Any, Literal, NamedTuple, Union, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic.fields import FieldInfo
@@ -25,23 +24,8 @@ _NAMES = {float: "number", int: "integer", bool: "true or false", str: "text", t
 _SIGNS = {Gt: (">", "gt"), Ge: (">=", "ge"), Lt: ("<", "lt"), Le: ("<=", "le")}
 
 
-@dataclass(frozen=True)
-class KeyEntry:
-    """One key of a case file.
-
-    Parameters
-    ----------
-    name
-        The key.
-    type, unit
-        What its value is, and in which unit; both may be empty.
-    range
-        Allowed numbers, as far as they can be said in a few signs.
-    default
-        Value where the case says nothing, as text; ``"needed"`` if it must, empty if there is none.
-    meaning
-        Sentences.
-    """
+class KeyEntry(NamedTuple):
+    """One key: where it may be left out, its default is empty, where it must not, ``"needed"``."""
 
     name: str
     type: str
@@ -51,19 +35,8 @@ class KeyEntry:
     meaning: str
 
 
-@dataclass(frozen=True)
-class SectionEntry:
-    """Keys of a section, or of one of the kinds it may be of.
-
-    Parameters
-    ----------
-    title
-        ``[name]``, with the key that names the kind, ``[maneuver] kind = "stop"``.
-    about
-        What it describes.
-    keys
-        The keys.
-    """
+class SectionEntry(NamedTuple):
+    """Keys of a section, or of one kind that it may be of: ``[maneuver] kind = "stop"``."""
 
     title: str
     about: str
@@ -71,12 +44,7 @@ class SectionEntry:
 
     def to_json(self) -> dict[str, Any]:
         """Plain tables and lists."""
-        return asdict(self)
-
-
-def section_names() -> list[str]:
-    """Names of the sections of a case."""
-    return [name for name, field in Case.model_fields.items() if _section(field) is not None]
+        return {"title": self.title, "about": self.about, "keys": [key._asdict() for key in self.keys]}
 
 
 def reference(name: str | None = None) -> list[SectionEntry]:
@@ -96,7 +64,7 @@ def reference(name: str | None = None) -> list[SectionEntry]:
     CaseError
         If there is no such section.
     """
-    names = section_names()
+    names = [one for one, field in Case.model_fields.items() if _section(field) is not None]
     if name is not None and name not in names:
         raise CaseError(f"keys: expected one of {choices(names)}, got {show(name)}; choose one of them")
     return [entry for one in names if name in (None, one) for entry in _entries(one, Case.model_fields[one])]
