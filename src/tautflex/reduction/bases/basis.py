@@ -105,7 +105,7 @@ class ModalBasis:
         if not self.directions:
             raise InputError("directions: expected at least one of 'x', 'y', 'z', 'rx', 'ry', 'rz', got none")
         for direction in self.directions:
-            checks.one_of("direction", direction, RIGID_DIRECTIONS)
+            checks.one_of("directions", direction, RIGID_DIRECTIONS)
         if self.count is not None:
             checks.whole("count", self.count, 1)
         checks.between("threshold", self.threshold, 0.0, 1.0)

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet
-from tautflex.mechanics.mass_damping import MassDamping
+from tautflex.mechanics.products import MassDamping
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.solvers.linear.factorization import SymmetricFactorization
@@ -75,7 +75,7 @@ class EquationOfMotion:
     """
 
     state: PrestressedState
-    damping: Rayleigh
+    damping: Damping
     coupling: Coupling
     statistics: Statistics = field(default_factory=Statistics)
     inputs: InputSet | None = None
@@ -84,8 +84,12 @@ class EquationOfMotion:
         self.system = self.state.system
         self.workspace = self.system.workspace()
         self.inertia = self.system.inertia
-        self.damping_entries = self.damping.entries(self.inertia.mass_entries, self.state.tangent_entries)
-        self.products = MassDamping(self.system.pattern, self.inertia.mass_entries, self.damping_entries)
+        self.products = MassDamping(
+            self.system.pattern,
+            self.inertia.mass_entries,
+            self.state.tangent_entries,
+            self.damping.matrix(self.state.linear),
+        )
         self._mass_factor = SymmetricFactorization(self.system.pattern)
         self._motion: RigidMotion | None = None
         self._terms = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(self.system.size))

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.anderson import SecantMemory
 from tautflex.solvers.nonlinear.newton import NewtonOutcome, relative_error, solve_newton
 from tautflex.solvers.static.prestress import PrestressedState
@@ -64,7 +65,7 @@ class Stepper:
 
     state: PrestressedState
     method: ImplicitMethod
-    damping: Rayleigh
+    damping: Damping
     coupling: Coupling
     tolerance: float
     max_iterations: int = 25
@@ -75,6 +76,7 @@ class Stepper:
         system = self.state.system
         self._workspace, self._pattern, self._inertia = self.equation.workspace, system.pattern, system.inertia
         self._factor = SymmetricFactorization(self._pattern)
+        self._solver = LowRankUpdate(self._factor)
         self._factor_size, self._factor_inertia = 0.0, 0.0
         self._fewest_iterations, self._lost_iterations, self._judged = 0, 0, 0
         # Tangents that do not turn keep linear momentum to round-off at any tolerance, as conserving methods should.
@@ -170,6 +172,9 @@ class Stepper:
         if symmetric.any():
             values += scheme.weight * self._inertia.entries(symmetric)[self._pattern.upper[0]]
         self._factor.factorize_upper(values)
+        damping = self.equation.products.matrix
+        if damping.rank:
+            self._solver.correct(damping.vectors, scheme.weight * scheme.velocity.d * damping.coefficients)
         self._factor_size, self._factor_inertia = size, scheme.inertia.d
         if self._corotation is not None:
             self._corotation.restart(q)
@@ -187,7 +192,7 @@ class Stepper:
         """
         if not self._factor.ready:
             return error
-        return self._factor.solve(self._factor_inertia * self.equation.products.mass_product(error))
+        return self._solver.solve(self._factor_inertia * self.equation.products.mass_product(error))
 
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
@@ -200,7 +205,7 @@ class _Coefficients:
     def __init__(self, scheme: StepScheme, equation: EquationOfMotion) -> None:
         self.scheme = scheme
         # Damping in proportion to stiffness resists in the axes of the reference: it does not turn with the structure.
-        self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.damping.beta)
+        self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.products.matrix.stiffness)
         ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
         self.end = np.array([(part.d, part.v, part.a) for part in ends])
         inertia, velocity = scheme.inertia, scheme.velocity
@@ -208,8 +213,8 @@ class _Coefficients:
         self.linear = equation.products.combined(inertia.d, scheme.weight * velocity.d)
         # The same in the pattern's upper triangle, for the effective stiffness.
         constant = inertia.d * equation.inertia.mass_entries
-        if equation.products.damped:
-            constant += scheme.weight * velocity.d * equation.damping_entries
+        if equation.products.spread:
+            constant += scheme.weight * velocity.d * equation.products.entries
         self.constant_stiffness = constant[equation.system.pattern.upper[0]]
 
 
@@ -225,9 +230,13 @@ class _StepProblem:
         products = equation.products
         load = terms.load - equation.input_load if equation.inputs else terms.load
         known, turning, known_norm, load_norm, stiff_norm = begin_step(
-            products.start, products.column, products.mass, products.damping, products.damped, pairs,
+            products.start, products.column, products.mass, products.damping, products.spread, pairs,
             coefficients.known, terms.velocity, terms.displacement, load, stepper._diagonal, at.q, at.v, at.a,
         )  # fmt: skip
+        if products.matrix.rank:
+            velocity = scheme.velocity
+            products.add_low_rank(scheme.weight, velocity.v * at.v + velocity.a * at.a, known)
+            known_norm = float(np.linalg.norm(known))
         self.history = _NONE
         if scheme.weight < 1.0:
             if at.forces is None:
@@ -254,6 +263,10 @@ class _StepProblem:
             residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
         else:
             residual, norm, internal, inertia = step_residual(x, self._at.q, *self._forces, *self._fixed)
+        products = self._stepper.equation.products
+        if products.matrix.rank:
+            products.add_low_rank(self._scheme.weight * self._scheme.velocity.d, x, residual)
+            norm = float(np.linalg.norm(residual))
         self.scale = max(internal, self._load_scale)
         lost = self._lost + self._round_off * inertia
         return residual, relative_error(norm, max(self.scale, lost, self._least_scale))
@@ -265,7 +278,7 @@ class _StepProblem:
         return self._stepper.usable_factor(self._size)
 
     def solve(self, right: Array) -> Array:
-        return self._stepper._factor.solve(right)
+        return self._stepper._solver.solve(right)
 
 
 def _combine(c: Combination, d: Array, at: MotionState) -> Array:
