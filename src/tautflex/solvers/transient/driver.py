@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.motion.kinematics import Segment
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
 
@@ -21,10 +21,6 @@ class OneStep(Protocol):
 
     def step(self, at: MotionState, size: float, segment: Segment) -> tuple[MotionState, NewtonOutcome]:
         """Advance inside one smooth segment; the outcome says whether the end is meaningful."""
-        ...
-
-    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
-        """Same position and velocity under another rigid motion."""
         ...
 
 
@@ -78,7 +74,7 @@ class GridDriver:
             return at
         before = self.segment.motion(at.time)
         self._current += 1
-        return self._stepper.jump(at, before, self.segment.motion(at.time))
+        return self._stepper.equation.jump(at, before, self.segment.motion(at.time))
 
     def _attempt(self, at: MotionState, size: float) -> MotionState | None:
         """One step of the stepper; None if it fails."""

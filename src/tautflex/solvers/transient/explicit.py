@@ -11,7 +11,7 @@ from tautflex.errors import InputError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.motion.kinematics import Segment
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.static.prestress import PrestressedState
@@ -70,14 +70,6 @@ class ExplicitStepper:
         self._stress = self._checked_stress = np.zeros(0)
         self._first_limit = 0.0
         self._vector: Array | None = None
-
-    def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> MotionState:
-        """State with the acceleration that balances all forces at ``time``."""
-        return self.equation.start(time, q, v, motion)
-
-    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
-        """Same position and velocity under another rigid motion."""
-        return self.equation.jump(at, before, after)
 
     def stable_step(self, q: Array) -> float:
         """Largest stable step [s] at free unknowns ``q``; infinite without any stiffness."""

@@ -25,12 +25,12 @@ from tautflex.solvers.transient.adaptive import Adaptive, AdaptiveDriver
 from tautflex.solvers.transient.driver import GridDriver
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
 from tautflex.solvers.transient.explicit import ExplicitStepper
-from tautflex.solvers.transient.free_hub.history import HubFlight, check_coupling
-from tautflex.solvers.transient.free_hub.stepper import HubStepper
+from tautflex.solvers.transient.free_hub.equation import HubEquation
+from tautflex.solvers.transient.free_hub.record import HubFlight, check_coupling
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.scheme import ExplicitMethod, ImplicitMethod
 from tautflex.solvers.transient.methods.wilson import WilsonTheta
-from tautflex.solvers.transient.probes import ProbeSet, place_probes
+from tautflex.solvers.transient.probes import place_probes
 from tautflex.solvers.transient.problem import InitialVelocity, check_parts, field_steps, start_velocity, step_count
 from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.transient.status import Statistics, Status
@@ -177,11 +177,14 @@ def simulate(
     driven = InputSet(state.system, inputs)
     placed = place_probes(state.system, probes or {}, probe_reading)
     flight: _Flight | HubFlight
-    stepper: Stepper | ExplicitStepper | HubStepper
+    stepper: Stepper | ExplicitStepper
     if isinstance(maneuver, FreeHub):
         check_coupling(coupling)
-        stepper = _hub_stepper(state, maneuver, method, damping, coupling, tolerance, driven, placed)
-        flight = HubFlight(state, maneuver, stepper)
+        if hasattr(method, "stepper"):
+            raise InputError("method: expected an implicit method on a free hub, got an explicit one; use Newmark()")
+        equation = HubEquation(state, damping, coupling, inputs=driven, hub=maneuver, probes=placed)
+        stepper = Stepper(equation, method, tolerance or min(1e-9, method.scheme(1.0).tolerance))
+        flight = HubFlight(equation)
         segments = split_segments(flight.segments(), (*driven.breaks, *maneuver.breaks))
     else:
         stepper = prescribed = _stepper(state, method, damping, coupling, tolerance, driven)
@@ -229,28 +232,12 @@ def _stepper(
     """Stepper of a run; an explicit method brings its own."""
     if hasattr(method, "stepper"):
         return method.stepper(state, damping, coupling, inputs)
-    return Stepper(state, method, damping, coupling, tolerance or method.scheme(1.0).tolerance, inputs=inputs)
-
-
-def _hub_stepper(
-    state: PrestressedState,
-    hub: FreeHub,
-    method: Method,
-    damping: Rayleigh,
-    coupling: Coupling,
-    tolerance: float | None,
-    inputs: InputSet,
-    probes: ProbeSet,
-) -> HubStepper:
-    """Stepper of a run on a free hub."""
-    if hasattr(method, "stepper"):
-        raise InputError("method: expected an implicit method on a free hub, got an explicit one; use Newmark()")
     equation = EquationOfMotion(state, damping, coupling, inputs=inputs)
-    return HubStepper(equation, hub, method, tolerance or min(1e-9, method.scheme(1.0).tolerance), probes)
+    return Stepper(equation, method, tolerance or method.scheme(1.0).tolerance)
 
 
 def _driver(
-    stepper: Stepper | ExplicitStepper | HubStepper,
+    stepper: Stepper | ExplicitStepper,
     segments: tuple[Segment, ...],
     time_step: float,
     max_halvings: int,
@@ -279,7 +266,7 @@ class _Flight:
     def start(self, velocity: Array) -> MotionState:
         """Steady spinning equilibrium, given velocity, and the acceleration that follows."""
         q = spinning_equilibrium(self._state, self._maneuver.start(), self._coupling)
-        return self._stepper.start(0.0, q, velocity, self._maneuver.segments()[0].motion(0.0))
+        return self._stepper.equation.start(0.0, q, velocity, self._maneuver.segments()[0].motion(0.0))
 
     def record(self, recorder: Recorder, driver: GridDriver, at: MotionState, step: int, every: int) -> None:
         """Store the sample and the field of a grid step."""
