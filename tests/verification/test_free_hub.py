@@ -41,7 +41,7 @@ def antenna():
 
 def point_sums(state, hub, at):
     """Momenta and kinetic energy by summing over every mass point, in inertial axes."""
-    system, axes = state.system, matrix(at.rigid.attitude)
+    system, axes = state.system, matrix(at.hub.attitude)
     q, v = system.full(at.q), system.full(at.v)
     masses, places, speeds = [], [], []
     for group, block in zip(system.model.groups, system.blocks, strict=True):
@@ -51,16 +51,16 @@ def point_sums(state, hub, at):
         places.append((points.position + np.einsum("npkd,nd->npk", shape, q[dofs])).reshape(-1, 3))
         speeds.append(np.einsum("npkd,nd->npk", shape, v[dofs]).reshape(-1, 3))
     mass, rho, rate = np.concatenate(masses), np.concatenate(places), np.concatenate(speeds)
-    velocity = (at.rigid.twist[:3] + np.cross(at.rigid.twist[3:], rho) + rate) @ axes.T
-    place = at.rigid.position + rho @ axes.T
+    velocity = (at.hub.twist[:3] + np.cross(at.hub.twist[3:], rho) + rate) @ axes.T
+    place = at.hub.position + rho @ axes.T
     center = np.asarray(hub.center)
-    own = axes @ (at.rigid.twist[:3] + np.cross(at.rigid.twist[3:], center))
-    spin = axes @ (hub.tensor @ at.rigid.twist[3:])
+    own = axes @ (at.hub.twist[:3] + np.cross(at.hub.twist[3:], center))
+    spin = axes @ (hub.tensor @ at.hub.twist[3:])
     linear = mass @ velocity + hub.mass * own
     angular = np.cross(place, mass[:, None] * velocity).sum(axis=0)
-    angular += hub.mass * np.cross(at.rigid.position + axes @ center, own) + spin
+    angular += hub.mass * np.cross(at.hub.position + axes @ center, own) + spin
     energy = 0.5 * float(mass @ np.sum(velocity**2, axis=1)) + 0.5 * hub.mass * float(own @ own)
-    return linear, angular, energy + 0.5 * float(at.rigid.twist[3:] @ hub.tensor @ at.rigid.twist[3:])
+    return linear, angular, energy + 0.5 * float(at.hub.twist[3:] @ hub.tensor @ at.hub.twist[3:])
 
 
 def hub_equation(state, hub):
@@ -94,7 +94,7 @@ def test_free_flight_keeps_both_momenta(antenna, method, verification_row):
         assert drift < 1e-9
         verification_row(f"free flight, {method.name}: {name} momentum drift", 0, drift, "conservation")
     assert equation.kinetic_energy(states[-1]) == pytest.approx(sums[-1][2], rel=1e-12)
-    moved = float(np.abs(states[-1].rigid.twist[3:] - states[0].rigid.twist[3:]).max())
+    moved = float(np.abs(states[-1].hub.twist[3:] - states[0].hub.twist[3:]).max())
     assert moved > 1e-6  # the structure does shake the hub
 
 
@@ -153,7 +153,7 @@ def test_string_on_a_free_hub(verification_row):
     hub = tf.FreeHub(mass, (1.0, 1.0, 1.0))
     line = section.mass_per_measure
     # R(0) and B(0) of hub plus string: the mass that the free hub leaves to the elastic motion.
-    rigid, lever = hub_equation(state, hub).rigid_blocks(np.zeros(state.system.size))
+    rigid, lever = hub_equation(state, hub).blocks(np.zeros(state.system.size))
     reduced = state.system.inertia.mass_matrix.toarray()
     reduced -= lever.T @ np.linalg.solve(rigid, lever)
     found = np.sqrt(eigh(state.system.matrix(state.tangent_entries).toarray(), reduced, eigvals_only=True))

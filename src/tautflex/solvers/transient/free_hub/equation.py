@@ -25,8 +25,8 @@ The effective stiffness loses ``c B' R^-1 B``, with c the factor of M in it for 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -35,21 +35,24 @@ from tautflex.motion.hub import FreeHub, HubState
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array, cross_matrix
 from tautflex.solvers.linear.low_rank import LowRankUpdate
-from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, MotionTerms, StepForces, StepNumbers
-from tautflex.solvers.transient.equation import combine, hermite
+from tautflex.solvers.transient.equation import (
+    EquationOfMotion,
+    MotionState,
+    MotionTerms,
+    StepForces,
+    StepNumbers,
+    hermite,
+)
 from tautflex.solvers.transient.free_hub.momentum import (
     Body,
-    Momenta,
     RigidState,
-    add_frame_forces,
+    add_forces_at_rates,
     add_hub_forces,
-    advance,
+    end_hub,
     inertial,
-    momenta_of,
     motion_at,
-    rigid_coupling,
-    rigid_mass,
-    with_rates,
+    rigid_blocks,
+    rigid_parts,
 )
 from tautflex.solvers.transient.probes import ProbeSet
 
@@ -63,17 +66,22 @@ class HubMotion(MotionState):
     Parameters
     ----------
     rigid
-        The hub.
+        The hub, shape (31,), see `RigidState`.
     balanced
         Elastic acceleration that balances all forces, shape (size,), where it is not ``a``.
     power, work
         Power of all external forces [W], and their work since the start [J].
     """
 
-    rigid: RigidState = field(kw_only=True)
+    rigid: Array = field(kw_only=True)
     balanced: Array = field(default_factory=lambda: _NONE, kw_only=True)
     power: float = field(default=0.0, kw_only=True)
     work: float = field(default=0.0, kw_only=True)
+
+    @property
+    def hub(self) -> RigidState:
+        """The hub."""
+        return rigid_parts(self.rigid)
 
     @property
     def true(self) -> Array:
@@ -83,7 +91,7 @@ class HubMotion(MotionState):
     @property
     def velocity(self) -> Array:
         """Velocity of the floating frame's origin, inertial axes [m/s], shape (3,)."""
-        velocity: Array = rotations.matrix(self.rigid.attitude) @ self.rigid.twist[:3]
+        velocity: Array = rotations.matrix(self.hub.attitude) @ self.hub.twist[:3]
         return velocity
 
 
@@ -104,83 +112,77 @@ class HubEquation(EquationOfMotion):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.body = Body.of(self.inertia, self.hub)
-        self._still = np.zeros(self.system.size)
-        self._at_rest = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), self._still)
+        self.body: tuple[Any, ...] = tuple(Body.of(self.inertia, self.hub))
+        size = self.system.size
+        self._at_rest = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(size))
         self._mobile = LowRankUpdate(self._mass_factor)
+        self._constant_wrench = None if self.hub.feedback else self.hub.wrench()
 
-    @cached_property
-    def _constant_wrench(self) -> Array:
-        return self.hub.wrench(None)
-
-    def wrench(self, time: float, rigid: RigidState, q: Array, v: Array) -> Array:
+    def wrench(self, time: float, rigid: Array, q: Array, v: Array) -> Array:
         """Force, and torque about O, on the hub at an instant, hub axes, shape (6,)."""
-        if not self.hub.feedback:
+        if self._constant_wrench is not None:
             return self._constant_wrench
-        attitude, position, twist = rigid.attitude, rigid.position, rigid.twist
+        attitude, position, twist = rigid_parts(rigid)[:3]
         velocity = rotations.matrix(attitude) @ twist[:3]
         reading = self.probes.read(q), self.probes.read(v)
         return self.hub.wrench(HubState(time, attitude, twist[3:], position, velocity, *reading))
 
-    def momenta(self, q: Array, v: Array | None = None, a: Array | None = None) -> Momenta:
-        """Momenta of the structure; velocities and accelerations that are left out are zero."""
-        momenta: Momenta = momenta_of(self.body, q, self._still if v is None else v, self._still if a is None else a)
-        return momenta
-
-    def rigid_blocks(self, q: Array) -> tuple[Array, Array]:
+    def blocks(self, q: Array) -> tuple[Array, Array]:
         """R(q), shape (6, 6), and B(q), shape (6, size)."""
-        momenta = self.momenta(q)
-        return rigid_mass(self.body.mass, momenta), rigid_coupling(self.body, momenta, q.size)
+        blocks: tuple[Array, Array] = rigid_blocks(self.body, q)
+        return blocks
 
     def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> HubMotion:
         """State at the start of a run with the hub's given attitude and velocities; ``motion`` is not looked at."""
-        hub = self.hub
-        attitude = np.asarray(hub.attitude, dtype=float) / np.linalg.norm(hub.attitude)
-        velocity = rotations.matrix(attitude).T @ np.asarray(hub.velocity, dtype=float)
-        twist = np.concatenate([velocity, hub.angular_velocity])
-        mass, lever = self.rigid_blocks(q)
-        momentum = inertial(attitude, np.zeros(3), mass @ twist + lever @ v)
-        rigid = RigidState(attitude, np.zeros(3), twist, momentum, np.zeros(6), np.zeros(6))
+        mass, coupling = self.blocks(q)
+        rigid = np.zeros(31)
+        hub = rigid_parts(rigid)
+        hub.attitude[:] = self.hub.attitude / np.linalg.norm(self.hub.attitude)
+        hub.twist[:3] = rotations.matrix(hub.attitude).T @ np.asarray(self.hub.velocity, dtype=float)
+        hub.twist[3:] = self.hub.angular_velocity
+        hub.momentum[:] = inertial(hub.attitude, hub.position, mass @ hub.twist + coupling @ v)
+        hub.wrench[:] = self.wrench(time, rigid, q, v)
         self.set_time(time)
-        return self._balanced(HubMotion(time, q, v, self._still, rigid=rigid), self.wrench(time, rigid, q, v))
+        return self._balanced(HubMotion(time, q, v, np.zeros_like(q), rigid=rigid))
 
     def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
         """Same positions and velocities under another wrench or other inputs; only the change is solved for."""
         assert isinstance(at, HubMotion)
         self.set_time(at.time, at.time)
-        old = self._balanced(at, at.rigid.wrench)
+        old, rigid = self._balanced(at), at.rigid.copy()
         self.set_time(at.time)
-        new = self._balanced(at, self.wrench(at.time, at.rigid, at.q, at.v))
-        if np.array_equal(old.rigid.wrench, new.rigid.wrench) and np.array_equal(old.a, new.a):
-            return at
+        hub = rigid_parts(rigid)
+        hub.wrench[:] = self.wrench(at.time, rigid, at.q, at.v)
+        new = self._balanced(replace(at, rigid=rigid))
         change = new.a - old.a
-        rates = at.rigid.rates + new.rigid.rates - old.rigid.rates
+        if np.array_equal(old.rigid, new.rigid) and not change.any():
+            return at
+        hub.rates[:] += new.hub.rates - old.hub.rates
         forces = None if at.forces is None else at.forces - self.products.mass_product(change)
-        return HubMotion(
-            at.time, at.q, at.v, at.a + change, forces, rigid=new.rigid._replace(rates=rates),
-            balanced=at.balanced + change if at.balanced.size else _NONE, power=new.power, work=at.work,
-        )  # fmt: skip
+        balanced = at.balanced + change if at.balanced.size else _NONE
+        return replace(
+            at, a=at.a + change, forces=forces, jerk=None, rigid=rigid, balanced=balanced, power=new.power
+        )
 
-    def _balanced(self, at: HubMotion, wrench: Array) -> HubMotion:
-        """The state under this wrench with the accelerations that balance all forces of the instant that is set."""
-        momenta, rigid = self.momenta(at.q, at.v), at.rigid._replace(wrench=wrench)
-        free = with_rates(self.body, momenta, rigid)
+    def _balanced(self, at: HubMotion) -> HubMotion:
+        """The state with the accelerations that balance all forces of the instant that is set."""
+        mass, coupling = self.blocks(at.q)
         forces = self.force(at.q) - self.input_load
         if self.products.damped:
             forces += self.products.damping_product(at.v)
-        add_frame_forces(self.body, momenta, free.twist[3:], free.rates, 1.0, forces)
+        add_forces_at_rates(self.body, at.q, at.v, np.zeros_like(at.q), at.rigid, forces)
         if not self._mass_factor.ready:
             self._mass_factor.factorize(self.inertia.mass_entries)
-        mass = rigid_mass(self.body.mass, momenta)
-        self._mobile.correct(rigid_coupling(self.body, momenta, at.q.size), -np.linalg.inv(mass))
+        self._mobile.correct(coupling, -np.linalg.inv(mass))
         a = self._mobile.solve(-forces)
-        rigid = with_rates(self.body, self.momenta(at.q, at.v, a), rigid)
+        rigid = add_forces_at_rates(self.body, at.q, at.v, a, at.rigid, forces)
         forces = -self.products.mass_product(a)
         return HubMotion(at.time, at.q, at.v, a, forces, rigid=rigid, power=self.power(rigid, at.v))
 
-    def power(self, rigid: RigidState, v: Array) -> float:
+    def power(self, rigid: Array, v: Array) -> float:
         """Power of all external forces [W]."""
-        return float(rigid.wrench @ rigid.twist + self.input_load @ v)
+        hub = rigid_parts(rigid)
+        return float(hub.wrench @ hub.twist + self.input_load @ v)
 
     def step_forces(
         self, numbers: StepNumbers, at: MotionState, size: float, segment: Segment, diagonal: Array
@@ -192,40 +194,36 @@ class HubEquation(EquationOfMotion):
 
     def correction(self, q: Array, numbers: StepNumbers) -> tuple[Array, Array]:
         """What the free hub takes from the effective stiffness, ``-c B' R^-1 B``."""
-        mass, lever = self.rigid_blocks(q)
-        return lever, -numbers.scheme.inertia.d * np.linalg.inv(mass)
+        mass, coupling = self.blocks(q)
+        return coupling, -numbers.scheme.inertia.d * np.linalg.inv(mass)
 
     def motion(self, at: MotionState, segment: Segment) -> RigidMotion:
         """Motion of the floating frame."""
         assert isinstance(at, HubMotion)
-        return RigidMotion(at.rigid.twist[3:], at.rigid.rates[3:], at.rigid.rates[:3])
+        return RigidMotion(at.hub.twist[3:], at.hub.rates[3:], at.hub.rates[:3])
 
     def kinetic_energy(self, at: MotionState) -> float:
         """Energy of hub and structure in the inertial frame [J]."""
         assert isinstance(at, HubMotion)
-        momenta, twist = self.momenta(at.q, at.v), at.rigid.twist
-        rigid = 0.5 * twist @ rigid_mass(self.body.mass, momenta) @ twist + twist @ momenta.relative
-        return float(rigid) + super().kinetic_energy(at)
+        mass, coupling = self.blocks(at.q)
+        twist = at.hub.twist
+        return float(twist @ (0.5 * mass @ twist + coupling @ at.v)) + super().kinetic_energy(at)
 
     def between(self, start: MotionState, end: MotionState, time: float) -> MotionState:
-        """State at an instant between two states; all that the equation gives the rates of follows cubics."""
+        """State at an instant between two states; what has a known rate follows a cubic, the rest a line."""
         assert isinstance(start, HubMotion) and isinstance(end, HubMotion)
-        elastic = super().between(start, end, time)
-        values, _ = hermite(
-            start.time, end.time, time,
-            (np.concatenate([*start.rigid[:4], [start.work]]), np.concatenate([*end.rigid[:4], [end.work]])),
-            (_slopes(start), _slopes(end)),
-        )  # fmt: skip
-        attitude, position, twist, momentum = np.split(values[:-1], [4, 7, 13])
-        share = (time - start.time) / (end.time - start.time)
-        wrench, rates = (one + share * (two - one) for one, two in zip(start.rigid[4:], end.rigid[4:], strict=True))
-        rigid = RigidState(attitude / np.linalg.norm(attitude), position, twist, momentum, wrench, rates)
-        return HubMotion(time, elastic.q, elastic.v, elastic.a, rigid=rigid, work=float(values[-1]))
+        elastic, share = super().between(start, end, time), (time - start.time) / (end.time - start.time)
+        rigid = start.rigid + share * (end.rigid - start.rigid)
+        values = np.append(start.rigid[:19], start.work), np.append(end.rigid[:19], end.work)
+        cubic, _ = hermite(start.time, end.time, time, values, (_slopes(start), _slopes(end)))
+        rigid[:19] = cubic[:-1]
+        rigid[:4] /= np.linalg.norm(rigid[:4])
+        return HubMotion(time, elastic.q, elastic.v, elastic.a, rigid=rigid, work=float(cubic[-1]))
 
     def mobile_mass(self, at: MotionState, vector: Array) -> Array:
         """Mass that elastic motion alone moves, ``M - B' R^-1 B``, times a vector of shape (size,)."""
-        mass, lever = self.rigid_blocks(at.q)
-        product: Array = self.products.mass_product(vector) - lever.T @ np.linalg.solve(mass, lever @ vector)
+        mass, coupling = self.blocks(at.q)
+        product: Array = self.products.mass_product(vector) - coupling.T @ np.linalg.solve(mass, coupling @ vector)
         return product
 
     def speeds(self, at: MotionState, since: MotionState) -> Array:
@@ -235,42 +233,40 @@ class HubEquation(EquationOfMotion):
         former are measured by itself, as under a prescribed motion, those of the latter by what the run has changed.
         """
         assert isinstance(at, HubMotion) and isinstance(since, HubMotion)
-        gained = rotations.matrix(at.rigid.attitude).T @ (at.velocity - since.velocity)
-        elastic, rigid = self._norms(at.q, np.concatenate([gained, at.rigid.twist[3:] - since.rigid.twist[3:]]), at.v)
+        gained = at.hub.twist - since.hub.twist
+        gained[:3] = rotations.matrix(at.hub.attitude).T @ (at.velocity - since.velocity)
+        elastic, rigid = self._norms(at.q, gained, at.v)
         return np.array([elastic, max(elastic, rigid)])
 
     def pushes(self, at: MotionState) -> Array:
         """The same norms of the accelerations."""
         assert isinstance(at, HubMotion)
-        elastic, rigid = self._norms(at.q, at.rigid.rates, at.true)
+        elastic, rigid = self._norms(at.q, at.hub.rates, at.true)
         return np.array([elastic, max(elastic, rigid)])
 
     def errors(self, at: MotionState, end: MotionState, share: float, smoothed: Callable[[Array], Array]) -> Array:
         """The same norms of the errors; those of the momenta are left as they are."""
         assert isinstance(at, HubMotion) and isinstance(end, HubMotion)
-        error = share * (end.a - at.a)
-        rigid = self._norms(end.q, share * (end.rigid.rates - at.rigid.rates), share * (end.true - at.true))[1]
-        return np.array([self._norms(end.q, np.zeros(6), smoothed(error))[0], rigid])
+        rigid = self._norms(end.q, share * (end.hub.rates - at.hub.rates), share * (end.true - at.true))[1]
+        return np.array([self._norms(end.q, np.zeros(6), smoothed(share * (end.a - at.a)))[0], rigid])
 
     def _norms(self, q: Array, rigid: Array, elastic: Array) -> tuple[float, float]:
         """Norms of an elastic motion about the momenta, and of the momenta of both, in the metric of kinetic energy."""
-        momenta = self.momenta(q, elastic)
-        mass = rigid_mass(self.body.mass, momenta)
-        carried = np.linalg.solve(mass, momenta.relative)
-        square = self.products.mass_norm(elastic) - float(carried @ momenta.relative)
+        mass, coupling = self.blocks(q)
+        relative = coupling @ elastic
+        carried = np.linalg.solve(mass, relative)
+        square = self.products.mass_norm(elastic) - float(carried @ relative)
         whole = rigid + carried
         return float(np.sqrt(max(square, 0.0))), float(np.sqrt(whole @ mass @ whole))
 
 
 def _slopes(at: HubMotion) -> Array:
     """Rates of attitude, position, twist, momentum and work, shape (20,)."""
-    rigid = at.rigid
-    spin = rigid.twist[3:]
-    twist = rigid.rates.copy()
-    twist[:3] -= np.cross(spin, rigid.twist[:3])
-    attitude = 0.5 * rotations.product(rigid.attitude, np.concatenate([[0.0], spin]))
-    push = inertial(rigid.attitude, rigid.position, rigid.wrench)
-    return np.concatenate([attitude, at.velocity, twist, push, [at.power]])
+    hub = at.hub
+    twist = hub.rates.copy()
+    twist[:3] -= np.cross(hub.twist[3:], hub.twist[:3])
+    attitude = 0.5 * rotations.product(hub.attitude, np.append(0.0, hub.twist[3:]))
+    return np.concatenate([attitude, at.velocity, twist, inertial(hub.attitude, hub.position, hub.wrench), [at.power]])
 
 
 class HubForces(StepForces):
@@ -292,63 +288,64 @@ class HubForces(StepForces):
         diagonal: Array, before: float,
     ) -> None:  # fmt: skip
         super().__init__(equation, numbers, terms, at, size, diagonal)
-        scheme = numbers.scheme
-        turning = cross_matrix(at.rigid.twist[3:])
-        self.displacement = turning @ turning
+        scheme, spin = numbers.scheme, cross_matrix(at.hub.twist[3:])
+        self.displacement = spin @ spin
         self._before, self._reach = before, scheme.evaluation * size
         velocity, inertia, weight = scheme.velocity, scheme.inertia, scheme.weight
         factors = (velocity.d, velocity.v, velocity.a, inertia.d / weight, inertia.v / weight, inertia.a / weight)
         self._factors = np.array([*factors, 1.0 - 1.0 / weight])
         self._start = at.q, at.v, at.a, at.true if weight < 1.0 else _NONE
-        self._rigid = self._guess(self._reach)
-        self._point: Array | None = None
+        self._rigid, self._point = self._guess(self._reach), _NONE
 
-    def _guess(self, reach: float) -> RigidState:
-        rigid = self.at.rigid
-        return rigid._replace(twist=rigid.twist + reach * rigid.rates)
+    def _guess(self, reach: float) -> Array:
+        """Hub with the twist that the rates at the start lead to."""
+        rigid = self.at.rigid.copy()
+        rigid[7:13] += reach * rigid[25:]
+        return rigid
 
     def residual(self, x: Array) -> tuple[Array, float, float, float]:
-        """As of `StepForces`, with the forces of the hub's motion that balances the momenta of the iterate."""
+        """As of `StepForces`, with the forces of the hub's motion that balances the momenta of the increment."""
         residual, _, scale, inertia = super().residual(x)
-        body, weight = self.equation.body, self._scheme.weight
-        if self.equation.hub.feedback:
+        equation, wrench = self.equation, self.equation._constant_wrench
+        if wrench is None:
             q, v, a = motion_at(self._factors, x, *self._start)
-            momenta, self._rigid = self._balance(self._reach, q, v, a, self._rigid)
-            spin, rates = self._rigid.twist[3:], self._rigid.rates
-            load, norm = add_frame_forces(body, momenta, spin, rates, weight, residual)
-        else:
-            self._rigid, load, norm = add_hub_forces(
-                body, self._factors, x, *self._start, self.at.rigid, self._reach, self.equation.wrench(0.0, self._rigid, x, x),
-                self._rigid.twist, weight, residual,
-            )  # fmt: skip
+            wrench = self._settled(self._reach, q, v, a, self._rigid)
+        self._rigid, load, norm = add_hub_forces(
+            equation.body, self._factors, x, *self._start, self.at.rigid, self._reach, wrench, self._rigid[7:13],
+            self._scheme.weight, residual,
+        )  # fmt: skip
         self._point = x
         return residual, norm, max(scale, load), inertia
 
-    def _balance(self, reach: float, q: Array, v: Array, a: Array, guess: RigidState) -> tuple[Momenta, RigidState]:
-        """Momenta, and the hub that they and the impulse of its wrench leave at ``reach`` [s] after the start."""
+    def _settled(self, reach: float, q: Array, v: Array, a: Array, rigid: Array) -> Array:
+        """Wrench at ``reach`` [s] after the start where it agrees with the motion that it leads to, shape (6,)."""
         equation, time = self.equation, min(self.at.time + reach, float(np.nextafter(self._before, -np.inf)))
-        momenta, rigid, last = equation.momenta(q, v, a), guess, np.inf
+        wrench, last = equation.wrench(time, rigid, q, v), np.inf
         while True:
-            wrench = equation.wrench(time, rigid, q, v)
-            before, rigid = rigid, advance(equation.body, momenta, self.at.rigid, reach, wrench, rigid.twist)
-            change = float(np.abs(rigid.twist - before.twist).max())
-            # A wrench that feels the motion moves the end; down to round-off, where the changes stop falling.
-            if not equation.hub.feedback or not 1e-16 * float(np.abs(rigid.twist).max()) < change < last:
-                return momenta, with_rates(equation.body, momenta, rigid)
+            rigid = end_hub(equation.body, q, v, a, self.at.rigid, reach, wrench, rigid[7:13])
+            before, wrench = wrench, equation.wrench(time, rigid, q, v)
+            change = float(np.abs(wrench - before).max())
+            # Down to round-off, where the changes stop falling.
+            if not 1e-16 * float(np.abs(wrench).max()) < change < last:
+                return wrench
             last = change
 
     def end(self, x: Array, residual: Array) -> HubMotion:
         """State at the end of the step whose increment leaves this residual."""
-        equation, at, scheme, size = self.equation, self.at, self._scheme, self.size
+        equation, at, weight, size = self.equation, self.at, self._scheme.weight, self.size
         elastic = super().end(x, residual)
+        q, v, a = elastic.q, elastic.v, elastic.a
         rigid, balanced = self._rigid, _NONE
-        if scheme.weight < 1.0:
-            balanced = motion_at(self._factors, x, *self._start)[2]
-        if scheme.evaluation != 1.0 or x is not self._point:
-            a = balanced if scheme.weight < 1.0 else elastic.a
-            _, rigid = self._balance(size, elastic.q, elastic.v, a, self._guess(size))
-        power = equation.power(rigid, elastic.v)
+        if weight < 1.0:
+            balanced = a = motion_at(self._factors, x, *self._start)[2]
+        if self._scheme.evaluation != 1.0 or x is not self._point:
+            guess = self._guess(size)
+            wrench = equation._constant_wrench
+            if wrench is None:
+                wrench = self._settled(size, q, v, a, guess)
+            rigid = end_hub(equation.body, q, v, a, at.rigid, size, wrench, guess[7:13])
+        power = equation.power(rigid, v)
         return HubMotion(
-            elastic.time, elastic.q, elastic.v, elastic.a, elastic.forces, elastic.jerk, rigid=rigid,
-            balanced=balanced, power=power, work=at.work + 0.5 * size * (at.power + power),
+            elastic.time, q, v, elastic.a, elastic.forces, elastic.jerk, rigid=rigid, balanced=balanced,
+            power=power, work=at.work + 0.5 * size * (at.power + power),
         )  # fmt: skip

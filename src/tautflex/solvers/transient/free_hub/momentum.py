@@ -30,17 +30,19 @@ _MOST_TURNS = 50
 
 
 class Body(NamedTuple):
-    """Constant moments of a structure and its hub.
+    """Constant moments of a structure and its hub; compiled code takes them as a plain tuple, which enters faster.
 
     Parameters
     ----------
-    pairs
-        The products ``int rho N_a' N_b`` of the inertia operator, the parts of a `PairProducts`.
-    start, place, moment
-        For each direction a: unknowns that move along it, and ``int rho N_a' (1, x, y, z)`` of them, shape (moments, 4).
+    first, line, which
+        Of the products ``int rho N_a' N_b``: first line of each pair (a, b), its row, and the product that it is.
+    start, column, value
+        The different products by rows: the three directions of a node that only moves share theirs.
+    begin, place, moment
+        For each direction a: unknowns that move along it, and ``int rho N_a' (1, x, y, z)`` of them.
     mass
         Of both [kg].
-    first
+    center
         ``int rho x`` of both [kg m], shape (3,).
     second
         ``int rho x x'`` of the structure [kg m^2], shape (3, 3).
@@ -48,23 +50,42 @@ class Body(NamedTuple):
         Inertia of the hub about O [kg m^2], shape (3, 3).
     """
 
-    pairs: tuple[Any, ...]
+    first: Indices
+    line: Places
+    which: Places
     start: Indices
+    column: Places
+    value: Array
+    begin: Indices
     place: Places
     moment: Array
     mass: float
-    first: Array
+    center: Array
     second: Array
     tensor: Array
 
     @classmethod
     def of(cls, inertia: InertiaOperator, hub: FreeHub) -> Body:
         """Moments of a structure with this inertia on a hub."""
+        first, line, start, column, value = inertia.pairs
+        seen: dict[bytes, int] = {}
+        which, kept = np.empty(line.size, dtype=np.uint32), list[int]()
+        for k in range(line.size):
+            key = column[start[k] : start[k + 1]].tobytes() + value[start[k] : start[k + 1]].tobytes()
+            which[k] = seen.setdefault(key, len(seen))
+            if len(kept) < len(seen):
+                kept.append(k)
+        entries = np.concatenate([np.zeros(0, dtype=np.int64), *(np.arange(start[k], start[k + 1]) for k in kept)])
         center = np.asarray(hub.center, dtype=float)
         moments = np.concatenate([inertia.zeroth_moment[:, None], inertia.first_moment], axis=1)
         places = [np.flatnonzero(np.any(moment != 0.0, axis=0)) for moment in moments]
         return cls(
-            inertia.pairs,
+            first,
+            line,
+            which,
+            np.concatenate([[0], np.cumsum(np.diff(start)[kept])]),
+            column[entries],
+            value[entries],
             np.cumsum([0, *(place.size for place in places)]),
             np.concatenate(places).astype(np.uint32),
             np.concatenate([moment[:, place].T for moment, place in zip(moments, places, strict=True)]),
@@ -80,12 +101,10 @@ class Momenta(NamedTuple):
 
     Parameters
     ----------
-    lines
-        ``int rho N_a' u_b`` and ``int rho N_a' du_b`` by lines of the pairs, shape (2, lines).
-    first
-        s = int rho [kg m], shape (3,).
-    tensor
-        J about O [kg m^2], shape (3, 3).
+    products
+        ``int rho N_a' u_b`` and ``int rho N_a' du_b``, the different ones of all lines, shape (2, products).
+    mass
+        R(q), shape (6, 6).
     relative
         ``B dq``, shape (6,).
     flow
@@ -94,16 +113,15 @@ class Momenta(NamedTuple):
         ``B ddq``, shape (6,).
     """
 
-    lines: Array
-    first: Array
-    tensor: Array
+    products: Array
+    mass: Array
     relative: Array
     flow: Array
     push: Array
 
 
 class RigidState(NamedTuple):
-    """The hub at one instant.
+    """The hub at one instant, in parts of one array of shape (31,).
 
     Parameters
     ----------
@@ -129,6 +147,14 @@ class RigidState(NamedTuple):
     rates: Array
 
 
+def rigid_parts(rigid: Array) -> RigidState:
+    """Views of the parts."""
+    return RigidState(rigid[:4], rigid[4:7], rigid[7:13], rigid[13:19], rigid[19:25], rigid[25:])
+
+
+_parts = jit_in_order(rigid_parts)
+
+
 @jit
 def _moment_of(lever: Array) -> Array:
     """``int rho x y`` from ``lever_ab = int rho_a y_b``, shape (3,)."""
@@ -136,55 +162,75 @@ def _moment_of(lever: Array) -> Array:
 
 
 @jit
-def momenta_of(body: Body, q: Array, v: Array, a: Array) -> Momenta:
-    """Momenta of the structure at elastic unknowns, velocities and accelerations, each of shape (size,)."""
-    first, line, start, column, value = body.pairs
-    lines, zeroth = np.empty((2, line.size)), np.zeros((3, 3))
-    # mixed_ab = int x_a u_b, square_ab = int u_a u_b; flow and kick are int rho_a du_b and int rho_a ddu_b.
-    mixed, square, flow, kick = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
+def _products(body: tuple[Any, ...], q: Array, v: Array) -> Array:
+    """The different products of two vectors, shape (2, products)."""
+    start, column, value = body[3], body[4], body[5]
+    products = np.empty((2, start.size - 1))
+    for k in range(start.size - 1):
+        y, z = 0.0, 0.0
+        for entry in range(np.uint64(start[k]), np.uint64(start[k + 1])):
+            y += value[entry] * q[column[entry]]
+            z += value[entry] * v[column[entry]]
+        products[0, k], products[1, k] = y, z
+    return products
+
+
+@jit
+def _forms(body: tuple[Any, ...], products: Array, q: Array, v: Array, a: Array) -> Array:
+    """``int rho u_a y_b`` for y of the vectors q, v, a, shape (3, 3, 3), from the products of q."""
+    first, line, which, forms = body[0], body[1], body[2], np.empty((3, 3, 3))
     for p in range(3):
         for r in range(3):
+            e, f, g = 0.0, 0.0, 0.0
             for k in range(first[3 * p + r], first[3 * p + r + 1]):
-                y, z, row = 0.0, 0.0, line[k]
-                for entry in range(np.uint64(start[k]), np.uint64(start[k + 1])):
-                    y += value[entry] * q[column[entry]]
-                    z += value[entry] * v[column[entry]]
-                lines[0, k], lines[1, k] = y, z
-                square[r, p] += q[row] * y
-                flow[r, p] += v[row] * y
-                kick[r, p] += a[row] * y
-        for k in range(body.start[p], body.start[p + 1]):
-            row, moment = body.place[k], body.moment[k]
-            zeroth[0, p] += moment[0] * q[row]
-            zeroth[1, p] += moment[0] * v[row]
-            zeroth[2, p] += moment[0] * a[row]
-            for b in range(3):
-                mixed[b, p] += moment[1 + b] * q[row]
-                flow[b, p] += moment[1 + b] * v[row]
-                kick[b, p] += moment[1 + b] * a[row]
-    second = body.second + mixed + mixed.T + 0.5 * (square + square.T)
-    tensor = np.trace(second) * np.eye(3) - second + body.tensor
-    relative, push = np.empty(6), np.empty(6)
-    relative[:3], relative[3:] = zeroth[1], _moment_of(flow)
-    push[:3], push[3:] = zeroth[2], _moment_of(kick)
-    return Momenta(lines, body.first + zeroth[0], tensor, relative, flow, push)
+                y, row = products[0, which[k]], line[k]
+                e += q[row] * y
+                f += v[row] * y
+                g += a[row] * y
+            forms[0, r, p], forms[1, r, p], forms[2, r, p] = e, f, g
+    return forms
 
 
-@jit_in_order
-def rigid_mass(mass: float, momenta: Momenta) -> Array:
-    """R(q), shape (6, 6)."""
-    x, y, z = momenta.first[0], momenta.first[1], momenta.first[2]
-    result = np.zeros((6, 6))
+@jit
+def _moments(body: tuple[Any, ...], q: Array, v: Array, a: Array) -> Array:
+    """``int rho (1, x, y, z)_a y_b`` for y of the vectors q, v, a, shape (3, 4, 3)."""
+    begin, place, moment, moments = body[6], body[7], body[8], np.empty((3, 4, 3))
+    for p in range(3):
+        for b in range(4):
+            e, f, g = 0.0, 0.0, 0.0
+            for k in range(begin[p], begin[p + 1]):
+                c, row = moment[k, b], place[k]
+                e += c * q[row]
+                f += c * v[row]
+                g += c * a[row]
+            moments[0, b, p], moments[1, b, p], moments[2, b, p] = e, f, g
+    return moments
+
+
+@jit
+def momenta_of(body: tuple[Any, ...], q: Array, v: Array, a: Array) -> Momenta:
+    """Momenta of the structure at elastic unknowns, velocities and accelerations, each of shape (size,)."""
+    products = _products(body, q, v)
+    forms, moments = _forms(body, products, q, v, a), _moments(body, q, v, a)
+    mixed, square = moments[0, 1:], forms[0]
+    second = body[11] + mixed + mixed.T + 0.5 * (square + square.T)
+    mass = np.zeros((6, 6))
+    mass[3:, 3:] = body[12] - second
+    x, y, z = body[10][0] + moments[0, 0, 0], body[10][1] + moments[0, 0, 1], body[10][2] + moments[0, 0, 2]
     for k in range(3):
-        result[k, k] = mass
-    result[3, 1] = result[1, 3] = -z
-    result[3, 2] = result[2, 3] = y
-    result[4, 0] = result[0, 4] = z
-    result[4, 2] = result[2, 4] = -x
-    result[5, 0] = result[0, 5] = -y
-    result[5, 1] = result[1, 5] = x
-    result[3:, 3:] = momenta.tensor
-    return result
+        mass[k, k] = body[9]
+        mass[3 + k, 3 + k] += second[0, 0] + second[1, 1] + second[2, 2]
+    mass[5, 1] = mass[1, 5] = x
+    mass[4, 2] = mass[2, 4] = -x
+    mass[3, 2] = mass[2, 3] = y
+    mass[5, 0] = mass[0, 5] = -y
+    mass[4, 0] = mass[0, 4] = z
+    mass[3, 1] = mass[1, 3] = -z
+    flow, kick = moments[1, 1:] + forms[1], moments[2, 1:] + forms[2]
+    relative, push = np.empty(6), np.empty(6)
+    relative[:3], relative[3:] = moments[1, 0], _moment_of(flow)
+    push[:3], push[3:] = moments[2, 0], _moment_of(kick)
+    return Momenta(products, mass, relative, flow, push)
 
 
 @jit_in_order
@@ -236,15 +282,15 @@ def inertial(attitude: Array, position: Array, vector: Array) -> Array:
 
 
 @jit_in_order
-def advance(body: Body, momenta: Momenta, start: RigidState, reach: float, wrench: Array, twist: Array) -> RigidState:
+def _advance(momenta: Momenta, start: Array, reach: float, wrench: Array, twist: Array) -> Array:
     """Hub at ``reach`` [s] after ``start`` from the balance of momenta; attitude by the mean angular velocity.
 
     Parameters
     ----------
-    body, momenta
-        The structure at the end.
+    momenta
+        Of the structure at the end.
     start
-        Hub before.
+        Hub before, shape (31,).
     reach
         Time between [s].
     wrench
@@ -254,68 +300,80 @@ def advance(body: Body, momenta: Momenta, start: RigidState, reach: float, wrenc
 
     Returns
     -------
-    RigidState
-        Without its rates. The impulse is that of the trapezoidal rule. A fixed-point iteration over attitude and
-        velocities, which contracts by (reach times spin), down to round-off, where the changes stop falling.
+    numpy.ndarray
+        The hub, shape (31,), with the accelerations that balance its momenta. The impulse is that of the trapezoidal
+        rule. A fixed-point iteration over attitude and velocities, which contracts by (reach times spin), down to
+        round-off, where the changes stop falling.
     """
-    lower = _cholesky(rigid_mass(body.mass, momenta))
-    applied = inertial(start.attitude, start.position, start.wrench)
-    velocity = _turned(_matrix(start.attitude), start.twist)
-    attitude, position, momentum = start.attitude, start.position, start.momentum
-    last = np.inf
+    before, lower, last = _parts(start), _cholesky(momenta.mass), np.inf
+    applied = inertial(before.attitude, before.position, before.wrench)
+    velocity = _turned(_matrix(before.attitude), before.twist)
+    end = start.copy()
+    after = _parts(end)
+    after.wrench[:], after.twist[:] = wrench, twist
     for _ in range(_MOST_TURNS):
-        attitude = _product(start.attitude, _exponential(0.5 * reach * (start.twist[3:] + twist[3:])))
-        axes = _matrix(attitude)
-        position = start.position + 0.5 * reach * (velocity + _turned(axes, twist))[:3]
-        momentum = start.momentum + 0.5 * reach * (applied + inertial(attitude, position, wrench))
-        about = momentum.copy()
-        about[3:] -= _cross(position, momentum[:3])
-        before, twist = twist, _solve(lower, _turned(axes.T, about) - momenta.relative)
-        change = np.abs(twist - before).max()
-        if change >= last or change <= 0.5 * _ROUND_OFF * np.abs(twist).max():
+        after.attitude[:] = _product(before.attitude, _exponential(0.5 * reach * (before.twist + after.twist)[3:]))
+        axes = _matrix(after.attitude)
+        after.position[:] = before.position + 0.5 * reach * (velocity + _turned(axes, after.twist))[:3]
+        push = inertial(after.attitude, after.position, wrench)
+        after.momentum[:] = before.momentum + 0.5 * reach * (applied + push)
+        about = after.momentum.copy()
+        about[3:] -= _cross(after.position, about[:3])
+        twist = _solve(lower, _turned(axes.T, about) - momenta.relative)
+        change = np.abs(twist - after.twist).max()
+        after.twist[:] = twist
+        if not 0.5 * _ROUND_OFF * np.abs(twist).max() < change < last:
             break
         last = change
-    attitude = attitude / np.sqrt(np.sum(attitude * attitude))
-    return RigidState(attitude, position, twist, momentum, wrench, start.rates)
+    after.attitude[:] /= np.sqrt(np.sum(after.attitude * after.attitude))
+    after.rates[:] = _solve(lower, _rate_forces(momenta, wrench, after.twist))
+    return end
 
 
 @jit_in_order
-def with_rates(body: Body, momenta: Momenta, hub: RigidState) -> RigidState:
-    """The hub with the accelerations that balance its momenta."""
-    spin, flow = hub.twist[3:], momenta.flow
-    right = hub.wrench - momenta.push
-    right[:3] -= _cross(spin, _cross(spin, momenta.first)) + 2.0 * _cross(spin, momenta.relative[:3])
-    right[3:] -= _cross(spin, momenta.tensor @ spin) + 2.0 * (np.trace(flow) * spin - flow.T @ spin)
-    rates = _solve(_cholesky(rigid_mass(body.mass, momenta)), right)
-    return RigidState(hub.attitude, hub.position, hub.twist, hub.momentum, hub.wrench, rates)
+def _rate_forces(momenta: Momenta, wrench: Array, twist: Array) -> Array:
+    """What the rigid accelerations have to balance, ``R (a0, dw)``, shape (6,)."""
+    spin, flow, mass = twist[3:], momenta.flow, momenta.mass
+    first = np.array([mass[1, 5], mass[2, 3], mass[0, 4]])
+    right = wrench - momenta.push
+    right[:3] -= _cross(spin, _cross(spin, first)) + 2.0 * _cross(spin, momenta.relative[:3])
+    for i in range(3):
+        right[3 + i] -= 2.0 * (flow[0, 0] + flow[1, 1] + flow[2, 2]) * spin[i]
+        for k in range(3):
+            right[3 + i] += 2.0 * flow[k, i] * spin[k]
+    right[3:] -= _cross(spin, mass[3:, 3:].copy() @ spin)
+    return right
 
 
 @jit
-def add_frame_forces(
-    body: Body, momenta: Momenta, spin: Array, rates: Array, weight: float, forces: Array
+def _add_frame_forces(
+    body: tuple[Any, ...], products: Array, twist: Array, rates: Array, weight: float, forces: Array
 ) -> tuple[float, float]:
-    """Add the forces of a frame with this spin and these rates to ``forces``, shape (size,).
+    """Add the forces of a frame with this twist and these rates to ``forces``, shape (size,).
 
     They are ``weight (M(2 S(w)) dq + M(Z) q + int rho N' (Z x + a0))`` with ``Z = S(dw) + S(w)^2``. Returns the norms of
     the part that does not depend on q, and of all the forces after it.
     """
-    first, line = body.pairs[0], body.pairs[1]
-    turning = np.array([[0.0, -spin[2], spin[1]], [spin[2], 0.0, -spin[0]], [-spin[1], spin[0], 0.0]])
-    moving = turning @ turning
-    moving += np.array([[0.0, -rates[5], rates[4]], [rates[5], 0.0, -rates[3]], [-rates[4], rates[3], 0.0]])
+    first, line, which, _, _, _, begin, place, moment, _, _, _, _ = body
+    x, y, z = twist[3], twist[4], twist[5]
+    turning = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    moving = np.array(
+        [
+            [-y * y - z * z, x * y - rates[5], x * z + rates[4]],
+            [x * y + rates[5], -x * x - z * z, y * z - rates[3]],
+            [x * z - rates[4], y * z + rates[3], -x * x - y * y],
+        ]
+    )
     load = np.zeros(forces.size)
     for p in range(3):
         for r in range(3):
             c, d = weight * moving[p, r], 2.0 * weight * turning[p, r]
             if c != 0.0 or d != 0.0:
                 for k in range(first[3 * p + r], first[3 * p + r + 1]):
-                    forces[line[k]] += c * momenta.lines[0, k] + d * momenta.lines[1, k]
-        for k in range(body.start[p], body.start[p + 1]):
-            moment = body.moment[k]
-            total = rates[p] * moment[0]
-            for b in range(3):
-                total += moving[p, b] * moment[1 + b]
-            load[body.place[k]] += weight * total
+                    forces[line[k]] += c * products[0, which[k]] + d * products[1, which[k]]
+        a, b, c, d = weight * rates[p], weight * moving[p, 0], weight * moving[p, 1], weight * moving[p, 2]
+        for k in range(begin[p], begin[p + 1]):
+            load[place[k]] += a * moment[k, 0] + b * moment[k, 1] + c * moment[k, 2] + d * moment[k, 3]
     load_square, square = 0.0, 0.0
     for i in range(forces.size):
         forces[i] += load[i]
@@ -325,12 +383,36 @@ def add_frame_forces(
 
 
 @jit
-def rigid_coupling(body: Body, momenta: Momenta, size: int) -> Array:
-    """B(q), shape (6, size): its rows are the forces of unit rates."""
-    result, rates, still = np.zeros((6, size)), np.eye(6), np.zeros(3)
+def rigid_blocks(body: tuple[Any, ...], q: Array) -> tuple[Array, Array]:
+    """R(q), shape (6, 6), and B(q), shape (6, size), whose rows are the forces of unit rates."""
+    still, rates, coupling = np.zeros(q.size), np.eye(6), np.zeros((6, q.size))
+    momenta = momenta_of(body, q, still, still)
     for k in range(6):
-        add_frame_forces(body, momenta, still, rates[k], 1.0, result[k])
-    return result
+        _add_frame_forces(body, momenta.products, np.zeros(6), rates[k], 1.0, coupling[k])
+    return momenta.mass, coupling
+
+
+@jit
+def add_forces_at_rates(
+    body: tuple[Any, ...], q: Array, v: Array, a: Array, rigid: Array, forces: Array
+) -> Array:
+    """Add the forces that a moving hub leaves to a structure at q, v, a to ``forces``; see `add_hub_forces`.
+
+    The hub, shape (31,), is returned with the rates that balance its momenta.
+    """
+    momenta, end = momenta_of(body, q, v, a), rigid.copy()
+    parts = _parts(end)
+    parts.rates[:] = _solve(_cholesky(momenta.mass), _rate_forces(momenta, parts.wrench, parts.twist))
+    _add_frame_forces(body, momenta.products, parts.twist, parts.rates, 1.0, forces)
+    return end
+
+
+@jit
+def end_hub(
+    body: tuple[Any, ...], q: Array, v: Array, a: Array, start: Array, reach: float, wrench: Array, twist: Array
+) -> Array:
+    """Hub at ``reach`` [s] after ``start`` with the structure at q, v, a there; see `_advance`."""
+    return _advance(momenta_of(body, q, v, a), start, reach, wrench, twist)
 
 
 @jit
@@ -360,12 +442,16 @@ def motion_at(
 
 @jit
 def add_hub_forces(
-    body: Body, numbers: Array, x: Array, q: Array, v: Array, a: Array, balanced: Array, start: RigidState,
+    body: tuple[Any, ...], numbers: Array, x: Array, q: Array, v: Array, a: Array, balanced: Array, start: Array,
     reach: float, wrench: Array, twist: Array, weight: float, forces: Array,
-) -> tuple[RigidState, float, float]:  # fmt: skip
-    """All that a hub under a known wrench adds to the forces of an iterate: `motion_at` to `add_frame_forces`."""
+) -> tuple[Array, float, float]:  # fmt: skip
+    """Add all that a hub under a wrench on the end leaves to an increment, see `motion_at`, to ``forces``.
+
+    Returns the hub at the evaluation instant, shape (31,), and the norms of `_add_frame_forces`.
+    """
     displacement, velocity, acceleration = motion_at(numbers, x, q, v, a, balanced)
     momenta = momenta_of(body, displacement, velocity, acceleration)
-    rigid = with_rates(body, momenta, advance(body, momenta, start, reach, wrench, twist))
-    load, norm = add_frame_forces(body, momenta, rigid.twist[3:], rigid.rates, weight, forces)
-    return rigid, load, norm
+    end = _advance(momenta, start, reach, wrench, twist)
+    parts = _parts(end)
+    load, norm = _add_frame_forces(body, momenta.products, parts.twist, parts.rates, weight, forces)
+    return end, load, norm

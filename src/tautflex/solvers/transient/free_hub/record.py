@@ -56,7 +56,7 @@ class HubFlight:
     def start(self, velocity: Array) -> HubMotion:
         """Spinning equilibrium for the hub's angular velocity with the centre of mass unaccelerated."""
         equation = self._equation
-        spin, center = np.asarray(equation.hub.angular_velocity, dtype=float), equation.body.first / equation.body.mass
+        spin, center = np.asarray(equation.hub.angular_velocity, dtype=float), equation.body[10] / equation.body[9]
         motion = RigidMotion(spin, np.zeros(3), -np.cross(spin, np.cross(spin, center)))
         q = spinning_equilibrium(equation.state, motion, Coupling())
         return equation.start(0.0, q, velocity, motion)
@@ -67,14 +67,13 @@ class HubFlight:
         recorder.store_field(step, at.time, at.q)
         if step % every:
             return
-        equation, rigid = self._equation, at.rigid
+        equation, hub = self._equation, at.hub
         equation.set_time(at.time)
         strain = equation.workspace.strain_energy(at.q) - float(equation.state.reference_force @ at.q)
         motion = equation.motion(at, driver.segment_at(at.time))
         recorder.store(at.time, at.q, at.v, motion, (equation.kinetic_energy(at), strain))
-        self._samples.append(
-            (rigid.attitude, np.array([rigid.position, at.velocity, *np.split(rigid.momentum, 2)]), at.work)
-        )
+        vectors = np.array([hub.position, at.velocity, hub.momentum[:3], hub.momentum[3:]])
+        self._samples.append((hub.attitude, vectors, at.work))
 
     def complete(self, data: xr.Dataset) -> xr.Dataset:
         """Dataset with the hub's motion, momenta and work added; kinetic energy is that of the whole spacecraft."""
