@@ -46,6 +46,9 @@ if TYPE_CHECKING:
     from tautflex.files.export import write_csv, write_vtu
     from tautflex.files.mesh import MeshData, read_mesh
     from tautflex.files.netcdf import load, save
+    from tautflex.mechanics.dampings.damping import Damping, LinearStructure
+    from tautflex.mechanics.dampings.matrix import DampingMatrix
+    from tautflex.mechanics.dampings.modal import Modal
     from tautflex.mechanics.dampings.rayleigh import Rayleigh
     from tautflex.mechanics.loads.inputs import CableTension, EdgeForce, FilmTemperature, NodalForce
     from tautflex.mechanics.loads.pressure import PressureLoad
@@ -91,6 +94,8 @@ __all__ = [
     "CaseError",
     "CentralDifference",
     "Coupling",
+    "Damping",
+    "DampingMatrix",
     "EdgeForce",
     "EnergyConserving",
     "FilmTemperature",
@@ -99,11 +104,13 @@ __all__ = [
     "HubState",
     "HyperReducedModel",
     "InputError",
+    "LinearStructure",
     "Material",
     "MembraneSection",
     "MeshData",
     "MeshError",
     "MissingExtraError",
+    "Modal",
     "ModalBasis",
     "Model",
     "Newmark",
@@ -198,6 +205,9 @@ _NAMES_OF_MODULE = {
         "write_csv",
         "write_vtu",
     ),
+    "mechanics.dampings.damping": ("Damping", "LinearStructure"),
+    "mechanics.dampings.matrix": ("DampingMatrix",),
+    "mechanics.dampings.modal": ("Modal",),
     "mechanics.dampings.rayleigh": ("Rayleigh",),
     "mechanics.membrane": ("film_states",),
     "mechanics.loads.inputs": (

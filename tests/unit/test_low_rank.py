@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
 from tautflex.batch.chunks import ChunkRunner, usual_chunk
+from tautflex.batch.damping import BatchDamping
 from tautflex.batch.equations.equation import STORED, EachRun, Plant
 from tautflex.batch.equations.full import FullPlant
 from tautflex.batch.equations.rate_history import Course, Numbers, course_of
@@ -23,6 +24,7 @@ from tautflex.batch.parameters import check_names, checked_numbers
 from tautflex.batch.steps.explicit import ExplicitWalk
 from tautflex.batch.steps.implicit import ImplicitWalk
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Maneuver
@@ -69,7 +71,7 @@ class Batch:
         method: ImplicitMethod | CentralDifference | None = None,
         time_step: float,
         end_time: float,
-        damping: Rayleigh | None = None,
+        damping: Damping | None = None,
         coupling: Coupling | None = None,
         probes: Mapping[str, ArrayLike] | None = None,
         probe_reading: str = "interpolate",
@@ -99,7 +101,7 @@ class Batch:
         UnsupportedError
             If the maneuver or the method has no batched form.
         """
-        course, defaults, function = self._function(
+        course, defaults, function, damped = self._function(
             maneuver,
             method,
             time_step,
@@ -111,14 +113,17 @@ class Batch:
             initial_velocity,
             store,
             tolerance,
-        )[:3]
+        )[:4]
 
         def respond(parameters: Mapping[str, Any]) -> Response:
-            check_names(parameters, self._plant.kinds, course)
-            numbers = {**defaults, **parameters}
-            differ = frozenset(name for name in parameters if np.ndim(numbers[name]) > np.ndim(defaults.get(name, 0.0)))
+            check_names(parameters, self._plant.kinds, course, damped.defaults)
+            alone = {**defaults, **damped.defaults}
+            numbers = {**alone, **parameters}
+            differ = frozenset(name for name in parameters if np.ndim(numbers[name]) > np.ndim(alone.get(name, 0.0)))
+            runs = len(numbers[min(differ)]) if differ else 1
+            numbers, differ = damped.of_traced(numbers, differ)
             if differ:
-                return self._run.many(function, differ, len(numbers[min(differ)]))(numbers)
+                return self._run.many(function, differ, runs)(numbers)
             if not self._plant.side_by_side:
                 return function(numbers, EachRun())
             return jax.tree.map(lambda part: part[..., 0], function(numbers, EachRun(1)))
@@ -133,7 +138,7 @@ class Batch:
         method: ImplicitMethod | CentralDifference | None = None,
         time_step: float,
         end_time: float,
-        damping: Rayleigh | None = None,
+        damping: Damping | None = None,
         coupling: Coupling | None = None,
         probes: Mapping[str, ArrayLike] | None = None,
         probe_reading: str = "interpolate",
@@ -149,9 +154,10 @@ class Batch:
         ----------
         parameters
             Name -> one value per run, or one for all: ``"tension_x"``, ``"tension_y"``, ``"youngs_modulus.membrane"``
-            (``.cable``, ``.beam``) and ``"density.membrane"`` are factors of the state; ``"damping.alpha"``,
-            ``"damping.beta"`` and the maneuver's own numbers, such as ``"maneuver.rate"``, replace those of the
-            arguments.
+            (``.cable``, ``.beam``) and ``"density.membrane"`` are factors of the state; the numbers of the damping
+            (``"damping.alpha"``, ``"damping.beta"``; ``"damping.ratio"``) and of the maneuver, such as
+            ``"maneuver.rate"``, replace those of the arguments. Proportional damping follows the factors of the state,
+            the vectors of modal damping are those of the state as given.
         maneuver, method, time_step, end_time, damping, coupling, probes, probe_reading, initial_velocity, tolerance
             As for `tautflex.simulate`.
         store
@@ -176,7 +182,7 @@ class Batch:
             If a run fails and ``throw`` is set; ``.result`` holds all runs.
         """
         maneuver = maneuver or AtRest()
-        course, defaults, function, placed, key = self._function(
+        course, defaults, function, damped, placed, key = self._function(
             maneuver,
             method,
             time_step,
@@ -189,10 +195,12 @@ class Batch:
             store,
             tolerance,
         )
-        arrays, axes, runs = checked_numbers(parameters, self._plant.kinds, course)
+        arrays, axes, runs = checked_numbers(parameters, self._plant.kinds, course, damped.defaults)
         _check_maneuvers(maneuver, arrays, axes, runs)
-        numbers = {**{name: np.asarray(value, dtype=float) for name, value in defaults.items()}, **arrays}
-        differ = frozenset(name for name, axis in axes.items() if axis == 0)
+        of_damping, rows = damped.of_rows(arrays, axes, runs)
+        others = {name: array for name, array in arrays.items() if name not in damped.defaults}
+        numbers = {**{name: np.asarray(value, dtype=float) for name, value in defaults.items()}, **others, **of_damping}
+        differ = frozenset(name for name in others if axes[name] == 0) | rows
         usual = usual_chunk(runs, self._plant.side_by_side)
         at_once = min(runs, usual if chunk is None else checks.whole("chunk", chunk, 1))
         record = self._run(function, key, numbers, differ, runs, at_once)
@@ -208,15 +216,15 @@ class Batch:
         method: ImplicitMethod | CentralDifference | None,
         time_step: float,
         end_time: float,
-        damping: Rayleigh | None,
+        damping: Damping | None,
         coupling: Coupling | None,
         probes: Mapping[str, ArrayLike] | None,
         probe_reading: str,
         initial_velocity: InitialVelocity,
         store: Sequence[str],
         tolerance: float | None,
-    ) -> tuple[Course, Numbers, Callable[[Numbers, EachRun], Response], ProbeSet, Hashable]:
-        """Course, default numbers, the run as a function of all numbers, probes, and the key of its compilation."""
+    ) -> tuple[Course, Numbers, Callable[[Numbers, EachRun], Response], BatchDamping, ProbeSet, Hashable]:
+        """Course, default numbers, the run as a function of all, damping, probes, and the key of its compilation."""
         count = step_count(time_step, end_time, 1)
         maneuver, method = maneuver or AtRest(), method or WilsonTheta()
         damping, coupling = damping or Rayleigh(), coupling or Coupling()
@@ -233,11 +241,8 @@ class Batch:
         function = response_function(
             self._plant, course, coupling, placed, time_step, count, velocity, tuple(store), make
         )
-        defaults = {
-            "damping.alpha": damping.alpha,
-            "damping.beta": damping.beta,
-            **{f"maneuver.{name}": value for name, value in course.numbers.items()},
-        }
+        defaults = {f"maneuver.{name}": value for name, value in course.numbers.items()}
+        damped = BatchDamping(damping, self._state.linear)
         key = (
             course.key,
             course.axis,
@@ -248,8 +253,9 @@ class Batch:
             velocity.tobytes(),
             (time_step, count, wanted),
             tuple(store),
+            damped.matrix.rank,
         )
-        return course, defaults, function, placed, key
+        return course, defaults, function, damped, placed, key
 
     def _walks(
         self, method: ImplicitMethod | CentralDifference, time_step: float, tolerance: float | None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Maneuver, RigidMotion, Segment
@@ -54,7 +54,7 @@ class ReducedFlight:
         self,
         rom: OnBasis,
         method: ImplicitMethod | ExplicitMethod,
-        damping: Rayleigh,
+        damping: Damping,
         coupling: Coupling,
         inputs: Sequence[TimeInput],
         tolerance: float | None,

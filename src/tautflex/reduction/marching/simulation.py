@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
 from tautflex.errors import NotConvergedError, UnsupportedError
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.mechanics.membrane import survey_at
@@ -44,7 +45,7 @@ def simulate_reduced(
     time_step: float,
     end_time: float,
     adaptive: Adaptive | None = None,
-    damping: Rayleigh | None = None,
+    damping: Damping | None = None,
     coupling: Coupling | None = None,
     inputs: Sequence[TimeInput] = (),
     probes: Mapping[str, ArrayLike] | None = None,
@@ -117,7 +118,7 @@ def _prescribed(maneuver: Maneuver | FreeHub | None, adaptive: object) -> Maneuv
 
 
 def _attributes(
-    rom: OnBasis, method: Any, maneuver: Maneuver, damping: Rayleigh, coupling: Coupling, step: float
+    rom: OnBasis, method: Any, maneuver: Maneuver, damping: Damping, coupling: Coupling, step: float
 ) -> dict[str, Any]:
     last = maneuver.segments()[-1].start
     return {

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from tautflex.mechanics.membrane import StressSurvey
+from tautflex.mechanics.products import MassDamping
 from tautflex.mechanics.workspace import Workspace
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.reduction.marching.run import ReducedFlight
@@ -79,8 +79,9 @@ def check_validity(
     workspace, watch = system.workspace(), CompressionWatch(system)
     survey = StressSurvey(system, workspace)
     inertia = system.inertia
-    damping = system.pattern.symmetric_matrix(
-        flight.damping.entries(inertia.mass_entries, flight.rom.state.tangent_entries)
+    state = flight.rom.state
+    damping = MassDamping(
+        system.pattern, inertia.mass_entries, state.tangent_entries, flight.damping.matrix(state.linear)
     )
     scalars, left = [], []
     for row, pulled in zip(chosen, flight.pulled(motions[chosen]), strict=True):
@@ -114,7 +115,7 @@ def _unbalanced(
     rate: Array,
     pulled: Array,
     motion: RigidMotion,
-    damping: csr_array,
+    damping: MassDamping,
 ) -> Array:
     """Force that the full equation of motion leaves unbalanced [N, N m], shape (size,)."""
     rom, plant, state = flight.rom, flight.plant, flight.rom.state
@@ -124,7 +125,7 @@ def _unbalanced(
     acceleration = np.asarray(-np.linalg.solve(plant.mass, force), dtype=np.float64)
     q, v, a = rom.motion(eta, rate, acceleration, pulled)
     result, _ = workspace.force(q)
-    result = result - state.reference_force + inertia.mass_matrix @ a + damping @ v
+    result = result - state.reference_force + inertia.mass_matrix @ a + damping.damping_product(v)
     result += inertia.apply(flight.coupling.velocity_weight(motion), v)
     result += inertia.apply(flight.coupling.displacement_weight(motion), q)
     return result + flight.coupling.load(motion, inertia) - flight.inputs.full_load(time)

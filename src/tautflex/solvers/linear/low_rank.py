@@ -34,7 +34,8 @@ class LowRankUpdate:
 
     def __init__(self, factors: Factors) -> None:
         self.factors = factors
-        self._moved, self._core, self._right = np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
+        none: Array = np.zeros((0, 0))
+        self._back = self._right = none
 
     def correct(self, left: Array, core: Array, right: Array | None = None) -> None:
         """Take the present factors and add ``left' core right`` to their matrix, in place of what was added before.
@@ -53,12 +54,13 @@ class LowRankUpdate:
         numpy.linalg.LinAlgError
             If the corrected matrix is singular.
         """
-        core = np.diag(core) if core.ndim == 1 else core
+        square = core[:, None] * np.eye(len(core)) if core.ndim == 1 else core
         self._right = left if right is None else right
-        self._moved = np.array([self.factors.solve(row) for row in left]).reshape(left.shape)
-        self._core = np.linalg.solve(np.eye(len(left)) + core @ (self._right @ self._moved.T), core)
+        moved = np.array([self.factors.solve(row) for row in left]).reshape(left.shape).T
+        inner = np.eye(len(left)) + square @ (self._right @ moved)
+        self._back = moved @ np.linalg.solve(inner, square)
 
     def solve(self, right: Array) -> Array:
         """Solution with the corrected matrix, shape (size,), or (size, columns) where the factors can."""
         y = self.factors.solve(right)
-        return y - self._moved.T @ (self._core @ (self._right @ y)) if len(self._moved) else y
+        return y - self._back @ (self._right @ y) if len(self._right) else y

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet
-from tautflex.mechanics.mass_damping import MassDamping
+from tautflex.mechanics.products import MassDamping
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.solvers.linear.factorization import SymmetricFactorization
@@ -85,7 +85,7 @@ class EquationOfMotion:
     """
 
     state: PrestressedState
-    damping: Rayleigh
+    damping: Damping
     coupling: Coupling
     statistics: Statistics = field(default_factory=Statistics)
     inputs: InputSet | None = None
@@ -94,8 +94,12 @@ class EquationOfMotion:
         self.system = self.state.system
         self.workspace = self.system.workspace()
         self.inertia = self.system.inertia
-        self.damping_entries = self.damping.entries(self.inertia.mass_entries, self.state.tangent_entries)
-        self.products = MassDamping(self.system.pattern, self.inertia.mass_entries, self.damping_entries)
+        self.products = MassDamping(
+            self.system.pattern,
+            self.inertia.mass_entries,
+            self.state.tangent_entries,
+            self.damping.matrix(self.state.linear),
+        )
         self._mass_factor = SymmetricFactorization(self.system.pattern)
         self._motion: RigidMotion | None = None
         self._terms = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(self.system.size))
@@ -184,9 +188,10 @@ class EquationOfMotion:
         self.set_time(instant, segment.end)
         return StepForces(self, numbers, terms, at, size, diagonal)
 
-    def correction(self, q: Array, numbers: StepNumbers) -> tuple[Array, Array] | None:
-        """U, shape (rank, size), and D of the low-rank part ``U' D U`` of the effective stiffness at ``q``, if any."""
-        return None
+    def correction(self, q: Array, scheme: StepScheme) -> tuple[Array, Array]:
+        """U, shape (rank, size), and D, shape (rank, rank), of the low-rank part ``U' D U`` of the effective stiffness."""
+        damping = self.products.matrix
+        return damping.vectors, np.diag(scheme.weight * scheme.velocity.d * damping.coefficients)
 
     def motion(self, at: MotionState, segment: Segment) -> RigidMotion:
         """Motion of the floating frame."""
@@ -248,7 +253,7 @@ class StepNumbers:
     def __init__(self, scheme: StepScheme, equation: EquationOfMotion) -> None:
         self.scheme = scheme
         # Damping in proportion to stiffness resists in the axes of the reference: it does not turn with the structure.
-        self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.damping.beta)
+        self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.products.matrix.stiffness)
         ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
         self.end = np.array([(part.d, part.v, part.a) for part in ends])
         inertia, velocity = scheme.inertia, scheme.velocity
@@ -256,8 +261,8 @@ class StepNumbers:
         self.linear = equation.products.combined(inertia.d, scheme.weight * velocity.d)
         # The same in the pattern's upper triangle, for the effective stiffness.
         constant = inertia.d * equation.inertia.mass_entries
-        if equation.products.damped:
-            constant += scheme.weight * velocity.d * equation.damping_entries
+        if equation.products.spread:
+            constant += scheme.weight * velocity.d * equation.products.entries
         self.constant_stiffness = constant[equation.system.pattern.upper[0]]
 
 
@@ -297,9 +302,13 @@ class StepForces:
         products, pairs = equation.products, equation.inertia.pairs
         load = terms.load - equation.input_load if equation.inputs else terms.load
         known, turning, self.known_norm, self._load_norm, self.stiff_norm = begin_step(
-            products.start, products.column, products.mass, products.damping, products.damped, pairs,
+            products.start, products.column, products.mass, products.damping, products.spread, pairs,
             numbers.known, terms.velocity, terms.displacement, load, diagonal, at.q, at.v, at.a,
         )  # fmt: skip
+        if products.matrix.rank:
+            velocity = scheme.velocity
+            products.add_low_rank(scheme.weight, velocity.v * at.v + velocity.a * at.a, known)
+            self.known_norm = float(np.linalg.norm(known))
         self._history = _NONE
         if scheme.weight < 1.0:
             if at.forces is None:
@@ -321,6 +330,10 @@ class StepForces:
             residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
         else:
             residual, norm, internal, inertia = step_residual(x, self.at.q, *self._elements, *self._fixed)
+        products = self.equation.products
+        if products.matrix.rank:
+            products.add_low_rank(self._scheme.weight * self._scheme.velocity.d, x, residual)
+            norm = float(np.linalg.norm(residual))
         return residual, norm, max(internal, self._load_norm), inertia
 
     def end(self, x: Array, residual: Array) -> MotionState:

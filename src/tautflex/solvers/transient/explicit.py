@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import InputError
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Segment
 from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, MotionTerms
@@ -47,7 +48,7 @@ class CentralDifference:
         return "central difference"
 
     def stepper(
-        self, state: PrestressedState, damping: Rayleigh, coupling: Coupling, inputs: InputSet | None = None
+        self, state: PrestressedState, damping: Damping, coupling: Coupling, inputs: InputSet | None = None
     ) -> ExplicitStepper:
         """Stepper of one run."""
         return ExplicitStepper(EquationOfMotion(state, damping, coupling, inputs=inputs))
@@ -65,7 +66,7 @@ class ExplicitStepper:
     def __init__(self, equation: EquationOfMotion) -> None:
         self.equation = equation
         self._pattern = equation.system.pattern
-        self._factors: dict[float, SymmetricFactorization] = {}
+        self._factors: dict[float, tuple[SymmetricFactorization, LowRankUpdate]] = {}
         self._largest, self._age = 0.0, 0
         self._stress = self._checked_stress = np.zeros(0)
         self._first_limit = 0.0
@@ -162,20 +163,23 @@ class ExplicitStepper:
                 break
         return a
 
-    def _factor(self, size: float) -> SymmetricFactorization:
+    def _factor(self, size: float) -> LowRankUpdate:
         """Factors of ``M + h C / 2``; without damping one serves all step sizes."""
-        key = size if self.equation.products.damped else 0.0
+        products = self.equation.products
+        key = size if products.damped else 0.0
         if key not in self._factors:
             if len(self._factors) > 16:
                 self._factors.clear()
-            self._factors[key] = SymmetricFactorization(self._pattern)
-            values = self.equation.inertia.mass_entries + 0.5 * key * self.equation.damping_entries
-            self._factors[key].factorize(values)
-        return self._factors[key]
+            factors = SymmetricFactorization(self._pattern)
+            factors.factorize(self.equation.inertia.mass_entries + 0.5 * key * products.entries)
+            self._factors[key] = factors, LowRankUpdate(factors)
+            if products.matrix.rank:
+                self._factors[key][1].correct(products.matrix.vectors, 0.5 * key * products.matrix.coefficients)
+        return self._factors[key][1]
 
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
-        self.equation.count(*self._factors.values())
+        self.equation.count(*(factors for factors, _ in self._factors.values()))
 
 
 def _rounded_down(step: float) -> float:

@@ -124,9 +124,7 @@ class Stepper:
         if symmetric.any():
             values += numbers.scheme.weight * equation.inertia.entries(symmetric)[self._pattern.upper[0]]
         self._factor.factorize_upper(values)
-        correction = equation.correction(q, numbers)
-        if correction is not None:
-            self.solver.correct(*correction)
+        self.solver.correct(*equation.correction(q, numbers.scheme))
         self._factor_size, self._factor_inertia = size, numbers.scheme.inertia.d
         if self._corotation is not None:
             self._corotation.restart(q)

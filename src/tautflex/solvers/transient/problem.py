@@ -37,7 +37,7 @@ def check_parts(maneuver: object, method: object, coupling: object, damping: obj
         ("maneuver", maneuver, "segments", "Stop(rate=0.628, duration=1.0)"),
         ("method", method, "scheme", "WilsonTheta()"),
         ("coupling", coupling, "velocity_weight", "Coupling()"),
-        ("damping", damping, "entries", "Rayleigh(0.001, 0.001)"),
+        ("damping", damping, "matrix", "Rayleigh(0.001, 0.001)"),
     ):
         other = {"method": "stepper", "maneuver": "wrench"}.get(name, needed)
         if not (hasattr(value, needed) or hasattr(value, other)):

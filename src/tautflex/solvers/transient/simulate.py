@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.motion.coupling import Coupling
@@ -74,7 +75,7 @@ def simulate(
     time_step: float,
     end_time: float,
     adaptive: Adaptive | None = None,
-    damping: Rayleigh | None = None,
+    damping: Damping | None = None,
     coupling: Coupling | None = None,
     inputs: Sequence[TimeInput] = (),
     probes: Mapping[str, ArrayLike] | None = None,
@@ -104,7 +105,7 @@ def simulate(
         Error control of an implicit method's steps; ``time_step`` is then the spacing of the results and the first
         trial step. None takes every step ``time_step`` long.
     damping
-        Rayleigh damping; None is none.
+        `Rayleigh`, `Modal` or any other `Damping`; None is none.
     coupling
         Switches of the rotating-frame terms; default all on.
     inputs
@@ -224,7 +225,7 @@ def simulate(
 def _stepper(
     state: PrestressedState,
     method: Method,
-    damping: Rayleigh,
+    damping: Damping,
     coupling: Coupling,
     tolerance: float | None,
     inputs: InputSet,

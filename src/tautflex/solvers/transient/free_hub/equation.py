@@ -6,10 +6,10 @@ and B(q), R(q) of `momentum`,
     M ddq + B' r + P(q, dq, w) = 0,    R r = W - B ddq - c(q, dq, w),
 
 so that the mass that moves, M - B' R^-1 B, depends on q. A scheme's inertia M a_s and its weighted forces are written
-for a constant mass. They keep their order if the forces that are weighted hold the *true* accelerations of an instant,
-which balance all forces there, and the scheme's own ones serve as their running mean alone [Arnold & Bruls, Multibody
-Syst. Dyn. 18 (2007) 185]. With forces ``F = P + B' r`` weighted (g, 1 - g) between the evaluation instant e and the start
-n, ``M a_s + g F_e + (1 - g) F_n = 0`` and ``F = -M ddq`` at both give
+for a constant mass. They keep their order if the weighted forces hold the *true* accelerations of an instant, which
+balance all forces there, and the scheme's own ones serve as their running mean alone [Arnold & Bruls, Multibody Syst.
+Dyn. 18 (2007) 185]. With forces ``F = P + B' r`` weighted (g, 1 - g) between the evaluation instant e and the start n,
+``M a_s + g F_e + (1 - g) F_n = 0`` and ``F = -M ddq`` at both give
 
     a_s = g ddq_e + (1 - g) ddq_n,    ddq_e = (a_s - (1 - g) ddq_n) / g,
 
@@ -29,6 +29,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from tautflex.motion import rotations
 from tautflex.motion.hub import FreeHub, HubState
@@ -54,6 +55,7 @@ from tautflex.solvers.transient.free_hub.momentum import (
     rigid_blocks,
     rigid_parts,
 )
+from tautflex.solvers.transient.methods.scheme import StepScheme
 from tautflex.solvers.transient.probes import ProbeSet
 
 _NONE = np.zeros(0)
@@ -137,7 +139,7 @@ class HubEquation(EquationOfMotion):
         mass, coupling = self.blocks(q)
         rigid = np.zeros(31)
         hub = rigid_parts(rigid)
-        hub.attitude[:] = self.hub.attitude / np.linalg.norm(self.hub.attitude)
+        hub.attitude[:] = np.asarray(self.hub.attitude) / np.linalg.norm(self.hub.attitude)
         hub.twist[:3] = rotations.matrix(hub.attitude).T @ np.asarray(self.hub.velocity, dtype=float)
         hub.twist[3:] = self.hub.angular_velocity
         hub.momentum[:] = inertial(hub.attitude, hub.position, mass @ hub.twist + coupling @ v)
@@ -192,10 +194,11 @@ class HubEquation(EquationOfMotion):
         self.set_time(at.time + numbers.scheme.evaluation * size, segment.end)
         return HubForces(self, numbers, self._at_rest, at, size, diagonal, segment.end)
 
-    def correction(self, q: Array, numbers: StepNumbers) -> tuple[Array, Array]:
-        """What the free hub takes from the effective stiffness, ``-c B' R^-1 B``."""
-        mass, coupling = self.blocks(q)
-        return coupling, -numbers.scheme.inertia.d * np.linalg.inv(mass)
+    def correction(self, q: Array, scheme: StepScheme) -> tuple[Array, Array]:
+        """With what the free hub takes from the effective stiffness, ``-c B' R^-1 B``."""
+        (mass, coupling), (vectors, core) = self.blocks(q), super().correction(q, scheme)
+        taken = -scheme.inertia.d * np.linalg.inv(mass)
+        return np.concatenate([coupling, vectors.reshape(-1, q.size)]), block_diag(taken, core)
 
     def motion(self, at: MotionState, segment: Segment) -> RigidMotion:
         """Motion of the floating frame."""
@@ -211,7 +214,8 @@ class HubEquation(EquationOfMotion):
 
     def between(self, start: MotionState, end: MotionState, time: float) -> MotionState:
         """State at an instant between two states; what has a known rate follows a cubic, the rest a line."""
-        assert isinstance(start, HubMotion) and isinstance(end, HubMotion)
+        assert isinstance(start, HubMotion)
+        assert isinstance(end, HubMotion)
         elastic, share = super().between(start, end, time), (time - start.time) / (end.time - start.time)
         rigid = start.rigid + share * (end.rigid - start.rigid)
         values = np.append(start.rigid[:19], start.work), np.append(end.rigid[:19], end.work)
@@ -232,7 +236,8 @@ class HubEquation(EquationOfMotion):
         Kinetic energy splits into that of the elastic motion about the momenta and that of the momenta. Errors of the
         former are measured by itself, as under a prescribed motion, those of the latter by what the run has changed.
         """
-        assert isinstance(at, HubMotion) and isinstance(since, HubMotion)
+        assert isinstance(at, HubMotion)
+        assert isinstance(since, HubMotion)
         gained = at.hub.twist - since.hub.twist
         gained[:3] = rotations.matrix(at.hub.attitude).T @ (at.velocity - since.velocity)
         elastic, rigid = self._norms(at.q, gained, at.v)
@@ -246,7 +251,8 @@ class HubEquation(EquationOfMotion):
 
     def errors(self, at: MotionState, end: MotionState, share: float, smoothed: Callable[[Array], Array]) -> Array:
         """The same norms of the errors; those of the momenta are left as they are."""
-        assert isinstance(at, HubMotion) and isinstance(end, HubMotion)
+        assert isinstance(at, HubMotion)
+        assert isinstance(end, HubMotion)
         rigid = self._norms(end.q, share * (end.hub.rates - at.hub.rates), share * (end.true - at.true))[1]
         return np.array([self._norms(end.q, np.zeros(6), smoothed(share * (end.a - at.a)))[0], rigid])
 

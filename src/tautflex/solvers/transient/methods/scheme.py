@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from tautflex.mechanics.dampings.rayleigh import Rayleigh
+    from tautflex.mechanics.dampings.damping import Damping
     from tautflex.mechanics.loads.inputs import InputSet
     from tautflex.motion.coupling import Coupling
     from tautflex.solvers.static.prestress import PrestressedState
@@ -92,7 +92,7 @@ class ExplicitMethod(Protocol):
         ...
 
     def stepper(
-        self, state: PrestressedState, damping: Rayleigh, coupling: Coupling, inputs: InputSet | None = None
+        self, state: PrestressedState, damping: Damping, coupling: Coupling, inputs: InputSet | None = None
     ) -> ExplicitStepper:
         """Stepper of one run."""
         ...
