@@ -206,7 +206,9 @@ class AdaptiveDriver(GridDriver):
         fastest = np.maximum(self._fastest, self._implicit.equation.speeds(reached, self._first))
         if at.time < self._step:
             fastest = np.maximum(fastest, self._kick)
-        ratio = np.divide(found, self._control.tolerance * fastest, out=np.full(found.size, np.inf), where=fastest > 0.0)
+        ratio = np.divide(
+            found, self._control.tolerance * fastest, out=np.full(found.size, np.inf), where=fastest > 0.0
+        )
         return float(np.where(found > 0.0, ratio, 0.0).max())
 
     def _note_velocity(self, at: MotionState) -> None:
