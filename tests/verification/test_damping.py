@@ -18,6 +18,7 @@ from tautflex.reduction.bases.basis import BasisVectors
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.transient.implicit import Stepper
+from verification.batch_cases import changed_rom
 from verification.dynamic_cases import TINY_VELOCITY, small_antenna, soft_film
 
 RATIOS = (0.02, 0.05, 0.0, 0.1)
@@ -284,3 +285,63 @@ def test_wrong_dampings_are_refused(film):
     with pytest.raises(InputError, match="damping: expected an object such as Rayleigh"):
         tf.simulate(film, damping=0.1, time_step=1e-3, end_time=1e-2)
     assert tf.Modal([0.1, 0.2]) == tf.Modal((0.1, 0.2))
+
+
+def worst(data, singles) -> float:
+    pairs = [(data.isel(run=run), single) for run, single in enumerate(singles)]
+    names = ("w", "w_velocity", "kinetic_energy", "strain_energy")
+    return max(
+        float(np.abs(a[n].values - b[n].values).max() / np.abs(b[n].values).max()) for a, b in pairs for n in names
+    )
+
+
+@pytest.mark.parametrize("kind", ["reduced", "explicit", "full"])
+def test_batches_are_the_single_runs(kind, verification_row):
+    state = tf.solve_prestress(small_antenna())
+    plant = state if kind == "full" else tf.reduce(state, tf.ModalBasis(directions=("rx",), count=3), weak_field=0.0)
+    ratios, stop = [0.01, 0.08], tf.Stop(0.6, 0.04)
+    options = {"time_step": 2e-3, "end_time": 0.06, "probes": {"A": (0.6, 0.3)}}
+    method = {"method": tf.CentralDifference()} if kind == "explicit" else {"method": tf.Newmark(), "tolerance": 1e-12}
+    parameters = {"damping.ratio": ratios, **({} if kind == "full" else {"tension_x": [1.0, 1.1]})}
+    data = tf.Batch(plant).simulate(parameters, stop, damping=tf.Modal(0.5, modes=8), **options, **method)
+    plants = [plant, plant if kind == "full" else changed_rom(plant, {"tension_x": 1.1})]
+    singles = [
+        tf.simulate(one, stop, damping=tf.Modal(ratio, modes=8), **options, **method).data
+        for one, ratio in zip(plants, ratios, strict=True)
+    ]
+    assert np.abs(singles[0].w.values - singles[1].w.values).max() > 1e-3 * np.abs(singles[0].w.values).max()
+    found = worst(data, singles)
+    assert found < (1e-9 if kind == "full" else 1e-11)
+    verification_row(f"batch with modal damping, {kind}, against single runs", 0, found, "single runs")
+    if kind == "reduced":
+        # A damping from outside, that no one can trace.
+        outside = tf.Batch(plant).simulate(
+            {"damping.coefficient": [0.1, 0.4]}, stop, damping=Dashpots(1.0), **options, **method
+        )
+        singles = [tf.simulate(plant, stop, damping=Dashpots(c), **options, **method).data for c in (0.1, 0.4)]
+        assert worst(outside, singles) < 1e-11
+
+
+def test_derivative_by_the_ratio(verification_row):
+    """Of the energy left at the end, against differences of two runs."""
+    jax = pytest.importorskip("jax")
+    rom = tf.reduce(tf.solve_prestress(small_antenna()), tf.ModalBasis(directions=("rx",), count=3))
+    respond = tf.Batch(rom).response(
+        tf.Stop(0.6, 0.02),
+        time_step=2e-3,
+        end_time=0.04,
+        damping=tf.Modal((0.01, 0.02, 0.03)),
+        tolerance=1e-12,
+        store=("energy",),
+    )
+
+    def energy(ratio):
+        return respond({"damping.ratio": ratio}).energy[-1].sum()
+
+    ratio, step = np.array([0.01, 0.05, 0.03]), 1e-5 * np.eye(3)
+    both = jax.jit(jax.value_and_grad(energy), compiler_options={"xla_backend_optimization_level": 0})
+    found = np.asarray(both(ratio)[1])
+    expected = np.array([(both(ratio + e)[0] - both(ratio - e)[0]) / 2e-5 for e in step])
+    error = float(np.abs(found - expected).max() / np.abs(expected).max())
+    assert error < 1e-6
+    verification_row("derivative of the last energy by three damping ratios", 0, error, "differences of runs")
