@@ -30,6 +30,10 @@ from .files.mesh import read_mesh as read_mesh
 from .files.netcdf import load as load
 from .files.netcdf import save as save
 from .files.vtu import write_vtu as write_vtu
+from .mechanics.dampings.damping import Damping as Damping
+from .mechanics.dampings.damping import LinearStructure as LinearStructure
+from .mechanics.dampings.matrix import DampingMatrix as DampingMatrix
+from .mechanics.dampings.modal import Modal as Modal
 from .mechanics.dampings.rayleigh import Rayleigh as Rayleigh
 from .mechanics.loads.inputs import CableTension as CableTension
 from .mechanics.loads.inputs import EdgeForce as EdgeForce
