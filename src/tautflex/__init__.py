@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     from tautflex.solvers.static.equilibrium import solve_static
     from tautflex.solvers.static.prestress import solve_prestress
     from tautflex.solvers.transient.adaptive import Adaptive
-    from tautflex.solvers.transient.explicit import CentralDifference
+    from tautflex.solvers.transient.methods.central_difference import CentralDifference
     from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
     from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
     from tautflex.solvers.transient.methods.wilson import WilsonTheta
@@ -242,7 +242,7 @@ _NAMES_OF_MODULE = {
     ),
     "solvers.transient.adaptive": ("Adaptive",),
     "solvers.modal.campbell": ("campbell",),
-    "solvers.transient.explicit": ("CentralDifference",),
+    "solvers.transient.methods.central_difference": ("CentralDifference",),
     "solvers.transient.simulate": ("simulate",),
     "solvers.transient.methods.energy_conserving": ("EnergyConserving",),
     "solvers.transient.methods.generalized_alpha": (

@@ -15,7 +15,7 @@ from tautflex.motion.coupling import Coupling
 from tautflex.motion.maneuvers import AtRest, Stop
 from tautflex.solvers.static.prestress import solve_prestress
 from tautflex.solvers.transient.adaptive import Adaptive
-from tautflex.solvers.transient.explicit import CentralDifference
+from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.generalized_alpha import Newmark
 from tautflex.solvers.transient.simulate import simulate
 from tautflex.solvers.transient.stability import largest_eigenvalue

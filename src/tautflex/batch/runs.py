@@ -29,7 +29,7 @@ from tautflex.motion.kinematics import Maneuver
 from tautflex.motion.maneuvers import AtRest
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.transient.explicit import CentralDifference
+from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.scheme import ImplicitMethod
 from tautflex.solvers.transient.methods.wilson import WilsonTheta
 from tautflex.solvers.transient.probes import ProbeSet, place_probes

@@ -20,7 +20,7 @@ from tautflex.reduction.marching.frame_terms import ReducedMoments, frame_at, fr
 from tautflex.reduction.marching.loads import InputLoads
 from tautflex.reduction.marching.schedule import Stretch, stretches
 from tautflex.reduction.polynomial.forces import Frame, companion_forces, rows_from, total_force
-from tautflex.solvers.transient.explicit import CentralDifference
+from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.scheme import ExplicitMethod, ImplicitMethod
 from tautflex.solvers.transient.status import Statistics
 

@@ -1,15 +1,18 @@
-"""Drivers: how a run's steps follow the time grid, the segments of the maneuver and the steps that fail."""
+"""Drivers: how a run's steps follow the time grid, the segments of the maneuver, the steps that fail and their stages."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
+from tautflex.solvers.transient.methods.scheme import Method
 
 Array = NDArray[np.float64]
 
@@ -26,6 +29,85 @@ class OneStep(Protocol):
     def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
         """Same position and velocity under another rigid motion."""
         ...
+
+
+class ImplicitStep(OneStep, Protocol):
+    """What adaptive steps need besides: they solve an equation."""
+
+    method: Method
+
+    def smoothed(self, error: Array) -> Array:
+        """Error vector without what the step could not resolve anyway, shape (size,)."""
+        ...
+
+
+class StageStep(ImplicitStep, Protocol):
+    """Steps that can be taken stage by stage."""
+
+    @property
+    def factors(self) -> tuple[SymmetricFactorization, ...]:
+        """Factorizations whose work counts."""
+        ...
+
+    def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> MotionState:
+        """State at the start of a run."""
+        ...
+
+    def step(
+        self,
+        at: MotionState,
+        size: float,
+        segment: Segment,
+        place: int = 0,
+        recalled: tuple[Array, Array] | None = None,
+    ) -> tuple[MotionState, NewtonOutcome]:
+        """One stage of a step."""
+        ...
+
+
+class StagedStepper:
+    """Steps of several stages: one stepper for each effective stiffness, all of one equation of motion.
+
+    Parameters
+    ----------
+    method
+        Integrator.
+    make
+        Makes a stepper of the given equation of motion; of a new one for None.
+    """
+
+    def __init__(self, method: Method, make: Callable[[EquationOfMotion | None], StageStep]) -> None:
+        self.method, self._numbers = method, method.tangents
+        self._steppers = [make(None)]
+        self.equation = self._steppers[0].equation
+        self._steppers += [make(self.equation) for _ in range(max(self._numbers))]
+
+    def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> MotionState:
+        """State with the acceleration that balances all forces at ``time``."""
+        return self._steppers[0].start(time, q, v, motion)
+
+    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
+        """Same position and velocity under another rigid motion."""
+        return self._steppers[0].jump(at, before, after)
+
+    def step(self, at: MotionState, size: float, segment: Segment) -> tuple[MotionState, NewtonOutcome]:
+        """Advance by all stages of a step; the outcome is that of the last one that was tried."""
+        passed = [at]
+        for place, (stage, number) in enumerate(zip(self.method.stages(size), self._numbers, strict=True)):
+            recalled = stage.recalled(passed) if stage.velocity else None
+            reached, outcome = self._steppers[number].step(passed[-1], size, segment, place, recalled)
+            passed.append(reached)
+            if not outcome.converged:
+                break
+        return reached, outcome
+
+    def smoothed(self, error: Array) -> Array:
+        """Error vector without what the last stage could not resolve anyway, shape (size,)."""
+        return self._steppers[self._numbers[-1]].smoothed(error)
+
+    def collect_counts(self) -> None:
+        """Bring the solvers' counters into the statistics."""
+        self.equation.count(*(factor for stepper in self._steppers for factor in stepper.factors))
 
 
 class GridDriver:

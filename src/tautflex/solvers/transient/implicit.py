@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from tautflex.solvers.nonlinear.newton import NewtonOutcome, relative_error, sol
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.corotation import Corotation
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, MotionTerms
-from tautflex.solvers.transient.methods.scheme import Combination, ImplicitMethod, StepScheme
+from tautflex.solvers.transient.methods.scheme import Combination, Method, Stage
 from tautflex.solvers.transient.status import Statistics
 from tautflex.solvers.transient.step_kernel import (
     assemble_residual,
@@ -60,28 +60,31 @@ class Stepper:
         Newton steps allowed in one step.
     inputs
         Forces, tensions and temperatures in time; None is none.
+    shared
+        Equation of motion of another stepper of the same run; None makes one.
     """
 
     state: PrestressedState
-    method: ImplicitMethod
+    method: Method
     damping: Rayleigh
     coupling: Coupling
     tolerance: float
     max_iterations: int = 25
     inputs: InputSet | None = None
+    shared: InitVar[EquationOfMotion | None] = None
 
-    def __post_init__(self) -> None:
-        self.equation = EquationOfMotion(self.state, self.damping, self.coupling, inputs=self.inputs)
+    def __post_init__(self, shared: EquationOfMotion | None) -> None:
+        self.equation = shared or EquationOfMotion(self.state, self.damping, self.coupling, inputs=self.inputs)
         system = self.state.system
         self._system, self._pattern, self._inertia = system, system.pattern, system.inertia
         self._factor = SymmetricFactorization(self._pattern)
         self._factor_size, self._factor_inertia = 0.0, 0.0
         self._fewest_iterations, self._lost_iterations, self._judged = 0, 0, 0
         # Tangents that do not turn keep linear momentum to round-off at any tolerance, as conserving methods should.
-        self._corotation = None if self.method.scheme(1.0).average_stress else Corotation(system)
+        self._corotation = None if self.method.average_stress else Corotation(system)
         self._refresh_cost = _REFRESH_COST_UNTURNED if self._corotation is None else _REFRESH_COST
         self._memory = SecantMemory(axes=self._corotation)
-        self._scheme: tuple[float, _Coefficients] | None = None
+        self._coefficients: dict[int, tuple[float, _Coefficients]] = {}
         self._largest_scale = 0.0
         self._diagonal = self.state.tangent_entries[self._pattern.diagonal]
 
@@ -98,37 +101,49 @@ class Stepper:
         """Same position and velocity under another rigid motion."""
         return self.equation.jump(at, before, after)
 
-    def step(self, at: MotionState, size: float, segment: Segment) -> tuple[MotionState, NewtonOutcome]:
-        """Advance by ``size`` inside one smooth segment.
+    def step(
+        self,
+        at: MotionState,
+        size: float,
+        segment: Segment,
+        place: int = 0,
+        recalled: tuple[Array, Array] | None = None,
+    ) -> tuple[MotionState, NewtonOutcome]:
+        """Advance by one stage of a step inside one smooth segment; a method of one stage is done then.
 
         Parameters
         ----------
         at
-            Start of the step.
+            Start of the stage.
         size
-            Step size [s].
+            Size of the whole step [s].
         segment
-            Stretch of the maneuver; evaluated at the method's evaluation instant.
+            Stretch of the maneuver; evaluated at the stage's evaluation instant.
+        place
+            Number of the stage.
+        recalled
+            What the stage takes for velocity and acceleration at its start, see `Stage`; None: those of ``at``.
 
         Returns
         -------
         tuple
-            The state at the end of the step (meaningless unless converged) and the Newton outcome.
+            The state at the end of the stage (meaningless unless converged) and the Newton outcome.
         """
-        coefficients = self.coefficients(size)
-        scheme = coefficients.scheme
-        instant = at.time + scheme.evaluation * size
+        coefficients = self.coefficients(size, place)
+        scheme, part = coefficients.scheme, coefficients.share * size
+        start = at if recalled is None else replace(at, v=recalled[0], a=recalled[1])
+        instant = at.time + scheme.evaluation * part
         terms = self.equation.motion_terms(segment.motion(instant))
         self.equation.set_time(instant, segment.end)
-        problem = _StepProblem(self, coefficients, terms, at, size)
-        guess = first_guess(scheme.evaluation * size, at.v, at.a, _NONE if at.jerk is None else at.jerk)
+        problem = _StepProblem(self, coefficients, terms, start, size)
+        guess = first_guess(scheme.evaluation * part, at.v, at.a, _NONE if at.jerk is None else at.jerk)
         if self._corotation is not None:
             self._corotation.follow(at.q + guess, coefficients.turning_share)
         outcome = solve_newton(problem, guess, self.tolerance, self.max_iterations, self._memory)
         self.statistics.iterations += outcome.iterations
         self.statistics.force_evaluations += len(outcome.history)
-        q, v, a, jerk = end_of_step(coefficients.end, size, outcome.x, at.q, at.v, at.a)
-        end = MotionState(at.time + size, q, v, a, jerk=jerk)
+        q, v, a, jerk = end_of_step(coefficients.end, part, outcome.x, start.q, start.v, start.a)
+        end = MotionState(at.time + part, q, v, a, jerk=jerk if recalled is None else (a - at.a) / part)
         if scheme.weight < 1.0 and outcome.converged:
             inertia_force = self.equation.products.mass_product(_combine(scheme.inertia, outcome.x, at))
             history = (1.0 - scheme.weight) * problem.history
@@ -149,23 +164,23 @@ class Stepper:
         if self._lost_iterations > self._refresh_cost:
             self._factor_size = 0.0
 
-    def coefficients(self, size: float) -> _Coefficients:
-        """What follows from the step size alone; kept while it stays."""
-        if self._scheme is None or self._scheme[0] != size:
-            self._scheme = size, _Coefficients(self.method.scheme(size), self.equation)
-        return self._scheme[1]
+    def coefficients(self, size: float, place: int = 0) -> _Coefficients:
+        """What a stage knows from the step size alone; kept while it stays."""
+        if self._coefficients.get(place, (0.0,))[0] != size:
+            self._coefficients[place] = size, _Coefficients(self.method.stages(size)[place], self.equation)
+        return self._coefficients[place][1]
 
-    def refresh(self, q: Array, scheme: StepScheme, terms: MotionTerms, size: float) -> None:
+    def refresh(self, q: Array, coefficients: _Coefficients, terms: MotionTerms, size: float) -> None:
         """Factorize the symmetric part of the effective stiffness at ``q``.
 
         The skew parts (gyroscopic, Euler) are small against the inertia of a resolved step and are left to the
         iteration.
         """
-        values = self._system.upper_tangent(q)
+        scheme, values = coefficients.scheme, self._system.upper_tangent(q)
         self._diagonal = values[self._pattern.upper_diagonal]
         if scheme.weight != 1.0:
             values *= scheme.weight
-        values += self.coefficients(size).constant_stiffness
+        values += coefficients.constant_stiffness
         symmetric = 0.5 * (terms.displacement + terms.displacement.T)
         if symmetric.any():
             values += scheme.weight * self._inertia.entries(symmetric)[self._pattern.upper[0]]
@@ -189,16 +204,22 @@ class Stepper:
             return error
         return self._factor.solve(self._factor_inertia * self.equation.products.mass_product(error))
 
+    @property
+    def factors(self) -> tuple[SymmetricFactorization, ...]:
+        """Factorizations whose work counts."""
+        return (self._factor,)
+
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
-        self.equation.count(self._factor)
+        self.equation.count(*self.factors)
 
 
 class _Coefficients:
-    """Scheme of one step size as compiled code reads it."""
+    """Stage of one step size as compiled code reads it."""
 
-    def __init__(self, scheme: StepScheme, equation: EquationOfMotion) -> None:
-        self.scheme = scheme
+    def __init__(self, stage: Stage, equation: EquationOfMotion) -> None:
+        self.scheme, self.share = stage.scheme, stage.share
+        scheme = stage.scheme
         # Damping in proportion to stiffness resists in the axes of the reference: it does not turn with the structure.
         self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.damping.beta)
         ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
@@ -220,7 +241,8 @@ class _StepProblem:
         self, stepper: Stepper, coefficients: _Coefficients, terms: MotionTerms, at: MotionState, size: float
     ) -> None:
         self._stepper, self._at, self._size, self._terms = stepper, at, size, terms
-        self._scheme = scheme = coefficients.scheme
+        self._coefficients, self._scheme = coefficients, coefficients.scheme
+        scheme = coefficients.scheme
         equation, pairs = stepper.equation, stepper._inertia.pairs
         products = equation.products
         load = terms.load - equation.input_load if equation.inputs else terms.load
@@ -259,7 +281,7 @@ class _StepProblem:
         return residual, relative_error(norm, max(self.scale, lost, self._least_scale))
 
     def refresh(self, x: Array) -> None:
-        self._stepper.refresh(self._at.q + x, self._scheme, self._terms, self._size)
+        self._stepper.refresh(self._at.q + x, self._coefficients, self._terms, self._size)
 
     def ready(self) -> bool:
         return self._stepper.usable_factor(self._size)

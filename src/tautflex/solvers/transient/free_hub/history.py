@@ -78,7 +78,7 @@ class HubFlight:
         energy = self._state.system.strain_energy(at.q)
         strain = energy - float(self._state.reference_force @ at.q)
         motion = RigidMotion(at.twist[3:], at.rates[3:], at.rates[:3])
-        recorder.store(at.time, at.q, at.v, motion, (self._stepper.energy(at), strain))
+        recorder.store(at.time, at.q, at.v, motion, self._stepper.energy(at), strain)
         vectors = np.array([at.position, matrix(at.attitude) @ at.twist[:3], at.momentum[:3], at.momentum[3:]])
         self._samples.append((at.attitude, vectors, at.work))
 

@@ -24,7 +24,7 @@ from tautflex.solvers.nonlinear.anderson import SecantMemory
 from tautflex.solvers.nonlinear.newton import NewtonOutcome, relative_error, solve_newton
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
 from tautflex.solvers.transient.free_hub.momentum import MomentumBalance, RigidBlocks
-from tautflex.solvers.transient.methods.scheme import Combination, ImplicitMethod, StepScheme
+from tautflex.solvers.transient.methods.scheme import Combination, OneStageMethod, StepScheme
 from tautflex.solvers.transient.probes import ProbeSet
 
 Array = NDArray[np.float64]
@@ -91,7 +91,7 @@ class HubStepper:
     """
 
     def __init__(
-        self, equation: EquationOfMotion, hub: FreeHub, method: ImplicitMethod, tolerance: float, probes: ProbeSet
+        self, equation: EquationOfMotion, hub: FreeHub, method: OneStageMethod, tolerance: float, probes: ProbeSet
     ) -> None:
         if method.scheme(1.0).weight != 1.0:
             raise InputError(
