@@ -1,4 +1,4 @@
-"""Drivers: how a run's steps follow the time grid, the segments of the maneuver, the steps that fail and their stages."""
+"""Drivers: how steps follow the time grid, segments of the maneuver and failures, and stages make a step."""
 
 from __future__ import annotations
 

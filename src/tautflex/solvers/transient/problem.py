@@ -33,12 +33,14 @@ Progress = Callable[[float, str], None] | None
 
 # Beyond this the time axis alone would fill the memory.
 _MOST_STEPS = 1e9
-# What None stands for, what may stand there, and an example.
+# What None stands for.
+_MANEUVER, _METHOD, _DAMPING, _COUPLING = AtRest(), WilsonTheta(), Rayleigh(), Coupling()
+# What may stand there, and an example.
 _PARTS: tuple[tuple[str, Any, Any, str], ...] = (
-    ("maneuver", AtRest(), (Maneuver, FreeHub), "Stop(rate=0.628, duration=1.0)"),
-    ("method", WilsonTheta(), (Method, ExplicitMethod), "WilsonTheta()"),
-    ("coupling", Coupling(), Coupling, "Coupling()"),
-    ("damping", Rayleigh(), Rayleigh, "Rayleigh(0.001, 0.001)"),
+    ("maneuver", _MANEUVER, (Maneuver, FreeHub), "Stop(rate=0.628, duration=1.0)"),
+    ("method", _METHOD, (Method, ExplicitMethod), "WilsonTheta()"),
+    ("coupling", _COUPLING, Coupling, "Coupling()"),
+    ("damping", _DAMPING, Rayleigh, "Rayleigh(0.001, 0.001)"),
 )
 
 
@@ -100,14 +102,14 @@ class TransientProblem:
     """
 
     plant: PrestressedState | SteppingModel
-    maneuver: Maneuver | FreeHub = AtRest()
+    maneuver: Maneuver | FreeHub = _MANEUVER
     _: KW_ONLY
     time_step: float
     end_time: float
-    method: Method | ExplicitMethod = WilsonTheta()
+    method: Method | ExplicitMethod = _METHOD
     adaptive: Adaptive | None = None
-    damping: Rayleigh = Rayleigh()
-    coupling: Coupling = Coupling()
+    damping: Rayleigh = _DAMPING
+    coupling: Coupling = _COUPLING
     inputs: Sequence[TimeInput] = ()
     probes: Mapping[str, ArrayLike] | None = None
     probe_reading: str = "interpolate"

@@ -171,7 +171,7 @@ def check_stages(method: Method) -> None:
         sizes = {len(stage.velocity), len(stage.acceleration)}
         if sizes not in ({0}, {number}):
             raise InputError(
-                f"method: expected factors of {number} states (or none) for velocity and acceleration of stage {number}, "
+                f"method: expected factors of {number} states (or none) for V and A of stage {number}, "
                 f"got {len(stage.velocity)} and {len(stage.acceleration)}"
             )
         if len(stages) > 1 and stage.scheme.weight != 1.0:
