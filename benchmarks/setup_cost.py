@@ -53,7 +53,7 @@ def main() -> None:
     modes = stage("modes", lambda: tf.solve_modes(state, n=arguments.modes))
     total, memory = time.perf_counter() - started, peak_gigabytes()
     # What single operations of these stages cost, measured after them.
-    system = stage("(compile the system)", lambda: StructuralSystem(model))
+    system = stage("(compile the system)", lambda: StructuralSystem.from_model(model))
     stage("(inertia operator)", lambda: system.inertia)
     stage("(tangent)", lambda: system.tangent(np.zeros(system.size)))
     factor = SymmetricFactorization(state.system.pattern)

@@ -37,7 +37,7 @@ def rotation_matrix(vector: Array) -> Array:
 
 def unstressed(model: Model) -> PrestressedState:
     """Reference state of a structure that needs no prestress (beams)."""
-    system = StructuralSystem(model)
+    system = StructuralSystem.from_model(model)
     return PrestressedState(system, np.zeros(system.size), 0.0, 0.0, 0)
 
 

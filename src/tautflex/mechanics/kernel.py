@@ -260,14 +260,3 @@ def restart_energy(store: tuple[NDArray[Any], ...], block: int) -> None:
     """Let energies of a block with a nonlinear law count from zero unknowns, as those of the elastic law do."""
     if block_data.py_func(store, block).law != ELASTIC:
         _store_initial_energies(store, block)
-
-
-@_jit
-def smallest_principal_value(stress: Array) -> float:
-    """Smallest principal value of plane stresses (sx, sy, txy), shape (3, element)."""
-    smallest = np.inf
-    for e in range(stress.shape[1]):
-        half = 0.5 * (stress[0, e] - stress[1, e])
-        radius = np.sqrt(half * half + stress[2, e] * stress[2, e])
-        smallest = min(smallest, 0.5 * (stress[0, e] + stress[1, e]) - radius)
-    return smallest

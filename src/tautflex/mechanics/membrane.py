@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple, Protocol
 
 import numba
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from tautflex.elements.laws import film_state
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.mechanics.workspace import Workspace
 
 Array = NDArray[np.float64]
 
@@ -61,32 +63,84 @@ def film_states(source: StructuralSystem | HasSystem, q: Array | None = None) ->
         Shape (t,).
     """
     system = source if isinstance(source, StructuralSystem) else source.system
-    system.force(np.zeros(system.size) if q is None else q)
-    return current_film_states(system)
+    return survey_at(system, np.zeros(system.size) if q is None else q).film_states()
 
 
-def current_film_states(system: StructuralSystem) -> NDArray[np.int8]:
-    """States of the film elements at the last force evaluation, shape (t,)."""
-    pieces = [np.zeros(0, dtype=np.int8)]
-    for index in system.block_index("membrane"):
-        pieces.append(_states(system.stress[index].T, system.blocks[index].law_parameters[1]))
-    return np.concatenate(pieces)
+class StressSurvey:
+    """Looks at the film and the cables of a structure at the last evaluation of a workspace.
+
+    Parameters
+    ----------
+    system
+        The structure.
+    workspace
+        Whose stresses are looked at.
+
+    Attributes
+    ----------
+    cables
+        Stresses [Pa] as a view, section [m^2], and whether the law is elastic, of every cable block.
+    """
+
+    def __init__(self, system: StructuralSystem, workspace: Workspace) -> None:
+        groups, rows = system.model.groups, workspace.stress_rows
+        self._films = [
+            (rows[i], system.blocks[i].law_parameters[1], system.blocks[i].measure / thickness, thickness)
+            for i in system.block_index("membrane")
+            for thickness in (groups[i].section.thickness,)  # type: ignore[union-attr]
+        ]
+        self.cables = [
+            (rows[i][0], groups[i].section.area, system.blocks[i].law == "elastic")  # type: ignore[union-attr]
+            for i in system.block_index("cable")
+        ]
+
+    def film_states(self) -> NDArray[np.int8]:
+        """States of the film elements, shape (t,)."""
+        found = [_states(stress, poisson_ratio) for stress, poisson_ratio, *_ in self._films]
+        return np.concatenate([np.zeros(0, dtype=np.int8), *found])
+
+    def film(self) -> FilmSurvey:
+        """Extreme resultants and area fractions."""
+        smallest, largest, element = np.inf, -np.inf, -1
+        areas, first = np.zeros(3), 0
+        for stress, poisson_ratio, area, thickness in self._films:
+            low, high, worst = _survey(stress, poisson_ratio, area, areas)
+            if low * thickness < smallest:
+                smallest, element = low * thickness, first + worst
+            largest = max(largest, high * thickness)
+            first += len(area)
+        if element < 0:
+            return FilmSurvey(np.nan, np.nan, -1, np.nan, np.nan)
+        total = areas[0] + areas[1] + areas[2]
+        return FilmSurvey(smallest, largest, element, areas[1] / total, areas[2] / total)
+
+    def slack_cables(self) -> int:
+        """Number of cables without tension."""
+        return sum(int(np.count_nonzero(stress < 0.0)) for stress, *_ in self.cables)
 
 
-def survey_film(system: StructuralSystem) -> FilmSurvey:
-    """Extreme resultants and area fractions at the last force evaluation."""
-    smallest, largest, element = np.inf, -np.inf, -1
-    areas, first = np.zeros(3), 0
-    for stress, poisson_ratio, area, thickness in system.films:
-        low, high, worst = _survey(stress, poisson_ratio, area, areas)
-        if low * thickness < smallest:
-            smallest, element = low * thickness, first + worst
-        largest = max(largest, high * thickness)
-        first += len(area)
-    if element < 0:
-        return FilmSurvey(np.nan, np.nan, -1, np.nan, np.nan)
-    total = areas[0] + areas[1] + areas[2]
-    return FilmSurvey(smallest, largest, element, areas[1] / total, areas[2] / total)
+def survey_at(system: StructuralSystem, q: Array) -> StressSurvey:
+    """Survey of the stresses at free unknowns [m, rad], shape (size,)."""
+    workspace = system.workspace()
+    workspace.strain_energy(q)
+    return StressSurvey(system, workspace)
+
+
+def principal_resultants(system: StructuralSystem, stress: Iterable[Array]) -> Array:
+    """Smaller and larger principal resultant [N/m] of each film element, from all blocks' stresses, shape (t, 2)."""
+    found = [
+        principal_values(values) * group.section.thickness  # type: ignore[union-attr]
+        for group, values in zip(system.model.groups, stress, strict=True)
+        if group.section.kind == "membrane"
+    ]
+    return np.concatenate(found) if found else np.zeros((0, 2))
+
+
+def principal_values(stress: Array) -> Array:
+    """Smaller and larger principal value of plane stresses (sx, sy, txy), shape (element, 3) -> (element, 2)."""
+    mean = 0.5 * (stress[:, 0] + stress[:, 1])
+    radius = np.hypot(0.5 * (stress[:, 0] - stress[:, 1]), stress[:, 2])
+    return np.stack([mean - radius, mean + radius], axis=1)
 
 
 @_jit

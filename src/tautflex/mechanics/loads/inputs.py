@@ -236,30 +236,30 @@ class InputSet:
         for item in inputs:
             if not hasattr(item, "prepare"):
                 raise InputError(f"inputs: expected objects such as CableTension(...), got {item!r}")
-        self._system = system
+        self._size = system.size
         self.breaks = tuple(instant for item in inputs for instant in item.breaks)
         self._inputs = [item.prepare(system) for item in inputs]
 
     def __bool__(self) -> bool:
         return bool(self._inputs)
 
-    def apply(self, time: float) -> Array:
-        """Set the initial stresses of an instant [s] and return the load [N, N m], shape (size,)."""
-        load = np.zeros(self._system.size)
-        change: dict[int, Array] = {}
+    def load(self, time: float) -> Array:
+        """Force on the free unknowns at an instant [s] [N, N m], shape (size,)."""
+        load = np.zeros(self._size)
         for item in self._inputs:
             part = item.load(time)
             if part is not None:
                 load += part
+        return load
+
+    def stress(self, time: float) -> dict[int, Array]:
+        """Change of initial stress at an instant [s] by block number, shapes (element, strain)."""
+        change: dict[int, Array] = {}
+        for item in self._inputs:
             for index, stress in item.stress(time).items():
                 change[index] = change[index] + stress if index in change else stress
-        self._system.change_initial_stress(change)
-        return load
+        return change
 
     def changes_stress(self) -> bool:
         """Whether an input acts through the initial stress."""
         return any(bool(item.stress(0.0)) for item in self._inputs)
-
-    def release(self) -> None:
-        """Take all stress changes back."""
-        self._system.change_initial_stress({})

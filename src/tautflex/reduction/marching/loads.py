@@ -42,13 +42,13 @@ class InputLoads:
 
     def full_load(self, time: float) -> Array | float:
         """Load on all unknowns at an instant [s], shape (size,)."""
-        return self._inputs.apply(time) if self._inputs else 0.0
+        return self._inputs.load(time) if self._inputs else 0.0
 
     def added(self, frame: Frame, times: Array, before: float) -> Frame:
         """Frame terms less the inputs at the given instants; a jump at ``before`` is not met yet."""
         if not self._inputs:
             return frame
         last = float(np.nextafter(before, -np.inf))
-        loads = np.array([self._inputs.apply(min(float(time), last)) for time in times]) @ self._vectors.T
+        loads = np.array([self._inputs.load(min(float(time), last)) for time in times]) @ self._vectors.T
         load, stress = loads[:, : self._count], loads[:, self._count :]
         return frame._replace(load=frame.load - load, stress=frame.stress - stress)

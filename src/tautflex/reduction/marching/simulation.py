@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from tautflex.mechanics.membrane import current_film_states
+from tautflex.mechanics.membrane import survey_at
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.validity import ABOUT, check_validity
 from tautflex.reduction.on_basis import OnBasis
@@ -81,5 +81,4 @@ def _field(run: ReducedRun, row: int) -> tuple[float, Array, NDArray[np.int8]]:
     system, time = run.rom.state.system, row * run.problem.time_step
     eta = run.eta[np.searchsorted(run.stored, row)]
     q = run.rom.displacement(eta, run.pulled(run.motions(np.array([time])))[0])
-    system.force(q)
-    return time, system.translations(q), current_film_states(system)
+    return time, system.translations(q), survey_at(system, q).film_states()

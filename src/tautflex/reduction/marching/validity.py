@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from tautflex.mechanics.membrane import survey_film
+from tautflex.mechanics.membrane import StressSurvey
+from tautflex.mechanics.workspace import Workspace
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.polynomial.forces import total_force
@@ -66,7 +67,8 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
     chosen = np.array(
         [part[np.argmax(size[part])] for part in np.array_split(np.arange(len(times)), _WINDOWS) if part.size]
     )
-    watch = CompressionWatch(system)
+    workspace, watch = system.workspace(), CompressionWatch(system)
+    survey = StressSurvey(system, workspace)
     inertia = system.inertia
     damping = system.pattern.symmetric_matrix(
         run.problem.damping.entries(inertia.mass_entries, run.rom.state.tangent_entries)
@@ -74,10 +76,11 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
     scalars, left = [], []
     for row, pulled in zip(chosen, run.pulled(motions[chosen]), strict=True):
         motion = RigidMotion(motions[row, :3], motions[row, 3:6], motions[row, 6:])
-        unbalanced = _unbalanced(run, float(times[row]), eta[row], rate[row], pulled, motion, damping)
-        survey = survey_film(system)
-        scalars.append(stress_scalars(system, survey))
-        watch.see(float(times[row]), survey)
+        time = float(times[row])
+        unbalanced = _unbalanced(run, workspace, time, eta[row], rate[row], pulled, motion, damping)
+        film = survey.film()
+        scalars.append(stress_scalars(survey, film))
+        watch.see(time, film, survey.cables)
         left.append(0.5 * float(unbalanced @ solver.solve(unbalanced)))
     truncated = np.array(left) / max(float(energy.max()), 1e-300)
     named = {name: np.array([each[name] for each in scalars]) for name in scalars[0]}
@@ -96,6 +99,7 @@ def _truncation_warning(truncated: Array) -> list[str]:
 
 def _unbalanced(
     run: ReducedRun,
+    workspace: Workspace,
     time: float,
     eta: Array,
     rate: Array,
@@ -105,12 +109,12 @@ def _unbalanced(
 ) -> Array:
     """Force that the full equation of motion leaves unbalanced [N, N m], shape (size,)."""
     rom, plant, state, coupling = run.rom, run.plant, run.rom.state, run.problem.coupling
-    system, inertia = state.system, state.system.inertia
+    inertia = state.system.inertia
     force = np.empty(rom.size)
     total_force(plant, run.frame_now(time), 0, eta, rate, force)
     acceleration = np.asarray(-np.linalg.solve(plant.mass, force), dtype=np.float64)
     q, v, a = rom.motion(eta, rate, acceleration, pulled)
-    result, _ = system.force(q)
+    result, _ = workspace.force(q)
     result = result - state.reference_force + inertia.mass_matrix @ a + damping @ v
     result += inertia.apply(coupling.velocity_weight(motion), v)
     result += inertia.apply(coupling.displacement_weight(motion), q)

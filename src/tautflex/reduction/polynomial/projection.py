@@ -168,9 +168,9 @@ def prestress_fields(state: PrestressedState) -> dict[str, list[Array]]:
     nominal = state.system.initial_stress
     fields = {}
     for name, scales in (("x", (1.0, 0.0)), ("y", (0.0, 1.0))):
-        given = StructuralSystem(state.model.with_pretension_scaled(*scales))
+        given = StructuralSystem.from_model(state.model.with_pretension_scaled(*scales))
         given = given if state.model.prestress_mode == "uniform" else respond(given)
-        fields[name] = given.initial_stress
+        fields[name] = list(given.initial_stress)
     rest = [total - a - b for total, a, b in zip(nominal, fields["x"], fields["y"], strict=True)]
     largest = [float(np.abs(total).max(initial=0.0)) for total in nominal]
     fields["xy"] = [np.where(np.abs(part) > 1e-9 * top, part, 0.0) for part, top in zip(rest, largest, strict=True)]

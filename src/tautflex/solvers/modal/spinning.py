@@ -17,6 +17,7 @@ from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.inertia import cross_matrix
+from tautflex.mechanics.membrane import survey_at
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, fixed_axis_motion
 from tautflex.solvers.modal.natural import describe_shapes
@@ -180,7 +181,6 @@ def solve_spinning_modes(
     rate = float(np.linalg.norm(spin))
     eigenvalues, vectors = lowest_eigenpairs(pencil, n, max(_SHIFT, _SHIFT_PER_RATE * rate))
     vectors = _turned(state, vectors)
-    state.system.force(equilibrium)
     return SpinningModes(
         state,
         spin,
@@ -189,7 +189,7 @@ def solve_spinning_modes(
         eigenvalues,
         vectors,
         _whirl(state, spin, vectors),
-        state.system.smallest_principal_resultant(),
+        survey_at(state.system, equilibrium).film().smallest,
     )
 
 

@@ -7,8 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.membrane import current_film_states
-from tautflex.mechanics.system import StructuralSystem
 from tautflex.structure.model import Model
 
 Array = NDArray[np.float64]
@@ -24,19 +22,22 @@ class Problem(NamedTuple):
     fatal: bool
 
 
-def find_problems(system: StructuralSystem, tension: Array) -> list[Problem]:
+def find_problems(model: Model, tension: Array, resultants: Array, states: NDArray[np.int8]) -> list[Problem]:
     """Slack cables and film that is compressed, wrinkled or slack.
 
     Parameters
     ----------
-    system
-        The structure; its stresses must be those of the reference state.
+    model
+        The structure.
     tension
         Tension of each cable [N], shape (c,).
+    resultants
+        Smaller and larger principal resultant of each film element [N/m], shape (t, 2).
+    states
+        0 taut, 1 wrinkled, 2 slack, per film element, shape (t,).
     """
-    model = system.model
     laws = {group.section.law for group in model.groups if group.section.kind == "membrane"}  # type: ignore[union-attr]
-    film = _wrinkled_film(system) if "tension-field" in laws else _compressed_film(system)
+    film = _wrinkled_film(model, states) if "tension-field" in laws else _compressed_film(model, resultants)
     return _slack_cables(model, tension) + film
 
 
@@ -62,8 +63,7 @@ def _slack_cables(model: Model, tension: Array) -> list[Problem]:
     return [Problem(f"{text}; raise its pretension, stiffen the frame, or let it go slack (cables.slack = true)", True)]
 
 
-def _compressed_film(system: StructuralSystem) -> list[Problem]:
-    model, values = system.model, system.principal_resultants()
+def _compressed_film(model: Model, values: Array) -> list[Problem]:
     if not len(values):
         return []
     largest = max(float(values[:, 1].max()), 0.0)
@@ -87,8 +87,7 @@ def _compressed_film(system: StructuralSystem) -> list[Problem]:
     return [Problem(text, bool(given or values[worst, 0] < -_COMPRESSION_ALLOWED * largest))]
 
 
-def _wrinkled_film(system: StructuralSystem) -> list[Problem]:
-    model, states = system.model, current_film_states(system)
+def _wrinkled_film(model: Model, states: NDArray[np.int8]) -> list[Problem]:
     index = np.flatnonzero(states)
     if not index.size:
         return []

@@ -42,6 +42,7 @@ class _StaticProblem:
         tolerance: float,
     ) -> None:
         self._state, self._load, self._pressure, self._share = state, load, pressure, 1.0
+        self._workspace = state.system.workspace()
         pattern = state.system.pattern
         self._symmetric = None if extra is None else 0.5 * (extra + extra[pattern.transpose_slots])
         self._extra = None if self._symmetric is None else pattern.symmetric_matrix(self._symmetric)
@@ -57,7 +58,7 @@ class _StaticProblem:
 
     def gradient(self, x: Array) -> tuple[Array, float, float, float]:
         """Gradient [N], potential [J], force scale [N] and size of the potential's terms [J]."""
-        force, energy = self._state.system.force(x)
+        force, energy = self._workspace.force(x)
         force -= self._state.reference_force
         load = self._share * self._load
         terms = [energy - float(self._state.reference_force @ x), float(load @ x)]
@@ -79,7 +80,7 @@ class _StaticProblem:
 
     def tangent(self, x: Array) -> Array:
         """Derivative of the gradient, values in the pattern."""
-        values = self._state.system.tangent(x)
+        values = self._workspace.tangent(x)
         if self._symmetric is not None:
             values = values + self._symmetric
         if self._pressure is not None:

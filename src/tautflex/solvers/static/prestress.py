@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import PrestressError
-from tautflex.mechanics.membrane import FilmSurvey, film_states, survey_film
-from tautflex.mechanics.system import StructuralSystem, principal_values
+from tautflex.mechanics.membrane import FilmSurvey, film_states, principal_resultants, principal_values, survey_at
+from tautflex.mechanics.system import StructuralSystem
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.diagnosis import Problem, find_problems, instability_text, soft_text
 from tautflex.solvers.static.tensioning import largest_force, respond
@@ -63,9 +63,8 @@ class PrestressedState:
         They are the system's initial stresses, or what nonlinear laws make of those trial stresses.
         """
         if all(block.law == "elastic" for block in self.system.blocks):
-            return self.system.initial_stress
-        self.system.force(np.zeros(self.system.size))
-        return [stress.copy() for stress in self.system.stress]
+            return list(self.system.initial_stress)
+        return self.system.stress(np.zeros(self.system.size))
 
     @cached_property
     def film_states(self) -> NDArray[np.int8]:
@@ -84,8 +83,7 @@ class PrestressedState:
 
     @cached_property
     def _survey(self) -> FilmSurvey:
-        self.system.force(np.zeros(self.system.size))
-        return survey_film(self.system)
+        return survey_at(self.system, np.zeros(self.system.size)).film()
 
     @property
     def membrane_stress(self) -> Array:
@@ -116,7 +114,7 @@ class PrestressedState:
     @property
     def min_principal_resultant(self) -> float:
         """Smallest principal film resultant [N/m]; NaN without a film."""
-        values = self.system.principal_resultants(self.stress)
+        values = principal_resultants(self.system, self.stress)
         return float(values[:, 0].min()) if len(values) else float("nan")
 
     @cached_property
@@ -144,7 +142,7 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     PrestressError
         If there is no prestress, a cable is slack, a given film stress is compressive, or the state is unstable.
     """
-    given = StructuralSystem(model)
+    given = StructuralSystem.from_model(model)
     needs_tension = any(group.section.kind != "beam" for group in model.groups)
     if check and needs_tension and not any(np.any(stress) for stress in given.initial_stress):
         raise PrestressError(
@@ -152,10 +150,11 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
             "(singular): give cable pretension or a membrane stress"
         )
     system = given if model.prestress_mode == "uniform" else respond(given)
-    reference, _ = system.force(np.zeros(system.size))
+    workspace = system.workspace()
+    reference, _ = workspace.force(np.zeros(system.size))
     residual = float(np.abs(reference).max(initial=0.0))
-    state = PrestressedState(system, reference, residual, residual / largest_force(system, system.stress), 0)
-    problems = find_problems(system, state.cable_tension)
+    state = PrestressedState(system, reference, residual, residual / largest_force(system, workspace.stress), 0)
+    problems = find_problems(model, state.cable_tension, principal_resultants(system, state.stress), state.film_states)
     unstable = count_unstable(state)
     if unstable:
         problems.append(Problem(instability_text(model, unstable), True))

@@ -6,6 +6,7 @@ material laws, and a minimum of a convex energy with them.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -59,8 +60,9 @@ def respond(given: StructuralSystem) -> StructuralSystem:
         for initial, block, strain in zip(given.initial_stress, blocks, linear.linear_strain(displacement), strict=True)
     ]
     system = given.with_initial_stress(stress)
-    left = float(np.abs(system.force(np.zeros(given.size))[0]).max(initial=0.0))
-    if left > 1e-6 * largest_force(system, system.stress):
+    workspace = system.workspace()
+    left = float(np.abs(workspace.force(np.zeros(given.size))[0]).max(initial=0.0))
+    if left > 1e-6 * largest_force(system, workspace.stress):
         raise PrestressError(
             f"prestress: expected a self-equilibrated state on the given shape, got an imbalance of {left:.3g} N; the "
             "cables pull where neither film, frame nor supports can answer: add supports or change their directions"
@@ -80,14 +82,14 @@ class _FlatEnergy:
     """Energy of a system whose initial stresses include those of the cables."""
 
     def __init__(self, system: StructuralSystem, scale: float) -> None:
-        self._system, self._scale = system, scale
+        self._workspace, self._scale = system.workspace(), scale
 
     def gradient(self, x: Array) -> tuple[Array, float, float, float]:
-        force, energy = self._system.force(x)
+        force, energy = self._workspace.force(x)
         return force, energy, self._scale, abs(energy)
 
     def tangent(self, x: Array) -> Array:
-        return self._system.tangent(x)
+        return self._workspace.tangent(x)
 
 
 def _minimum(given: StructuralSystem, blocks: tuple[ElementBlock, ...]) -> Array:
@@ -138,7 +140,7 @@ def _solve_singular(system: StructuralSystem, stiffness: Array, load: Array) -> 
     return solution
 
 
-def largest_force(system: StructuralSystem, stress: list[Array]) -> float:
+def largest_force(system: StructuralSystem, stress: Iterable[Array]) -> float:
     """Largest force that one element's stress exerts on a node of the reference shape [N]."""
     largest = 0.0
     for block, values in zip(system.blocks, stress, strict=True):

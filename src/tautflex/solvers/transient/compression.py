@@ -47,13 +47,13 @@ class CompressionWatch:
         self._film, self._cable, self._instants = _Worst(), _Worst(), 0
         self._film_elastic = all(block.law != "tension-field" for block in system.blocks)
 
-    def see(self, time: float, survey: FilmSurvey) -> None:
-        """Look at one instant; the system's stresses must belong to it."""
+    def see(self, time: float, film: FilmSurvey, cables: list[tuple[Array, float, bool]]) -> None:
+        """Look at one instant: its film, and stress, section and elasticity of every cable block."""
         self._instants += 1
-        if self._film_elastic and survey.smallest < -_NOTABLE * max(survey.largest, 0.0):
-            self._film.see(survey.smallest, time, survey.element, survey.wrinkled + survey.slack)
+        if self._film_elastic and film.smallest < -_NOTABLE * max(film.largest, 0.0):
+            self._film.see(film.smallest, time, film.element, film.wrinkled + film.slack)
         first = 0
-        for stress, area, elastic in self._system.cables:
+        for stress, area, elastic in cables:
             if elastic:
                 element = int(stress.argmin())
                 if stress[element] < 0.0:

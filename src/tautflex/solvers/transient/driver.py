@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -72,15 +72,13 @@ class StagedStepper:
     ----------
     method
         Integrator.
-    make
-        Makes a stepper of the given equation of motion; of a new one for None.
+    steppers
+        One for each of the method's tangents, in order.
     """
 
-    def __init__(self, method: Method, make: Callable[[EquationOfMotion | None], StageStep]) -> None:
-        self.method, self._numbers = method, method.tangents
-        self._steppers = [make(None)]
-        self.equation = self._steppers[0].equation
-        self._steppers += [make(self.equation) for _ in range(max(self._numbers))]
+    def __init__(self, method: Method, steppers: Sequence[StageStep]) -> None:
+        self.method, self._numbers, self._steppers = method, method.tangents, steppers
+        self.equation = steppers[0].equation
 
     def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> MotionState:
         """State with the acceleration that balances all forces at ``time``."""

@@ -82,6 +82,7 @@ class EquationOfMotion:
 
     def __post_init__(self) -> None:
         self.system = self.state.system
+        self.workspace = self.system.workspace()
         self.inertia = self.system.inertia
         self.damping_entries = self.damping.entries(self.inertia.mass_entries, self.state.tangent_entries)
         self.products = MassDamping(self.system.pattern, self.inertia.mass_entries, self.damping_entries)
@@ -109,19 +110,21 @@ class EquationOfMotion:
     def set_time(self, time: float, before: float = np.inf) -> None:
         """Apply the inputs of an instant; a jump at ``before`` is not met yet."""
         if self.inputs:
-            self.input_load = self.inputs.apply(min(time, float(np.nextafter(before, -np.inf))))
+            instant = min(time, float(np.nextafter(before, -np.inf)))
+            self.input_load = self.inputs.load(instant)
+            self.workspace.change_initial_stress(self.inputs.stress(instant))
 
     def force(self, q: Array) -> Array:
         """Internal force above the reference."""
         self.statistics.force_evaluations += 1
-        force, _ = self.system.force(q)
+        force, _ = self.workspace.force(q)
         force -= self.state.reference_force
         return force
 
     def average_force(self, start: Array, end: Array) -> Array:
         """Internal force above the reference, of the average stress between two states."""
         self.statistics.force_evaluations += 1
-        force = self.system.average_force(start, end)
+        force = self.workspace.average_force(start, end)
         force -= self.state.reference_force
         return force
 

@@ -63,7 +63,7 @@ class ExplicitStepper:
 
     def stable_step(self, q: Array) -> float:
         """Largest stable step [s] at free unknowns ``q``; infinite without any stiffness."""
-        tangent = self._pattern.symmetric_matrix(self.equation.system.tangent(q))
+        tangent = self._pattern.symmetric_matrix(self.equation.workspace.tangent(q))
         mass = self.equation.inertia.mass_matrix
         self._largest, self._vector = largest_eigenvalue(tangent, mass, self.equation.mass_solve, self._vector)
         self._age, self._checked_stress = 0, self._stress
@@ -135,7 +135,7 @@ class ExplicitStepper:
 
     def _largest_stress(self) -> Array:
         """Largest stress of each block at the last force evaluation [units of the block]."""
-        return np.array([float(np.abs(stress).max(initial=0.0)) for stress in self.equation.system.stress])
+        return np.array([float(np.abs(stress).max(initial=0.0)) for stress in self.equation.workspace.stress])
 
     def _acceleration(self, force: Array, q: Array, half: Array, old: Array, terms: MotionTerms, size: float) -> Array:
         """Acceleration at the end of a step, where the velocity ``half + size a / 2`` depends on it."""

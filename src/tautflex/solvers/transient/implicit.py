@@ -61,7 +61,7 @@ class Stepper:
     inputs
         Forces, tensions and temperatures in time; None is none.
     shared
-        Equation of motion of another stepper of the same run; None makes one.
+        Equation of motion of the run, where other steppers share it; None makes one.
     """
 
     state: PrestressedState
@@ -76,7 +76,7 @@ class Stepper:
     def __post_init__(self, shared: EquationOfMotion | None) -> None:
         self.equation = shared or EquationOfMotion(self.state, self.damping, self.coupling, inputs=self.inputs)
         system = self.state.system
-        self._system, self._pattern, self._inertia = system, system.pattern, system.inertia
+        self._workspace, self._pattern, self._inertia = self.equation.workspace, system.pattern, system.inertia
         self._factor = SymmetricFactorization(self._pattern)
         self._factor_size, self._factor_inertia = 0.0, 0.0
         self._fewest_iterations, self._lost_iterations, self._judged = 0, 0, 0
@@ -176,7 +176,7 @@ class Stepper:
         The skew parts (gyroscopic, Euler) are small against the inertia of a resolved step and are left to the
         iteration.
         """
-        scheme, values = coefficients.scheme, self._system.upper_tangent(q)
+        scheme, values = coefficients.scheme, self._workspace.upper_tangent(q)
         self._diagonal = values[self._pattern.upper_diagonal]
         if scheme.weight != 1.0:
             values *= scheme.weight
@@ -266,13 +266,13 @@ class _StepProblem:
             products.start, products.column, coefficients.linear, pairs, turning, scheme.weight,
             stepper.state.reference_force, known,
         )  # fmt: skip
-        self._forces: Any = stepper._system.store, stepper._system.stresses
+        self._forces: Any = stepper._workspace.store, stepper._workspace.stresses
         self.scale = 0.0
 
     def residual(self, x: Array) -> tuple[Array, float]:
         if self._scheme.average_stress:
             start = self._at.q
-            force = self._stepper._system.average_force(start, start + x / self._scheme.evaluation)
+            force = self._stepper._workspace.average_force(start, start + x / self._scheme.evaluation)
             residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
         else:
             residual, norm, internal, inertia = step_residual(x, self._at.q, *self._forces, *self._fixed)

@@ -9,8 +9,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from tautflex.elements.laws import FILM_STATES
-from tautflex.mechanics.membrane import FilmSurvey, current_film_states, survey_film
+from tautflex.mechanics.membrane import FilmSurvey, StressSurvey
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.mechanics.workspace import Workspace
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.solvers.transient.compression import CompressionWatch
 from tautflex.solvers.transient.probes import ProbeSet
@@ -55,14 +56,14 @@ class Samples(NamedTuple):
     fields: list[tuple[float, Array, NDArray[np.int8]]]
 
 
-def stress_scalars(system: StructuralSystem, survey: FilmSurvey) -> dict[str, float]:
-    """Scalars of a sample that stresses tell, by their names; the system's must be those of the survey."""
+def stress_scalars(survey: StressSurvey, film: FilmSurvey) -> dict[str, float]:
+    """Scalars of a sample that stresses tell, by their names."""
     return {
-        "min_principal_resultant": survey.smallest,
-        "max_principal_resultant": survey.largest,
-        "wrinkled_fraction": survey.wrinkled,
-        "slack_fraction": survey.slack,
-        "slack_cables": sum(int(np.count_nonzero(stress < 0.0)) for stress, _, _ in system.cables),
+        "min_principal_resultant": film.smallest,
+        "max_principal_resultant": film.largest,
+        "wrinkled_fraction": film.wrinkled,
+        "slack_fraction": film.slack,
+        "slack_cables": survey.slack_cables(),
     }
 
 
@@ -73,6 +74,8 @@ class Recorder:
     ----------
     system
         The structure.
+    workspace
+        That of the run; its stresses must belong to what is stored.
     probes
         Measuring points.
     samples
@@ -81,8 +84,11 @@ class Recorder:
         Steps whose whole displacement field is stored.
     """
 
-    def __init__(self, system: StructuralSystem, probes: ProbeSet, samples: int, field_steps: set[int]) -> None:
-        self._system, self._probes, self._field_steps = system, probes, field_steps
+    def __init__(
+        self, system: StructuralSystem, workspace: Workspace, probes: ProbeSet, samples: int, field_steps: set[int]
+    ) -> None:
+        self._system, self._workspace, self._probes, self._field_steps = system, workspace, probes, field_steps
+        self._survey = StressSurvey(system, workspace)
         self._time = np.zeros(samples)
         self._probe = np.zeros((samples, 2, len(probes.names), 3))
         self._spin = np.zeros((samples, 2, 3))
@@ -92,24 +98,24 @@ class Recorder:
         self._count = 0
 
     def store(self, time: float, q: Array, v: Array, motion: RigidMotion, kinetic: float, strain: float) -> None:
-        """Store one sample with its energies [J]; the system's stresses must belong to ``q``."""
+        """Store one sample with its energies [J]; the workspace's stresses must belong to ``q``."""
         row = self._count
         self._time[row] = time
         probe, spin = self._probe[row], self._spin[row]
         probe[0], probe[1] = self._probes.read(q), self._probes.read(v)
         spin[0], spin[1] = motion.angular_velocity, motion.angular_acceleration
-        survey = survey_film(self._system)
-        scalars = stress_scalars(self._system, survey) | {"kinetic_energy": kinetic, "strain_energy": strain}
+        film = self._survey.film()
+        scalars = stress_scalars(self._survey, film) | {"kinetic_energy": kinetic, "strain_energy": strain}
         for name, value in scalars.items():
             self._scalars[name][row] = value
-        self._watch.see(time, survey)
+        self._watch.see(time, film, self._survey.cables)
         self._count += 1
 
     def store_field(self, step: int, time: float, q: Array) -> None:
         """Store the whole field if this step was asked for."""
         if step in self._field_steps:
-            self._system.force(q)  # the stresses on which the states depend
-            self._fields.append((time, self._system.translations(q), current_film_states(self._system)))
+            self._workspace.strain_energy(q)  # the stresses on which the states depend
+            self._fields.append((time, self._system.translations(q), self._survey.film_states()))
 
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""

@@ -89,18 +89,20 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     """Answer of the full model; a step that fails is told by the status."""
     state, maneuver, step, count = problem.state, problem.maneuver, problem.time_step, problem.count
     driven = InputSet(state.system, problem.inputs)
-    recorder = Recorder(state.system, problem.placed, count // problem.every + 1, problem.field_steps)
+    equation = EquationOfMotion(state, problem.damping, problem.coupling, inputs=driven)
     flight: _Flight | HubFlight
     stepper: AnyStepper | HubStepper
     if isinstance(maneuver, FreeHub):
         check_coupling(problem.coupling)
-        stepper = hub_stepper = _hub_stepper(problem, maneuver, driven)
+        stepper = hub_stepper = _hub_stepper(problem, maneuver, equation)
         flight = HubFlight(state, maneuver, hub_stepper)
         segments = split_segments(flight.segments(), (*driven.breaks, *maneuver.breaks))
     else:
-        stepper = prescribed = _stepper(problem, driven)
+        stepper = prescribed = _stepper(problem, equation)
         flight = _Flight(state, maneuver, prescribed, problem.coupling)
         segments = split_segments(maneuver.segments(), driven.breaks)
+    samples = count // problem.every + 1
+    recorder = Recorder(state.system, equation.workspace, problem.placed, samples, problem.field_steps)
     driver = _driver(problem, stepper, segments)
     began = clock.perf_counter()
     status, history, reached = Status.COMPLETED, tuple[float, ...](), 0.0
@@ -120,36 +122,33 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
                 progress(number / count, f"t = {at.time:.3g} s")
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
-    finally:
-        driven.release()
     stepper.collect_counts()
-    statistics = stepper.equation.statistics
+    statistics = equation.statistics
     statistics.seconds = clock.perf_counter() - began
     ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
     data = flight.complete(recorder.to_dataset(problem.attributes | ended))
     return Run(data, status, statistics, reached, history)
 
 
-def _stepper(problem: TransientProblem, inputs: InputSet) -> AnyStepper:
+def _stepper(problem: TransientProblem, equation: EquationOfMotion) -> AnyStepper:
     """Stepper of a run under prescribed motion; an explicit method brings its own."""
-    state, method, damping, coupling = problem.state, problem.method, problem.damping, problem.coupling
+    method = problem.method
     if not isinstance(method, Method):
-        return method.stepper(EquationOfMotion(state, damping, coupling, inputs=inputs))
+        return method.stepper(equation)
+    tolerance = problem.tolerance or method.tolerance
+    steppers = [
+        Stepper(problem.state, method, problem.damping, problem.coupling, tolerance, shared=equation)
+        for _ in range(max(method.tangents) + 1)
+    ]
+    return steppers[0] if len(method.tangents) == 1 else StagedStepper(method, steppers)
 
-    def make(shared: EquationOfMotion | None) -> Stepper:
-        tolerance = problem.tolerance or method.tolerance
-        return Stepper(state, method, damping, coupling, tolerance, inputs=inputs, shared=shared)
 
-    return make(None) if len(method.stages(1.0)) == 1 else StagedStepper(method, make)
-
-
-def _hub_stepper(problem: TransientProblem, hub: FreeHub, inputs: InputSet) -> HubStepper:
+def _hub_stepper(problem: TransientProblem, hub: FreeHub, equation: EquationOfMotion) -> HubStepper:
     """Stepper of a run on a free hub."""
     method = problem.method
     if not isinstance(method, OneStageMethod):
         kind = "one of several stages" if isinstance(method, Method) else "an explicit one"
         raise InputError(f"method: expected an implicit method of one stage on a free hub, got {kind}; use Newmark()")
-    equation = EquationOfMotion(problem.state, problem.damping, problem.coupling, inputs=inputs)
     return HubStepper(equation, hub, method, problem.tolerance or min(1e-9, method.tolerance), problem.placed)
 
 
@@ -184,12 +183,12 @@ class _Flight:
         recorder.store_field(step, at.time, at.q)
         if step % every:
             return
-        state = self._state
-        self._stepper.equation.set_time(at.time)
-        energy = state.system.strain_energy(at.q)
-        kinetic = 0.5 * self._stepper.equation.products.mass_norm(at.v)
+        equation = self._stepper.equation
+        equation.set_time(at.time)
+        energy = equation.workspace.strain_energy(at.q)
+        kinetic = 0.5 * equation.products.mass_norm(at.v)
         motion = driver.segment_at(at.time).motion(at.time)
-        strain = energy - float(state.reference_force @ at.q)
+        strain = energy - float(self._state.reference_force @ at.q)
         recorder.store(at.time, at.q, at.v, motion, kinetic, strain)
 
     def complete(self, data: xr.Dataset) -> xr.Dataset:

@@ -75,7 +75,7 @@ class HubFlight:
         if step % every:
             return
         self._stepper.equation.set_time(at.time)
-        energy = self._state.system.strain_energy(at.q)
+        energy = self._stepper.equation.workspace.strain_energy(at.q)
         strain = energy - float(self._state.reference_force @ at.q)
         motion = RigidMotion(at.twist[3:], at.rates[3:], at.rates[:3])
         recorder.store(at.time, at.q, at.v, motion, self._stepper.energy(at), strain)

@@ -240,7 +240,7 @@ class HubStepper:
 
     def refresh(self, q: Array, scheme: StepScheme, size: float) -> None:
         """Factorize the structure's effective stiffness and prepare the hub's correction of rank six."""
-        values = self.equation.system.tangent(q) + scheme.inertia.d * self.equation.inertia.mass_entries
+        values = self.equation.workspace.tangent(q) + scheme.inertia.d * self.equation.inertia.mass_entries
         values += scheme.velocity.d * self.equation.damping_entries
         self._factor.factorize(values)
         blocks = self._balance.blocks(q)

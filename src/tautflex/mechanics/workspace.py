@@ -1,0 +1,139 @@
+"""Buffers of repeated evaluations: what one run may write to while others share its structure."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.elements.block import ElementBlock
+from tautflex.mechanics.kernel import add_average_forces, add_forces, restart_energy
+from tautflex.mechanics.pattern import SparsityPattern
+from tautflex.mechanics.store import python_view
+from tautflex.mechanics.tangent import add_tangent
+
+Array = NDArray[np.float64]
+
+
+class Workspace:
+    """Forces and tangents of a structure, evaluated over and over by one run; made by `StructuralSystem.workspace`.
+
+    It owns what changes in a run: stresses of the last evaluation and changes of the initial stresses.
+
+    Parameters
+    ----------
+    store
+        Blocks as compiled code reads them; its values are copied, the rest is shared.
+    blocks
+        Element blocks.
+    initial_stress
+        Stress of each block at zero unknowns, shapes (element, strain).
+    pattern
+        Sparsity pattern of the free unknowns.
+    upper_slots
+        Positions of the element matrices in the pattern's upper triangle.
+
+    Attributes
+    ----------
+    store
+        Parts of a `KernelStore`.
+    stresses
+        Stresses of the last evaluation as compiled code fills them, one block after the other.
+    stress_rows
+        The same by block, shapes (strain, element).
+    """
+
+    def __init__(
+        self,
+        store: tuple[NDArray[Any], ...],
+        blocks: tuple[ElementBlock, ...],
+        initial_stress: tuple[Array, ...],
+        pattern: SparsityPattern,
+        upper_slots: list[NDArray[np.uint32]],
+    ) -> None:
+        slots, terms, values, table = store
+        self.store: tuple[NDArray[Any], ...] = (slots, terms, values.copy(), table)
+        self.blocks = blocks
+        self._initial_stress, self._pattern, self._slots = initial_stress, pattern, upper_slots
+        self._current_stress = [python_view(self.store, block).initial_stress for block in range(len(blocks))]
+        for block in range(len(blocks)):
+            restart_energy(self.store, block)
+        self.stresses = np.concatenate([np.zeros(0), *(stress.ravel() for stress in self._current_stress)])
+        ends = np.cumsum([stress.size for stress in self._current_stress])[:-1]
+        parts = np.split(self.stresses, ends) if blocks else []
+        self.stress_rows = [part.reshape(now.shape) for part, now in zip(parts, self._current_stress, strict=True)]
+        self._extended = np.zeros(pattern.size + 1)
+        self._changed: set[int] = set()
+
+    @property
+    def stress(self) -> list[Array]:
+        """Stress of each block at the last evaluation, shapes (element, strain)."""
+        return [stress.T for stress in self.stress_rows]
+
+    def change_initial_stress(self, change: dict[int, Array]) -> None:
+        """Add to the initial stresses of some blocks, in place of any earlier change.
+
+        Parameters
+        ----------
+        change
+            Block number -> stress added to the initial one, shape (element, strain); blocks that are left out get
+            their initial stress back.
+        """
+        for index in self._changed | set(change):
+            current = self._current_stress[index]
+            current[:] = self._initial_stress[index].T
+            if index in change:
+                current += change[index].T
+            restart_energy(self.store, index)
+        self._changed = set(change)
+
+    def _extend(self, q: Array) -> Array:
+        """Free unknowns with the zero of all supported ones behind them (a reused buffer)."""
+        self._extended[:-1] = q
+        return self._extended
+
+    def force(self, q: Array) -> tuple[Array, float]:
+        """Internal force and strain energy; the stresses of all elements are then in ``stress``.
+
+        Parameters
+        ----------
+        q
+            Free unknowns [m, rad], shape (size,).
+
+        Returns
+        -------
+        force
+            Internal force [N, N m], shape (size,).
+        energy
+            Work of the stresses from zero unknowns [J].
+        """
+        force = np.zeros(len(self._extended))
+        energy = add_forces(self.store, self._extend(q), force, self.stresses, True, True)
+        return force[:-1], energy
+
+    def strain_energy(self, q: Array) -> float:
+        """Work of the stresses from zero unknowns [J]; the stresses of all elements are then in ``stress``."""
+        return float(add_forces(self.store, self._extend(q), self._extended, self.stresses, False, True))
+
+    def average_force(self, start: Array, end: Array) -> Array:
+        """Internal force [N, N m] of the average stress between two states, shape (size,).
+
+        Its work on ``end - start`` is the change of the strain energy [theory.md 8].
+        """
+        before, after = np.append(start, 0.0), np.append(end, 0.0)
+        force = np.zeros(len(self._extended))
+        add_average_forces(self.store, before, after, force)
+        return force[:-1]
+
+    def upper_tangent(self, q: Array) -> Array:
+        """Upper triangle of the tangent stiffness [N/m ...] at free unknowns ``q``, shape (upper entries,)."""
+        extended, values = self._extend(q), np.zeros(len(self._pattern.upper[0]) + 1)
+        for block, slots in enumerate(self._slots):
+            add_tangent(self.store, block, extended, slots, values)
+        return values[:-1]
+
+    def tangent(self, q: Array) -> Array:
+        """Values of the tangent stiffness [N/m ...] at free unknowns ``q`` in the pattern, shape (entries,)."""
+        values: Array = self.upper_tangent(q)[self._pattern.from_upper]
+        return values
