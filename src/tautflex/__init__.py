@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from tautflex.motion.attitude import attitude
     from tautflex.motion.coupling import Coupling
     from tautflex.motion.hub import FreeHub, HubState
+    from tautflex.motion.kinematics import Maneuver, RigidMotion, Segment
     from tautflex.motion.maneuvers import AtRest, Stop
     from tautflex.motion.sequence import Sequence
     from tautflex.motion.slew import Slew, SpinUp
@@ -70,11 +71,15 @@ if TYPE_CHECKING:
     from tautflex.solvers.static.equilibrium import solve_static
     from tautflex.solvers.static.prestress import solve_prestress
     from tautflex.solvers.transient.adaptive import Adaptive
+    from tautflex.solvers.transient.methods.bathe import Bathe
     from tautflex.solvers.transient.methods.central_difference import CentralDifference
     from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
     from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
+    from tautflex.solvers.transient.methods.scheme import Combination, Method, OneStageMethod, Stage, StepScheme
     from tautflex.solvers.transient.methods.wilson import WilsonTheta
+    from tautflex.solvers.transient.problem import TransientProblem
     from tautflex.solvers.transient.simulate import simulate
+    from tautflex.solvers.transient.status import Run
     from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
     from tautflex.structure.model import Model, Support
 
@@ -84,12 +89,14 @@ __all__ = [
     "AtRest",
     "BaseAcceleration",
     "Batch",
+    "Bathe",
     "BeamSection",
     "CableSection",
     "CableTension",
     "Case",
     "CaseError",
     "CentralDifference",
+    "Combination",
     "Coupling",
     "EdgeForce",
     "EnergyConserving",
@@ -99,28 +106,37 @@ __all__ = [
     "HubState",
     "HyperReducedModel",
     "InputError",
+    "Maneuver",
     "Material",
     "MembraneSection",
     "MeshData",
     "MeshError",
+    "Method",
     "MissingExtraError",
     "ModalBasis",
     "Model",
     "Newmark",
     "NodalForce",
     "NotConvergedError",
+    "OneStageMethod",
     "PodBasis",
     "PressureLoad",
     "PrestressError",
     "Rayleigh",
     "ReducedModel",
+    "RigidMotion",
+    "Run",
+    "Segment",
     "Sequence",
     "Slew",
     "SpinUp",
+    "Stage",
+    "StepScheme",
     "Stop",
     "Support",
     "Tabulated",
     "TautflexError",
+    "TransientProblem",
     "UnsupportedError",
     "WilsonTheta",
     "__version__",
@@ -214,6 +230,11 @@ _NAMES_OF_MODULE = {
         "FreeHub",
         "HubState",
     ),
+    "motion.kinematics": (
+        "Maneuver",
+        "RigidMotion",
+        "Segment",
+    ),
     "motion.maneuvers": (
         "AtRest",
         "Stop",
@@ -244,6 +265,7 @@ _NAMES_OF_MODULE = {
     "solvers.modal.campbell": ("campbell",),
     "solvers.transient.methods.central_difference": ("CentralDifference",),
     "solvers.transient.simulate": ("simulate",),
+    "solvers.transient.methods.bathe": ("Bathe",),
     "solvers.transient.methods.energy_conserving": ("EnergyConserving",),
     "solvers.transient.methods.generalized_alpha": (
         "GeneralizedAlpha",
@@ -256,7 +278,16 @@ _NAMES_OF_MODULE = {
     "solvers.modal.spinning": ("solve_spinning_modes",),
     "solvers.static.equilibrium": ("solve_static",),
     "solvers.modal.tuning": ("tune_pretension",),
+    "solvers.transient.methods.scheme": (
+        "Combination",
+        "Method",
+        "OneStageMethod",
+        "Stage",
+        "StepScheme",
+    ),
     "solvers.transient.methods.wilson": ("WilsonTheta",),
+    "solvers.transient.problem": ("TransientProblem",),
+    "solvers.transient.status": ("Run",),
     "structure.materials": (
         "BeamSection",
         "CableSection",
