@@ -47,15 +47,11 @@ class Bathe(Method):
         # v_1 = first q_n + middle q_g + last q_1 and the same of velocities; the three add up to zero, so with
         # d = q_1 - q_g and V = first (q_n - q_g):  v_1 = last d + V,  a_1 = last^2 d + last V + first v_n + middle v_g.
         first, middle, last = (1.0 - g) / (g * h), -1.0 / ((1.0 - g) * g * h), (2.0 - g) / ((1.0 - g) * h)
-        none, velocity, acceleration = (
-            Combination(0.0, 0.0, 0.0),
-            Combination(last, 1.0, 0.0),
-            Combination(last**2, 0.0, 1.0),
-        )
-        backward = StepScheme(1.0, 1.0, acceleration, velocity, Combination(1.0, 0.0, 0.0), velocity, acceleration)
-        passed = (Combination(first, 0.0, 0.0), none)
-        change = (Combination(last * first, first, 0.0), Combination(0.0, middle, 0.0))
+        move, velocity, change = Combination(1.0, 0.0, 0.0), Combination(last, 1.0, 0.0), Combination(last**2, 0.0, 1.0)
+        backward = StepScheme(1.0, 1.0, change, velocity, move, velocity, change)
+        passed = Combination(first, 0.0, 0.0), Combination(0.0, 0.0, 0.0)
+        slowed = Combination(last * first, first, 0.0), Combination(0.0, middle, 0.0)
         return (
             Stage(alpha_scheme(g * h, 0.0, 0.0, 0.25, 0.5), share=g),
-            Stage(backward, share=1.0 - g, velocity=passed, acceleration=change),
+            Stage(backward, share=1.0 - g, velocity=passed, acceleration=slowed),
         )
