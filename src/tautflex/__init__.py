@@ -46,6 +46,9 @@ if TYPE_CHECKING:
     from tautflex.files.export import write_csv, write_vtu
     from tautflex.files.mesh import MeshData, read_mesh
     from tautflex.files.netcdf import load, save
+    from tautflex.mechanics.dampings.damping import Damping, LinearStructure
+    from tautflex.mechanics.dampings.matrix import DampingMatrix
+    from tautflex.mechanics.dampings.modal import Modal
     from tautflex.mechanics.dampings.rayleigh import Rayleigh
     from tautflex.mechanics.loads.inputs import CableTension, EdgeForce, FilmTemperature, NodalForce
     from tautflex.mechanics.loads.pressure import PressureLoad
@@ -98,6 +101,8 @@ __all__ = [
     "CentralDifference",
     "Combination",
     "Coupling",
+    "Damping",
+    "DampingMatrix",
     "EdgeForce",
     "EnergyConserving",
     "FilmTemperature",
@@ -106,6 +111,7 @@ __all__ = [
     "HubState",
     "HyperReducedModel",
     "InputError",
+    "LinearStructure",
     "Maneuver",
     "Material",
     "MembraneSection",
@@ -113,6 +119,7 @@ __all__ = [
     "MeshError",
     "Method",
     "MissingExtraError",
+    "Modal",
     "ModalBasis",
     "Model",
     "Newmark",
@@ -214,6 +221,9 @@ _NAMES_OF_MODULE = {
         "write_csv",
         "write_vtu",
     ),
+    "mechanics.dampings.damping": ("Damping", "LinearStructure"),
+    "mechanics.dampings.matrix": ("DampingMatrix",),
+    "mechanics.dampings.modal": ("Modal",),
     "mechanics.dampings.rayleigh": ("Rayleigh",),
     "mechanics.membrane": ("film_states",),
     "mechanics.loads.inputs": (

@@ -12,10 +12,9 @@ from tautflex.errors import InputError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.rotations import matrix
-from tautflex.solvers.transient.equation import EquationOfMotion
-from tautflex.solvers.transient.free_hub.history import HubFlight
-from tautflex.solvers.transient.free_hub.momentum import MomentumBalance
-from tautflex.solvers.transient.free_hub.stepper import HubStepper
+from tautflex.solvers.transient.free_hub.equation import HubEquation
+from tautflex.solvers.transient.free_hub.record import HubFlight
+from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.probes import place_probes
 from tautflex.structure.antenna import AntennaLayout, build_antenna
 
@@ -42,7 +41,7 @@ def antenna():
 
 def point_sums(state, hub, at):
     """Momenta and kinetic energy by summing over every mass point, in inertial axes."""
-    system, axes = state.system, matrix(at.attitude)
+    system, axes = state.system, matrix(at.hub.attitude)
     q, v = system.full(at.q), system.full(at.v)
     masses, places, speeds = [], [], []
     for group, block in zip(system.model.groups, system.blocks, strict=True):
@@ -52,31 +51,34 @@ def point_sums(state, hub, at):
         places.append((points.position + np.einsum("npkd,nd->npk", shape, q[dofs])).reshape(-1, 3))
         speeds.append(np.einsum("npkd,nd->npk", shape, v[dofs]).reshape(-1, 3))
     mass, rho, rate = np.concatenate(masses), np.concatenate(places), np.concatenate(speeds)
-    velocity = (at.twist[:3] + np.cross(at.twist[3:], rho) + rate) @ axes.T
-    place = at.position + rho @ axes.T
+    velocity = (at.hub.twist[:3] + np.cross(at.hub.twist[3:], rho) + rate) @ axes.T
+    place = at.hub.position + rho @ axes.T
     center = np.asarray(hub.center)
-    own = axes @ (at.twist[:3] + np.cross(at.twist[3:], center))
-    spin = axes @ (hub.tensor @ at.twist[3:])
+    own = axes @ (at.hub.twist[:3] + np.cross(at.hub.twist[3:], center))
+    spin = axes @ (hub.tensor @ at.hub.twist[3:])
     linear = mass @ velocity + hub.mass * own
     angular = np.cross(place, mass[:, None] * velocity).sum(axis=0)
-    angular += hub.mass * np.cross(at.position + axes @ center, own) + spin
+    angular += hub.mass * np.cross(at.hub.position + axes @ center, own) + spin
     energy = 0.5 * float(mass @ np.sum(velocity**2, axis=1)) + 0.5 * hub.mass * float(own @ own)
-    return linear, angular, energy + 0.5 * float(at.twist[3:] @ hub.tensor @ at.twist[3:])
+    return linear, angular, energy + 0.5 * float(at.hub.twist[3:] @ hub.tensor @ at.hub.twist[3:])
+
+
+def hub_equation(state, hub):
+    return HubEquation(state, Rayleigh(), Coupling(), hub=hub, probes=place_probes(state.system, {}))
 
 
 def fly(state, hub, method, step, count, velocity=None):
     """States of a flight, every step."""
-    probes = place_probes(state.system, {})
-    equation = EquationOfMotion(state, Rayleigh(), Coupling())
-    stepper = HubStepper(equation, hub, method, 1e-11, probes)
-    flight = HubFlight(state, hub, stepper)
+    equation = hub_equation(state, hub)
+    stepper = Stepper(equation, method, 1e-11)
+    flight = HubFlight(equation)
     at = flight.start(np.zeros(state.system.size) if velocity is None else velocity)
     states = [at]
     for _ in range(count):
         at, outcome = stepper.step(at, step, flight.segments()[0])
         assert outcome.converged
         states.append(at)
-    return stepper, states
+    return equation, states
 
 
 @pytest.mark.parametrize("method", [tf.Newmark(), tf.WilsonTheta(), tf.EnergyConserving()], ids=lambda m: m.name)
@@ -84,15 +86,15 @@ def test_free_flight_keeps_both_momenta(antenna, method, verification_row):
     """The momenta are summed over all mass points, independently of how the stepper balances them."""
     hub = tf.FreeHub(**HUB, angular_velocity=(0.3, 0.2, -0.1), velocity=(0.1, 0.0, 0.05))
     start = np.random.default_rng(1).normal(size=antenna.system.size) * 1e-3
-    stepper, states = fly(antenna, hub, method, 2e-3, 40, start)
+    equation, states = fly(antenna, hub, method, 2e-3, 40, start)
     sums = [point_sums(antenna, hub, at) for at in states]
     for index, name in ((0, "linear"), (1, "angular")):
         first = sums[0][index]
         drift = max(float(np.linalg.norm(found[index] - first)) for found in sums) / float(np.linalg.norm(first))
         assert drift < 1e-9
         verification_row(f"free flight, {method.name}: {name} momentum drift", 0, drift, "conservation")
-    assert stepper.energy(states[-1]) == pytest.approx(sums[-1][2], rel=1e-12)
-    moved = float(np.abs(states[-1].twist[3:] - states[0].twist[3:]).max())
+    assert equation.kinetic_energy(states[-1]) == pytest.approx(sums[-1][2], rel=1e-12)
+    moved = float(np.abs(states[-1].hub.twist[3:] - states[0].hub.twist[3:]).max())
     assert moved > 1e-6  # the structure does shake the hub
 
 
@@ -151,9 +153,9 @@ def test_string_on_a_free_hub(verification_row):
     hub = tf.FreeHub(mass, (1.0, 1.0, 1.0))
     line = section.mass_per_measure
     # R(0) and B(0) of hub plus string: the mass that the free hub leaves to the elastic motion.
-    blocks = MomentumBalance(state.system.inertia, hub).blocks(np.zeros(state.system.size))
+    rigid, lever = hub_equation(state, hub).blocks(np.zeros(state.system.size))
     reduced = state.system.inertia.mass_matrix.toarray()
-    reduced -= blocks.coupling.T @ np.linalg.solve(blocks.mass, blocks.coupling)
+    reduced -= lever.T @ np.linalg.solve(rigid, lever)
     found = np.sqrt(eigh(state.system.matrix(state.tangent_entries).toarray(), reduced, eigvals_only=True))
     k = brentq(lambda k: np.sin(k * length / 2) + mass * k / (2 * line) * np.cos(k * length / 2), 1.6, 3.1)
     exact = k * np.sqrt(tension / line)

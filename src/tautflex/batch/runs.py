@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
 from tautflex.batch.chunks import ChunkRunner, usual_chunk
+from tautflex.batch.damping import BatchDamping
 from tautflex.batch.equations.equation import STORED, EachRun, Plant
 from tautflex.batch.equations.full import FullPlant
 from tautflex.batch.equations.rate_history import course_of
@@ -87,14 +88,17 @@ class Batch:
             If the maneuver or the method has no batched form.
         """
         asked = _Asked(self._plant, self._problem(maneuver, question), tuple(store))
-        defaults, function = asked.defaults, asked.function
+        function, damping = asked.function, asked.damping
 
         def respond(parameters: Mapping[str, Any]) -> Response:
-            check_names(parameters, self._plant.kinds, asked.course)
-            numbers = {**defaults, **parameters}
-            differ = frozenset(name for name in parameters if np.ndim(numbers[name]) > np.ndim(defaults.get(name, 0.0)))
+            check_names(parameters, self._plant.kinds, asked.course, damping.defaults)
+            alone = {**asked.defaults, **damping.defaults}
+            numbers = {**alone, **parameters}
+            differ = frozenset(name for name in parameters if np.ndim(numbers[name]) > np.ndim(alone.get(name, 0.0)))
+            runs = len(numbers[min(differ)]) if differ else 1
+            numbers, differ = damping.of_traced(numbers, differ)
             if differ:
-                return self._run.many(function, differ, len(numbers[min(differ)]))(numbers)
+                return self._run.many(function, differ, runs)(numbers)
             if not self._plant.side_by_side:
                 return function(numbers, EachRun())
             return jax.tree.map(lambda part: part[..., 0], function(numbers, EachRun(1)))
@@ -117,9 +121,10 @@ class Batch:
         ----------
         parameters
             Name -> one value per run, or one for all: ``"tension_x"``, ``"tension_y"``, ``"youngs_modulus.membrane"``
-            (``.cable``, ``.beam``) and ``"density.membrane"`` are factors of the state; ``"damping.alpha"``,
-            ``"damping.beta"`` and the maneuver's own numbers, such as ``"maneuver.rate"``, replace those of the
-            arguments.
+            (``.cable``, ``.beam``) and ``"density.membrane"`` are factors of the state; the numbers of the damping
+            (``"damping.alpha"``, ``"damping.beta"``; ``"damping.ratio"``) and of the maneuver, such as
+            ``"maneuver.rate"``, replace those of the arguments. Proportional damping follows the factors of the state,
+            the vectors of modal damping are those of the state as given.
         maneuver
             Prescribed rigid motion; None is none.
         store
@@ -148,10 +153,14 @@ class Batch:
         """
         problem = self._problem(maneuver, question)
         asked = _Asked(self._plant, problem, tuple(store))
-        arrays, axes, runs = checked_numbers(parameters, self._plant.kinds, asked.course)
+        damping = asked.damping
+        arrays, axes, runs = checked_numbers(parameters, self._plant.kinds, asked.course, damping.defaults)
         _check_maneuvers(problem.maneuver, arrays, axes, runs)
-        numbers = {**{name: np.asarray(value, dtype=float) for name, value in asked.defaults.items()}, **arrays}
-        differ = frozenset(name for name, axis in axes.items() if axis == 0)
+        of_damping, rows = damping.of_rows(arrays, axes, runs)
+        others = {name: array for name, array in arrays.items() if name not in damping.defaults}
+        fixed = {name: np.asarray(value, dtype=float) for name, value in asked.defaults.items()}
+        numbers = {**fixed, **others, **of_damping}
+        differ = frozenset(name for name in others if axes[name] == 0) | rows
         usual = usual_chunk(runs, self._plant.side_by_side)
         at_once = min(runs, usual if chunk is None else checks.whole("chunk", chunk, 1))
         record = self._run(asked.function, asked.key, numbers, differ, runs, at_once)
@@ -200,11 +209,8 @@ class _Asked:
         self.function = response_function(
             plant, course, problem.coupling, problem.placed, *grid, velocity, store, walk_of
         )
-        self.defaults = {
-            "damping.alpha": problem.damping.alpha,
-            "damping.beta": problem.damping.beta,
-            **{f"maneuver.{name}": value for name, value in course.numbers.items()},
-        }
+        self.damping = BatchDamping(problem.damping, plant.state.linear)
+        self.defaults = {f"maneuver.{name}": value for name, value in course.numbers.items()}
         # What tells the compiled function from others.
         self.key: Hashable = (
             course.key,
@@ -216,6 +222,7 @@ class _Asked:
             velocity.tobytes(),
             (*grid, problem.tolerance),
             store,
+            self.damping.matrix.rank,
         )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.reduction.bases.basis import BasisVectors, ReferenceSolver
 from tautflex.reduction.polynomial.projection import Coefficients
 from tautflex.solvers.transient.problem import SteppingModel
@@ -45,7 +45,7 @@ class OnBasis(SteppingModel):
         """Equation of motion of the coordinates at the parameters of the state."""
 
     @abstractmethod
-    def plant(self, damping: Rayleigh) -> Any:
+    def plant(self, damping: Damping) -> Any:
         """Arrays for the compiled stepper under a damping model."""
 
     def coordinates(self, q: Array) -> Array:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tautflex import checks
 from tautflex.elements.block import ElementBlock
 from tautflex.errors import InputError, UnsupportedError
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.kernel import add_forces
 from tautflex.reduction.bases.basis import BasisVectors
 from tautflex.reduction.bases.snapshots import full_snapshots
@@ -83,7 +83,7 @@ class HyperReducedModel(OnBasis):
             follow_zeroth=np.zeros((3, 0)),
         )
 
-    def plant(self, damping: Rayleigh) -> HyperPlant:
+    def plant(self, damping: Damping) -> HyperPlant:
         """Arrays for the compiled stepper under a damping model."""
         c, r = self.coefficients, self.size
         store = blocks_store(list(self.blocks))
@@ -94,7 +94,7 @@ class HyperReducedModel(OnBasis):
             none,
             none,
             c.mass,
-            damping.entries(c.mass, c.linear),
+            damping.matrix(self.state.linear).projected(c.mass, c.linear, self.basis.kept),
             c.linear,
             np.zeros((0, 0)),
             np.ascontiguousarray(c.turning),

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from tautflex.mechanics.membrane import StressSurvey
+from tautflex.mechanics.products import MassDamping
 from tautflex.mechanics.workspace import Workspace
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.reduction.marching.run import ReducedRun
@@ -70,8 +70,9 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
     workspace, watch = system.workspace(), CompressionWatch(system)
     survey = StressSurvey(system, workspace)
     inertia = system.inertia
-    damping = system.pattern.symmetric_matrix(
-        run.problem.damping.entries(inertia.mass_entries, run.rom.state.tangent_entries)
+    state = run.rom.state
+    damping = MassDamping(
+        system.pattern, inertia.mass_entries, state.tangent_entries, run.problem.damping.matrix(state.linear)
     )
     scalars, left = [], []
     for row, pulled in zip(chosen, run.pulled(motions[chosen]), strict=True):
@@ -105,7 +106,7 @@ def _unbalanced(
     rate: Array,
     pulled: Array,
     motion: RigidMotion,
-    damping: csr_array,
+    damping: MassDamping,
 ) -> Array:
     """Force that the full equation of motion leaves unbalanced [N, N m], shape (size,)."""
     rom, plant, state, coupling = run.rom, run.plant, run.rom.state, run.problem.coupling
@@ -115,7 +116,7 @@ def _unbalanced(
     acceleration = np.asarray(-np.linalg.solve(plant.mass, force), dtype=np.float64)
     q, v, a = rom.motion(eta, rate, acceleration, pulled)
     result, _ = workspace.force(q)
-    result = result - state.reference_force + inertia.mass_matrix @ a + damping @ v
+    result = result - state.reference_force + inertia.mass_matrix @ a + damping.damping_product(v)
     result += inertia.apply(coupling.velocity_weight(motion), v)
     result += inertia.apply(coupling.displacement_weight(motion), q)
     return result + coupling.load(motion, inertia) - run.inputs.full_load(time)

@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.reduction.bases.basis import Basis, BasisVectors, ModalBasis
 from tautflex.reduction.marching.simulation import solve_reduced
 from tautflex.reduction.on_basis import OnBasis
@@ -65,7 +65,7 @@ class ReducedModel(OnBasis):
         """Displacement that follows each monomial, shape (m, size)."""
         return self.coefficients.follow_quadratic.T @ self.basis.companions
 
-    def plant(self, damping: Rayleigh) -> Plant:
+    def plant(self, damping: Damping) -> Plant:
         """Arrays for the compiled stepper under a damping model."""
         c = self.coefficients
         first, second = pairs(self.size)
@@ -73,12 +73,13 @@ class ReducedModel(OnBasis):
         curved = largest > _ROUND_OFF * float(np.abs(c.linear).max())
         fields, viscous = self.fields
         # Companions have no mass here, so only the stiffness part of the damping acts on them.
-        share = float(damping.entries(np.zeros(1), np.ones(1))[0])
+        matrix = damping.matrix(self.state.linear)
+        share = float(matrix.stiffness)
         return Plant(
             first,
             second,
             c.mass,
-            damping.entries(c.mass, c.linear),
+            matrix.projected(c.mass, c.linear, self.basis.kept),
             c.linear,
             np.ascontiguousarray(c.quadratic if curved else c.quadratic[:0]),
             fields,

@@ -126,7 +126,7 @@ class AdaptiveDriver(GridDriver):
         self._now: MotionState | None = None
         self._last_step: tuple[MotionState, MotionState] | None = None
         self._last_ratio, self._last_size = 0.0, step
-        self._fastest, self._kick = 0.0, 0.0
+        self._fastest = self._kick = np.zeros(1)
 
     def segment_at(self, time: float) -> Segment:
         """Stretch of the maneuver that an instant of the grid belongs to; the later one at a discontinuity."""
@@ -138,9 +138,10 @@ class AdaptiveDriver(GridDriver):
         slack = 1e-9 * self._step
         if self._now is None:
             self._now = at
-            self._note_velocity(at.v)
+            self._first = at
+            self._note_velocity(at)
             # A run from rest has no velocity to compare with yet; what the first grid step will gain is a fair guess.
-            self._kick = self._step * self._norm(at.a)
+            self._kick = self._step * self._implicit.equation.pushes(at)
         while self._now.time < target - slack:
             reached = self._controlled_step(self._now, slack)
             if reached is None:
@@ -151,7 +152,7 @@ class AdaptiveDriver(GridDriver):
         if abs(self._now.time - target) <= slack:
             return self._now
         assert self._last_step is not None, "an instant between two states has a step around it"
-        return _between(*self._last_step, target)
+        return self._implicit.equation.between(*self._last_step, target)
 
     def _controlled_step(self, at: MotionState, slack: float) -> MotionState | None:
         """One accepted step, no longer than the segment or the run has left."""
@@ -174,7 +175,7 @@ class AdaptiveDriver(GridDriver):
                 continue
             self._statistics.beyond_tolerance += ratio > 1.0
             self._statistics.steps += 1
-            self._note_velocity(reached.v)
+            self._note_velocity(reached)
             self._choose_next(size, nominal, ratio)
             if abs(left - size) <= slack:
                 reached.time = at.time + left
@@ -186,18 +187,17 @@ class AdaptiveDriver(GridDriver):
         The third derivative comes from the accelerations [Zienkiewicz & Xie, Earthq. Eng. Struct. Dyn. 20 (1991)
         871]; the constant is the method's own.
         """
-        error = self._constant * size * (reached.a - at.a)
-        error = self._implicit.smoothed(error)
-        fastest = max(self._fastest, self._norm(reached.v), self._kick if at.time < self._step else 0.0)
-        allowed = self._control.tolerance * fastest
-        found = self._norm(error)
-        return found / allowed if allowed > 0.0 else np.inf if found > 0.0 else 0.0
+        found = self._implicit.errors(at, reached, self._constant * size)
+        fastest = np.maximum(self._fastest, self._implicit.equation.speeds(reached, self._first))
+        if at.time < self._step:
+            fastest = np.maximum(fastest, self._kick)
+        ratio = np.divide(
+            found, self._control.tolerance * fastest, out=np.full(found.size, np.inf), where=fastest > 0.0
+        )
+        return float(np.where(found > 0.0, ratio, 0.0).max())
 
-    def _norm(self, x: Array) -> float:
-        return float(np.sqrt(max(float(x @ (self._implicit.equation.inertia.mass_matrix @ x)), 0.0)))
-
-    def _note_velocity(self, v: Array) -> None:
-        self._fastest = max(self._fastest, self._norm(v))
+    def _note_velocity(self, at: MotionState) -> None:
+        self._fastest = np.maximum(self._fastest, self._implicit.equation.speeds(at, self._first))
 
     def _factor(self, ratio: float, last: float | None) -> float:
         """Change of the step size: proportional-integral control after a kept step, integral after a rejected one."""
@@ -233,14 +233,3 @@ def _landing(size: float, left: float) -> float:
     if left <= 1.1 * size:
         return left
     return 0.5 * left if left < 2.0 * size else size
-
-
-def _between(start: MotionState, end: MotionState, time: float) -> MotionState:
-    """Displacement and velocity inside a step, by cubic Hermite interpolation."""
-    step = end.time - start.time
-    s = (time - start.time) / step
-    slope = (end.q - start.q) / step
-    q = start.q + s * step * (slope + (1.0 - s) * ((1.0 - s) * (start.v - slope) - s * (end.v - slope)))
-    v = slope + (1.0 - s) * (1.0 - 3.0 * s) * (start.v - slope) + s * (3.0 * s - 2.0) * (end.v - slope)
-    a = start.a + s * (end.a - start.a)
-    return MotionState(time, q, v, a)

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.motion.kinematics import Segment
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
@@ -26,18 +26,14 @@ class OneStep(Protocol):
         """Advance inside one smooth segment; the outcome says whether the end is meaningful."""
         ...
 
-    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
-        """Same position and velocity under another rigid motion."""
-        ...
-
 
 class ImplicitStep(OneStep, Protocol):
     """What adaptive steps need besides: they solve an equation."""
 
     method: Method
 
-    def smoothed(self, error: Array) -> Array:
-        """Error vector without what the step could not resolve anyway, shape (size,)."""
+    def errors(self, at: MotionState, end: MotionState, share: float) -> Array:
+        """Norms of ``share`` times the change of the accelerations over a step, less what it could not resolve."""
         ...
 
 
@@ -47,10 +43,6 @@ class StageStep(ImplicitStep, Protocol):
     @property
     def factors(self) -> tuple[SymmetricFactorization, ...]:
         """Factorizations whose work counts."""
-        ...
-
-    def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> MotionState:
-        """State at the start of a run."""
         ...
 
     def step(
@@ -80,14 +72,6 @@ class StagedStepper:
         self.method, self._numbers, self._steppers = method, method.tangents, steppers
         self.equation = steppers[0].equation
 
-    def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> MotionState:
-        """State with the acceleration that balances all forces at ``time``."""
-        return self._steppers[0].start(time, q, v, motion)
-
-    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
-        """Same position and velocity under another rigid motion."""
-        return self._steppers[0].jump(at, before, after)
-
     def step(self, at: MotionState, size: float, segment: Segment) -> tuple[MotionState, NewtonOutcome]:
         """Advance by all stages of a step; the outcome is that of the last one that was tried."""
         passed = [at]
@@ -99,9 +83,9 @@ class StagedStepper:
                 break
         return reached, outcome
 
-    def smoothed(self, error: Array) -> Array:
-        """Error vector without what the last stage could not resolve anyway, shape (size,)."""
-        return self._steppers[self._numbers[-1]].smoothed(error)
+    def errors(self, at: MotionState, end: MotionState, share: float) -> Array:
+        """Norms of ``share`` times the change of the accelerations, less what the last stage could not resolve."""
+        return self._steppers[self._numbers[-1]].errors(at, end, share)
 
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
@@ -158,7 +142,7 @@ class GridDriver:
             return at
         before = self.segment.motion(at.time)
         self._current += 1
-        return self._stepper.jump(at, before, self.segment.motion(at.time))
+        return self._stepper.equation.jump(at, before, self.segment.motion(at.time))
 
     def _attempt(self, at: MotionState, size: float) -> MotionState | None:
         """One step of the stepper; None if it fails."""

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.motion.coupling import Coupling
@@ -40,7 +41,7 @@ _PARTS: tuple[tuple[str, Any, Any, str], ...] = (
     ("maneuver", _MANEUVER, (Maneuver, FreeHub), "Stop(rate=0.628, duration=1.0)"),
     ("method", _METHOD, (Method, ExplicitMethod), "WilsonTheta()"),
     ("coupling", _COUPLING, Coupling, "Coupling()"),
-    ("damping", _DAMPING, Rayleigh, "Rayleigh(0.001, 0.001)"),
+    ("damping", _DAMPING, Damping, "Rayleigh(0.001, 0.001)"),
 )
 
 
@@ -73,7 +74,7 @@ class TransientProblem:
         Error control of an implicit method's steps; ``time_step`` is then the spacing of the results and the first
         trial step. None takes every step ``time_step`` long.
     damping
-        Rayleigh damping; None is none.
+        `Rayleigh`, `Modal` or any other `Damping`; None is none.
     coupling
         Switches of the rotating-frame terms; None is all on.
     inputs
@@ -108,7 +109,7 @@ class TransientProblem:
     end_time: float
     method: Method | ExplicitMethod = _METHOD
     adaptive: Adaptive | None = None
-    damping: Rayleigh = _DAMPING
+    damping: Damping = _DAMPING
     coupling: Coupling = _COUPLING
     inputs: Sequence[TimeInput] = ()
     probes: Mapping[str, ArrayLike] | None = None

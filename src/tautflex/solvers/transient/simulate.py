@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.inputs import InputSet
-from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import Maneuver, Segment, split_segments
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
@@ -21,10 +20,10 @@ from tautflex.solvers.transient.adaptive import AdaptiveDriver
 from tautflex.solvers.transient.driver import GridDriver, StagedStepper
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
 from tautflex.solvers.transient.explicit import ExplicitStepper
-from tautflex.solvers.transient.free_hub.history import HubFlight, check_coupling
-from tautflex.solvers.transient.free_hub.stepper import HubStepper
+from tautflex.solvers.transient.free_hub.equation import HubEquation
+from tautflex.solvers.transient.free_hub.record import HubFlight, check_coupling
 from tautflex.solvers.transient.implicit import Stepper
-from tautflex.solvers.transient.methods.scheme import Method, OneStageMethod
+from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, SteppingModel, TransientProblem
 from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.transient.status import Run, Status
@@ -89,18 +88,19 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     """Answer of the full model; a step that fails is told by the status."""
     state, maneuver, step, count = problem.state, problem.maneuver, problem.time_step, problem.count
     driven = InputSet(state.system, problem.inputs)
-    equation = EquationOfMotion(state, problem.damping, problem.coupling, inputs=driven)
+    parts = state, problem.damping, problem.coupling
     flight: _Flight | HubFlight
-    stepper: AnyStepper | HubStepper
+    equation: EquationOfMotion
     if isinstance(maneuver, FreeHub):
         check_coupling(problem.coupling)
-        stepper = hub_stepper = _hub_stepper(problem, maneuver, equation)
-        flight = HubFlight(state, maneuver, hub_stepper)
+        equation = on_hub = HubEquation(*parts, inputs=driven, hub=maneuver, probes=problem.placed)
+        flight = HubFlight(on_hub)
         segments = split_segments(flight.segments(), (*driven.breaks, *maneuver.breaks))
     else:
-        stepper = prescribed = _stepper(problem, equation)
-        flight = _Flight(state, maneuver, prescribed, problem.coupling)
+        equation = EquationOfMotion(*parts, inputs=driven)
+        flight = _Flight(equation, maneuver)
         segments = split_segments(maneuver.segments(), driven.breaks)
+    stepper = _stepper(problem, equation)
     samples = count // problem.every + 1
     recorder = Recorder(state.system, equation.workspace, problem.placed, samples, problem.field_steps)
     driver = _driver(problem, stepper, segments)
@@ -131,28 +131,18 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
 
 
 def _stepper(problem: TransientProblem, equation: EquationOfMotion) -> AnyStepper:
-    """Stepper of a run under prescribed motion; an explicit method brings its own."""
-    method = problem.method
+    """Stepper of a run; an explicit method brings its own."""
+    method, on_hub = problem.method, isinstance(equation, HubEquation)
     if not isinstance(method, Method):
+        if on_hub:
+            raise InputError("method: expected an implicit method on a free hub, got an explicit one; use Newmark()")
         return method.stepper(equation)
-    tolerance = problem.tolerance or method.tolerance
-    steppers = [
-        Stepper(problem.state, method, problem.damping, problem.coupling, tolerance, shared=equation)
-        for _ in range(max(method.tangents) + 1)
-    ]
+    tolerance = problem.tolerance or (min(1e-9, method.tolerance) if on_hub else method.tolerance)
+    steppers = [Stepper(equation, method, tolerance) for _ in range(max(method.tangents) + 1)]
     return steppers[0] if len(method.tangents) == 1 else StagedStepper(method, steppers)
 
 
-def _hub_stepper(problem: TransientProblem, hub: FreeHub, equation: EquationOfMotion) -> HubStepper:
-    """Stepper of a run on a free hub."""
-    method = problem.method
-    if not isinstance(method, OneStageMethod):
-        kind = "one of several stages" if isinstance(method, Method) else "an explicit one"
-        raise InputError(f"method: expected an implicit method of one stage on a free hub, got {kind}; use Newmark()")
-    return HubStepper(equation, hub, method, problem.tolerance or min(1e-9, method.tolerance), problem.placed)
-
-
-def _driver(problem: TransientProblem, stepper: AnyStepper | HubStepper, segments: tuple[Segment, ...]) -> GridDriver:
+def _driver(problem: TransientProblem, stepper: AnyStepper, segments: tuple[Segment, ...]) -> GridDriver:
     """Driver of a run."""
     step = problem.time_step
     if problem.adaptive is None:
@@ -162,34 +152,31 @@ def _driver(problem: TransientProblem, stepper: AnyStepper | HubStepper, segment
             "adaptive: expected an implicit method, got an explicit one, whose step is limited by stability; "
             "leave adaptive out or use GeneralizedAlpha()"
         )
-    if isinstance(stepper, HubStepper):
-        raise InputError("adaptive: expected None on a free hub, got error control; leave adaptive out")
     return AdaptiveDriver(stepper, segments, step, problem.count * step, problem.adaptive)
 
 
 class _Flight:
     """A run under prescribed rigid motion: its start and its record."""
 
-    def __init__(self, state: PrestressedState, maneuver: Maneuver, stepper: AnyStepper, coupling: Coupling) -> None:
-        self._state, self._maneuver, self._stepper, self._coupling = state, maneuver, stepper, coupling
+    def __init__(self, equation: EquationOfMotion, maneuver: Maneuver) -> None:
+        self._equation, self._maneuver = equation, maneuver
 
     def start(self, velocity: Array) -> MotionState:
         """Steady spinning equilibrium, given velocity, and the acceleration that follows."""
-        q = spinning_equilibrium(self._state, self._maneuver.start(), self._coupling)
-        return self._stepper.start(0.0, q, velocity, self._maneuver.segments()[0].motion(0.0))
+        equation = self._equation
+        q = spinning_equilibrium(equation.state, self._maneuver.start(), equation.coupling)
+        return equation.start(0.0, q, velocity, self._maneuver.segments()[0].motion(0.0))
 
     def record(self, recorder: Recorder, driver: GridDriver, at: MotionState, step: int, every: int) -> None:
         """Store the sample and the field of a grid step."""
         recorder.store_field(step, at.time, at.q)
         if step % every:
             return
-        equation = self._stepper.equation
+        equation = self._equation
         equation.set_time(at.time)
-        energy = equation.workspace.strain_energy(at.q)
-        kinetic = 0.5 * equation.products.mass_norm(at.v)
+        strain = equation.workspace.strain_energy(at.q) - float(equation.state.reference_force @ at.q)
         motion = driver.segment_at(at.time).motion(at.time)
-        strain = energy - float(self._state.reference_force @ at.q)
-        recorder.store(at.time, at.q, at.v, motion, kinetic, strain)
+        recorder.store(at.time, at.q, at.v, motion, equation.kinetic_energy(at), strain)
 
     def complete(self, data: xr.Dataset) -> xr.Dataset:
         """Nothing to add."""
