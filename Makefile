@@ -3,10 +3,12 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
-CHECKED := src tests benchmarks examples
+CHECKED := src tests benchmarks examples tools
+# A file of tests runs in one process, so that what its tests share is made once.
+PYTEST := $(BIN)/pytest --numprocesses=auto --maxprocesses=4 --dist=loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test verification lint format benchmark benchmark-peers dolfinx clean
+.PHONY: help demo quick test verification lint format rooms benchmark benchmark-peers dolfinx clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -15,11 +17,14 @@ demo: $(VENV)/installed demo/m2.toml ## install into .venv, run the stop maneuve
 	@$(BIN)/tautflex check demo/m2.toml
 	@$(BIN)/tautflex run demo/m2.toml -o demo/m2
 
+quick: $(VENV)/tools ## run the tests that neither compile with JAX nor take long: a minute, after every change
+	$(PYTEST) -m 'not (slow or jax or campaign)'
+
 test: $(VENV)/tools lint ## install the test tools; check format, lint, types, import contract; run all tests
-	$(BIN)/pytest
+	$(PYTEST)
 
 verification: $(VENV)/tools ## run all tests and rewrite docs/verification.md from what they measured
-	$(BIN)/pytest --verification-table=docs/verification.md
+	$(PYTEST) --verification-table=docs/verification.md
 
 lint: $(VENV)/tools ## check format, lint rules, types and the import contract
 	$(BIN)/ruff format --check $(CHECKED)
@@ -30,6 +35,9 @@ lint: $(VENV)/tools ## check format, lint rules, types and the import contract
 format: $(VENV)/tools ## rewrite the sources in the house format
 	$(BIN)/ruff format $(CHECKED)
 	$(BIN)/ruff check --fix $(CHECKED)
+
+rooms: $(BIN)/python ## draw the rooms and their imports, docs/figures/rooms.svg
+	$(BIN)/python tools/house.py
 
 benchmark: $(VENV)/installed ## measure step cost, its growth with the mesh, direct solvers and set-up (minutes)
 	$(BIN)/python benchmarks/step_cost.py

@@ -1,4 +1,7 @@
-"""The verification table: tests record rows, ``pytest --verification-table=FILE`` writes them."""
+"""What all tests share: compiled code is kept but never stale; the verification table.
+
+Tests record rows of the table, ``pytest --verification-table=FILE`` writes them.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,10 @@ if os.environ.get("CI"):
     settings.load_profile("ci")
 
 # Helper modules beside the tests are imported as `verification.builders`.
-sys.path.insert(0, str(Path(__file__).parent))
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "tools")]
+
+from house import drop_stale_code  # noqa: E402  (found on the path just made)
 
 HEADER = """# Verification
 
@@ -41,9 +47,6 @@ class Row(NamedTuple):
     error: str
 
 
-ROWS = pytest.StashKey[list[Row]]()
-
-
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--verification-table",
@@ -54,7 +57,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.stash[ROWS] = []
+    if not hasattr(config, "workerinput"):  # once, before workers of pytest-xdist start
+        drop_stale_code()
+    if config.getoption("--verification-table"):
+        config.pluginmanager.register(Table(Path(config.getoption("--verification-table"))))
+    # JAX compiles for half a minute what it then reads in a second; processes that tests start find it too.
+    kept = config.rootpath / ".pytest_cache" / "jax"
+    os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(kept))
+    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.1")
 
 
 @pytest.fixture
@@ -72,7 +82,7 @@ def verification_row(request: pytest.FixtureRequest) -> Callable[..., None]:
         texts = [_text(value) for value in (case, expected, source, got, error)]
         path = Path(request.node.path).relative_to(request.config.rootpath / "tests").as_posix()
         row = Row(f"`{path}::{request.node.originalname}`", *texts)
-        request.config.stash[ROWS].append(row)
+        request.node.user_properties.append(("row", tuple(row)))  # workers of pytest-xdist hand these on
 
     return record
 
@@ -95,10 +105,21 @@ def _error(expected: float | str, got: float | str) -> str:
     return f"{abs(float(got) / float(expected) - 1.0):.1e}"
 
 
-def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
-    target = session.config.getoption("--verification-table")
-    if target is None or exitstatus != pytest.ExitCode.OK:
-        return
-    rows = sorted(session.config.stash[ROWS])
-    lines = [f"| {r.case} | {r.expected} | {r.source} | {r.got} | {r.error} | {r.test} |" for r in rows]
-    Path(target).write_text(HEADER + "\n".join(lines) + "\n", encoding="utf-8")
+class Table:
+    """Collects the rows and writes them if all tests passed."""
+
+    def __init__(self, target: Path) -> None:
+        self.target = target
+        self.rows: list[Row] = []
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.when == "teardown":
+            self.rows += [Row(*value) for name, value in report.user_properties if name == "row"]
+
+    def pytest_sessionfinish(self, session: pytest.Session, exitstatus: int) -> None:
+        if exitstatus != pytest.ExitCode.OK or hasattr(session.config, "workerinput"):
+            return
+        lines = [
+            f"| {r.case} | {r.expected} | {r.source} | {r.got} | {r.error} | {r.test} |" for r in sorted(self.rows)
+        ]
+        self.target.write_text(HEADER + "\n".join(lines) + "\n", encoding="utf-8")

@@ -18,6 +18,7 @@ from tautflex.case import M2_TEMPLATE, parse_case
 from tautflex.files.mesh.abaqus import read_abaqus
 from tautflex.files.mesh.nastran import read_nastran
 
+pytestmark = pytest.mark.campaign
 COUNTS = {"case": 150, "abaqus": 150, "nastran": 150, "results": 150, "gmsh": 6}
 READERS = {"case": "case reader", "results": "result reader", "gmsh": "Gmsh reader (in its own process)"}
 EXPECTED, SOURCE = "only tautflex errors", "mutations of valid files"

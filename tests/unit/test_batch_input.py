@@ -18,6 +18,7 @@ from tautflex.batch.steps.grid import steps_of_run
 from tautflex.errors import InputError, UnsupportedError
 from verification.dynamic_cases import small_antenna
 
+pytestmark = pytest.mark.jax
 KINDS = ("membrane", "cable", "beam")
 DAMPING = {"damping.alpha": 0.0, "damping.beta": 0.0}
 GRID = {"time_step": 1e-3, "end_time": 0.01}

@@ -10,7 +10,6 @@ from contextlib import contextmanager
 
 import pytest
 
-import tautflex
 from tautflex.case import load_case
 from tautflex.cli import main
 from tautflex.cli.runs.run import default_directory
@@ -186,10 +185,3 @@ def test_help_does_not_load_the_numerics():
     loaded = set(done.stdout.split("\n")[-2].split())
     assert "tautflex.cli.runs.run" in loaded
     assert loaded.isdisjoint({"numba", "numpy", "scipy", "matplotlib", "xarray", "pydantic"})
-
-
-def test_every_public_name_exists():
-    for name in tautflex.__all__:
-        assert getattr(tautflex, name) is not None
-    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
-        _ = tautflex.nonsense

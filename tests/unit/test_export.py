@@ -1,8 +1,8 @@
 from __future__ import annotations
 
-import base64
 import csv
 import json
+import sys
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,10 +13,11 @@ import tautflex as tf
 from regression.small_result import small_result
 from tautflex.cli import main
 from tautflex.errors import InputError
-from tautflex.files.export import write_csv, write_vtu
+from tautflex.files.csv import write_csv
+from tautflex.files.vtu import write_grid, write_vtu
 from verification.builders import antenna
 
-TYPES = {"Float64": np.float64, "Int64": np.int64, "Int32": np.int32, "UInt8": np.uint8}
+TYPES = {"Float64": np.float64, "Float32": np.float32, "Int64": np.int64, "Int32": np.int32, "UInt8": np.uint8}
 
 
 @pytest.fixture(scope="module")
@@ -26,24 +27,27 @@ def run():
 
 def read_grid(path):
     """Arrays of a VTU file by section and name, after checking lengths and component counts."""
-    root = ElementTree.parse(path).getroot()
+    head, mark, raw = path.read_bytes().partition(b'<AppendedData encoding="raw">\n_')
+    assert mark
+    root = ElementTree.fromstring(head + b"</VTKFile>")
     assert root.attrib["type"] == "UnstructuredGrid"
     assert root.attrib["header_type"] == "UInt64"
+    assert root.attrib["byte_order"] == f"{sys.byteorder.capitalize()}Endian"
     (piece,) = root.iter("Piece")
-    arrays = {}
+    rows = {"Points": "Points", "Cells": "Cells", "PointData": "Points", "CellData": "Cells"}
+    arrays, end = {}, 0
     for section in piece:
         for array in section:
-            raw = base64.b64decode(array.text)
-            assert int(np.frombuffer(raw[:8], np.uint64)[0]) == len(raw) - 8
-            values = np.frombuffer(raw[8:], TYPES[array.attrib["type"]])
-            if "NumberOfComponents" in array.attrib:
-                values = values.reshape(-1, int(array.attrib["NumberOfComponents"]))
-            arrays[section.tag, array.attrib["Name"]] = values
-    assert len(arrays["Points", "Points"]) == int(piece.attrib["NumberOfPoints"])
-    assert len(arrays["Cells", "types"]) == int(piece.attrib["NumberOfCells"])
-    for (section, _), values in arrays.items():
-        if section in ("PointData", "CellData"):
-            assert len(values) == int(piece.attrib["NumberOfPoints" if section == "PointData" else "NumberOfCells"])
+            assert array.attrib["format"] == "appended"
+            assert int(array.attrib["offset"]) == end  # nothing between the arrays
+            dtype, components = TYPES[array.attrib["type"]], int(array.attrib["NumberOfComponents"])
+            length = int(np.frombuffer(raw, np.uint64, 1, end)[0])
+            values = np.frombuffer(raw, dtype, length // dtype().itemsize, end + 8)
+            arrays[section.tag, array.attrib["Name"]] = values.reshape(-1, components) if components > 1 else values
+            end += 8 + length
+            if array.attrib["Name"] != "connectivity":
+                assert len(values) == components * int(piece.attrib[f"NumberOf{rows[section.tag]}"])
+    assert raw[end:].split() == [b"</AppendedData>", b"</VTKFile>"]
     return arrays
 
 
@@ -59,7 +63,7 @@ def test_series_lists_every_stored_instant(run, tmp_path):
 def test_grid_holds_mesh_and_displacement_exactly(run, tmp_path):
     _, _, middle, _ = write_vtu(run, tmp_path)
     grid = read_grid(middle)
-    np.testing.assert_array_equal(grid["Points", "Points"], run["node_position"].values)
+    np.testing.assert_array_equal(grid["Points", "points"], run["node_position"].values)
     displacement = grid["PointData", "displacement"]
     np.testing.assert_array_equal(displacement, run["displacement"].isel(field_time=1).values)
     assert np.abs(displacement).max() > 0.0
@@ -93,6 +97,25 @@ def test_every_field_over_nodes_and_elements_goes_along(run, tmp_path):
     assert ("CellData", "remark") not in grid
 
 
+def test_cells_of_any_type_go_together(tmp_path):
+    """Six-node triangles, quadrilaterals and lines in one grid; numbers of any type and count of components."""
+    points = np.random.default_rng(0).random((9, 3))
+    groups = [
+        (np.array([[0, 1, 2, 3, 4, 5]]), 22),
+        (np.array([[0, 1, 2, 3], [5, 6, 7, 8]]), 9),
+        (np.array([[7, 8]]), 3),
+    ]
+    fields = {"pair": np.arange(8, dtype=">f4").reshape(4, 2), "taut": np.array([True, False, True, True])}
+    write_grid(tmp_path / "mixed.vtu", points, groups, {"half": np.arange(9, dtype=np.float16)}, fields)
+    grid = read_grid(tmp_path / "mixed.vtu")
+    assert grid["Cells", "types"].tolist() == [22, 9, 9, 3]
+    cells = np.split(grid["Cells", "connectivity"], grid["Cells", "offsets"][:-1])
+    assert [cell.tolist() for cell in cells] == [row.tolist() for corners, _ in groups for row in corners]
+    np.testing.assert_array_equal(grid["CellData", "pair"], fields["pair"])
+    assert grid["CellData", "taut"].tolist() == [1, 0, 1, 1]
+    np.testing.assert_array_equal(grid["PointData", "half"], np.arange(9.0))
+
+
 def test_mode_shapes_are_a_series_over_the_modes(tmp_path):
     modes = tf.solve_modes(tf.solve_prestress(antenna((0.59, 1.0), (4, 2))), n=2).to_dataset()
     collection, first, second = write_vtu(modes, tmp_path, "modes")
@@ -103,7 +126,10 @@ def test_mode_shapes_are_a_series_over_the_modes(tmp_path):
 
 def test_names_are_escaped(run, tmp_path):
     named = run.rename(displacement='a<b>&"c" ü')
-    assert ("PointData", 'a<b>&"c" ü') in read_grid(write_vtu(named, tmp_path)[1])
+    collection, first, *_ = write_vtu(named, tmp_path / "a&b", 'x&"y"')
+    assert ("PointData", 'a<b>&"c" ü') in read_grid(first)
+    listed = next(ElementTree.parse(collection).getroot().iter("DataSet")).attrib["file"]
+    assert collection.parent / listed == first
 
 
 def test_table_reads_back_exactly(run, tmp_path):

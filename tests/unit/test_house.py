@@ -2,56 +2,17 @@
 
 from __future__ import annotations
 
-import ast
-from collections.abc import Iterator
-from pathlib import Path
+import os
 
 import pytest
 
-import tautflex
+import house
+from house import MODULES, ROOT, arrows, reached
 from tautflex.paper.finished_runs import source_files
-
-ROOT = Path(tautflex.__file__).parent
-MODULES = {
-    ".".join(("tautflex", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__"): path
-    for path in ROOT.rglob("*.py")
-}
-
-
-def imported(path: Path) -> Iterator[str]:
-    """Modules of ours that a file names in any import: late ones and those for type checkers too."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-        else:
-            continue
-        yield from (name for name in names if name in MODULES)
-
-
-# Packages only pass names on; an arrow to one stands for an arrow to what it passes on.
-ARROWS = {
-    name: {other for other in imported(path) if other != name and MODULES[other].name != "__init__.py"}
-    for name, path in MODULES.items()
-    if path.name != "__init__.py"
-}
-
-
-def reached(name: str) -> set[str]:
-    """Modules that a module needs, directly or through others."""
-    found: set[str] = set()
-    waiting = [name]
-    while waiting:
-        for other in ARROWS.get(waiting.pop(), ()):
-            if other not in found:
-                found.add(other)
-                waiting.append(other)
-    return found
 
 
 def test_no_import_circle():
-    circle = sorted(name for name in ARROWS if name in reached(name))
+    circle = sorted(name for name in arrows() if name in reached(name))
     assert circle == []
 
 
@@ -67,3 +28,28 @@ def test_files_and_folders_of_bearable_size():
 def test_key_of_a_stored_run_covers_all_it_needs(name):
     needed = {MODULES[other] for other in {f"tautflex.{name}", *reached(f"tautflex.{name}")}}
     assert needed <= set(source_files())
+
+
+def test_picture_of_the_rooms_is_current():
+    assert house.PICTURE.read_text(encoding="utf-8") == house.picture(), "imports between rooms changed: make rooms"
+
+
+def test_compiled_code_older_than_what_it_was_made_from_goes(tmp_path, monkeypatch):
+    """b builds in a's function, c stands alone; a is edited after all three were compiled."""
+    modules = {f"tautflex.room.{name}": tmp_path / "room" / f"{name}.py" for name in "abc"}
+    (tmp_path / "room" / "__pycache__").mkdir(parents=True)
+    compiled = {name: tmp_path / "room" / "__pycache__" / f"{name}.f-1.py311.1.nbc" for name in "abc"}
+    for time, paths in enumerate((modules.values(), compiled.values())):
+        for path in paths:
+            path.write_text("from tautflex.room import a" if path.name == "b.py" else "", encoding="utf-8")
+            os.utime(path, (time, time))
+    monkeypatch.setattr(house, "ROOT", tmp_path)
+    monkeypatch.setattr(house, "MODULES", modules)
+    arrows.cache_clear()
+    try:
+        assert house.drop_stale_code() == []
+        os.utime(modules["tautflex.room.a"], (2, 2))
+        assert sorted(house.drop_stale_code()) == [compiled["a"], compiled["b"]]
+        assert list(compiled["c"].parent.iterdir()) == [compiled["c"]]
+    finally:
+        arrows.cache_clear()

@@ -33,6 +33,7 @@ def _without(case):
     return values
 
 
+@pytest.mark.slow
 def test_run_from_the_command_line(reduced_case, tmp_path, capsys):
     code = main(["run", str(reduced_case), "-o", str(tmp_path / "out"), "--set", "solver.end_time=0.5", "--json"])
     summary = json.loads(capsys.readouterr().out)

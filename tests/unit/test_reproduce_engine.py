@@ -67,6 +67,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_kill_at_any_moment_loses_nothing_that_was_finished(tmp_path, workers):
     script, place = tmp_path / "perform.py", tmp_path / "runs"
@@ -75,11 +76,11 @@ def test_a_kill_at_any_moment_loses_nothing_that_was_finished(tmp_path, workers)
     )
     process = subprocess.Popen([sys.executable, str(script)], start_new_session=True)
     deadline = time.monotonic() + 120
-    while not list(place.glob("*.json")) and process.poll() is None and time.monotonic() < deadline:
+    while not list(place.glob("*.nc")) and process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.02)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
-    kept = {path: path.stat().st_mtime_ns for path in place.glob("*.json")}
+    kept = {path: path.stat().st_mtime_ns for path in place.glob("*.nc")}
     assert kept
     specs = [spec(k, 4.0) for k in range(4)]
     resumed = values(perform(specs, place, workers=1))

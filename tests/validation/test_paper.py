@@ -121,7 +121,7 @@ def test_tables_6_and_7_for_m2_and_m3(row, respond, verification_row):
     verification_row(f"{describe(row)}: amplitude at A [m]", row.amplitude, found, f"paper, Table {row.table}")
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("row", [RESPONSES[1], RESPONSES[2], RESPONSES[4]], ids=describe)
 def test_response_frequencies_for_m2_and_m3(row, respond, verification_row):
     """Whole records, padded as the paper's were; the vibration after the stop."""
@@ -141,7 +141,7 @@ def test_the_time_step_of_these_tests_is_small_enough(respond):
     assert reached(respond(row)) == pytest.approx(fine, rel=0.005)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [tf.WilsonTheta(), tf.GeneralizedAlpha(rho_inf=0.8)], ids=lambda m: m.name)
 def test_the_hardest_case_runs_to_its_end(respond, state, method, verification_row):
     """M1, pi/2, T = 0.1 s (Table 8): film forces reach hundreds of times the pretension."""

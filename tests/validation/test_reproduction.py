@@ -19,6 +19,7 @@ from tautflex.paper.tables import published
 from tautflex.paper.tables.paper_tables import response
 from tautflex.paper.tables.rows import mean_log_ratio
 
+pytestmark = pytest.mark.slow
 TABLES = ("2", "3", "4", "6", "7", "8", "9")
 RATES, DURATIONS = ("pi_100", "pi_5", "pi_2"), (0.1, 1.0, 2.0)
 # The one run whose response frequency does not follow the paper's trend; the page of the reproduction says why.

@@ -13,6 +13,7 @@ from tautflex.errors import NotConvergedError
 from verification.batch_cases import changed_rom, changed_state, damping_of, stop_of
 from verification.dynamic_cases import small_antenna
 
+pytestmark = pytest.mark.jax
 PROBES = {"A": (0.6, 0.3), "B": (-0.2, 0.1)}
 VARIABLES = ("u", "v", "w", "u_velocity", "w_velocity", "kinetic_energy", "strain_energy")
 # The stops end between two instants of the grid.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -123,11 +125,27 @@ def test_error_control_keeps_its_tolerance(method, verification_row):
     verification_row(f"{method.name}, adaptive: error per time over velocity", tolerance, error, "the tolerance")
 
 
-def test_what_it_does_not_do_is_said_in_one_line(antenna):
-    hub = tf.FreeHub(10.0, np.eye(3))
-    with pytest.raises(
-        InputError, match="method: expected an implicit method of one stage on a free hub, got one of sev"
-    ):
-        tf.simulate(antenna, hub, method=tf.Bathe(), time_step=1e-3, end_time=2e-3)
+@pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
+def test_second_order_on_a_free_hub(antenna, method, verification_row):
+    """Spinning antenna on a light hub under a growing torque: differences of halved steps fall by four."""
+
+    def torque(time, state):
+        return 0.0, 0.1 * time, 0.0
+
+    hub = tf.FreeHub(5.0, (0.5, 0.6, 0.8), angular_velocity=(0.3, 0.0, 0.1), torque=torque)
+    records, momenta = [], []
+    for level in range(4):
+        asked = {"time_step": 4e-3 / 2**level, "end_time": 0.1, "every": 2**level, "probes": {"A": (0.3, 0.2)}}
+        data = tf.simulate(antenna, hub, method=method, **asked).data
+        records.append(np.concatenate([data.w.values[:, 0], 1e-3 * data.angular_velocity.values.ravel()]))
+        momenta.append(data.linear_momentum.values)
+    differences = [np.linalg.norm(a - b) for a, b in itertools.pairwise(records)]
+    orders = np.log2(np.array(differences[:-1]) / differences[1:])
+    assert orders[-1] == pytest.approx(2.0, abs=0.15)
+    assert max(np.abs(p - p[0]).max() for p in momenta) < 1e-12
+    verification_row(f"{method.name}, free hub: observed order", 2.0, float(orders[-1]), "second order")
+
+
+def test_split_out_of_range_is_said_in_one_line():
     with pytest.raises(InputError, match=r"split: expected a number in \[0.1, 0.9\], got 1.0"):
         tf.Bathe(split=1.0)

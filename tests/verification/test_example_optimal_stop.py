@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("jax")
+pytestmark = pytest.mark.jax
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 

@@ -19,6 +19,7 @@ from tautflex.reduction.polynomial.forces import energies
 from tautflex.solvers.modal.natural import solve_modes
 from verification.dynamic_cases import small_antenna, soft_film
 
+pytestmark = pytest.mark.slow  # compiles for most of a minute
 STOP = tf.Stop(rate=0.6, duration=0.1)
 
 

@@ -1,4 +1,7 @@
-"""Estimate of what a case needs in memory, and what the machine has, before anything is allocated."""
+"""Estimate of what a case needs in memory, and what the machine has, before anything is allocated.
+
+Own, because psutil knows the system's figure but not the limit of a container.
+"""
 
 from __future__ import annotations
 

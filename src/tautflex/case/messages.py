@@ -1,4 +1,7 @@
-"""One line per problem: the key, what was expected, what came, and what to try."""
+"""One line per problem: the key, what was expected, what came, and what to try.
+
+Own, because pydantic's messages take several lines each, name Python's types and never say what to try.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Results on disk: xarray Datasets to NetCDF-4 and back, exactly."""
+"""Results on disk: xarray Datasets to NetCDF-4 and back, exactly.
+
+The seal and the examination are own, because HDF5 may hang on a damaged file and guards only parts of it by checksums.
+"""
 
 from __future__ import annotations
 
@@ -116,7 +119,8 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
 
 def _examine(path: Path) -> None:
     """Raise if a file is damaged or not built as `save` builds it, before anything is made of its content."""
-    _check_seal(path)
+    if _seal_matches(path) is False:
+        raise ValueError("damaged, its checksum does not match")
     size = path.stat().st_size
     with h5py.File(path, "r") as file:
         _require_checksums(file)
@@ -141,8 +145,16 @@ def _seal(path: Path) -> None:
         file.write(_SEAL + digest.encode("ascii"))
 
 
-def _check_seal(path: Path) -> None:
-    """Raise if a file ends with a checksum that is not that of its content."""
+def is_whole(path: Path) -> bool:
+    """Whether a file is there and ends with the checksum of everything before it, as `save` leaves it."""
+    try:
+        return _seal_matches(path) is True
+    except OSError:
+        return False
+
+
+def _seal_matches(path: Path) -> bool | None:
+    """Whether the checksum at the end of a file is that of its content; None if it ends without one."""
     length = len(_SEAL) + 64
     size = path.stat().st_size
     checksum = hashlib.sha256()
@@ -150,8 +162,7 @@ def _check_seal(path: Path) -> None:
         for start in range(0, max(0, size - length), _CHUNK):
             checksum.update(file.read(min(_CHUNK, size - length - start)))
         end = file.read()
-    if end.startswith(_SEAL) and end[len(_SEAL) :] != checksum.hexdigest().encode("ascii"):
-        raise ValueError("damaged, its checksum does not match")
+    return end[len(_SEAL) :] == checksum.hexdigest().encode("ascii") if end.startswith(_SEAL) else None
 
 
 def _require_checksums(item: h5py.Group | h5py.Dataset) -> None:

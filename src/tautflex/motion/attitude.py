@@ -1,4 +1,7 @@
-"""Attitude of the floating frame along a maneuver."""
+"""Attitude of the floating frame along a maneuver.
+
+Own (Magnus series), because scipy's solve_ivp would lose what is exact here: turns about a fixed axis.
+"""
 
 from __future__ import annotations
 

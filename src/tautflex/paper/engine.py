@@ -1,4 +1,8 @@
-"""Perform many runs in parallel; what is finished is kept, whatever happens to the rest."""
+"""Perform many runs in parallel; what is finished is kept, whatever happens to the rest.
+
+Own, on the standard library's pool: Ctrl-C within a hundredth of a run, workers that die with their parent and a
+message for one that was killed are tested here, and joblib promises none of them.
+"""
 
 from __future__ import annotations
 

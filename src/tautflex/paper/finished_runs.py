@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import json
-import uuid
 from functools import cache
 from pathlib import Path
 
@@ -13,7 +11,6 @@ import xarray as xr
 
 import tautflex
 from tautflex._version import __version__
-from tautflex.errors import InputError
 from tautflex.files import netcdf
 from tautflex.paper.cases.catalogue import RunSpec
 
@@ -31,37 +28,19 @@ def run_key(spec: RunSpec) -> str:
 
 def stored(spec: RunSpec, directory: Path) -> Path | None:
     """Return the file of a finished run, None if there is none or it is damaged."""
-    data, record = _paths(spec, directory)
-    try:
-        wanted = json.loads(record.read_text(encoding="utf-8"))["sha256"]
-        return data if hashlib.sha256(data.read_bytes()).hexdigest() == wanted else None
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
+    path = _path(spec, directory)
+    return path if netcdf.is_whole(path) else None
 
 
 def keep(spec: RunSpec, dataset: xr.Dataset, directory: Path) -> Path:
-    """Write a run and, after it, the record that makes it count as finished.
+    """Write a run; its file is there when it is whole, and only then does the run count as finished.
 
     Raises
     ------
     InputError
         If the directory cannot be written.
     """
-    data, record = _paths(spec, directory)
-    netcdf.save(dataset, data)
-    checksum = hashlib.sha256(data.read_bytes()).hexdigest()
-    text = json.dumps({"name": spec.name, "sha256": checksum, "version": __version__}, indent=2)
-    temporary = record.with_name(f".{record.name}.{uuid.uuid4().hex}.part")
-    try:
-        temporary.write_text(text + "\n", encoding="utf-8")
-        temporary.replace(record)
-    except OSError as error:
-        text = f"directory: expected a place that can be written, got {str(directory)!r} ({error})"
-        raise InputError(f"{text}; choose another one") from error
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
-    return data
+    return netcdf.save(dataset, _path(spec, directory))
 
 
 def sweep_leftovers(directory: Path) -> None:
@@ -71,9 +50,8 @@ def sweep_leftovers(directory: Path) -> None:
             path.unlink()
 
 
-def _paths(spec: RunSpec, directory: Path) -> tuple[Path, Path]:
-    key = run_key(spec)
-    return directory / f"{key}.nc", directory / f"{key}.json"
+def _path(spec: RunSpec, directory: Path) -> Path:
+    return directory / f"{run_key(spec)}.nc"
 
 
 def source_files() -> list[Path]:

@@ -30,7 +30,8 @@ def export(
     require_output_directory(directory)
 
     from tautflex.files import netcdf
-    from tautflex.files.export import write_csv, write_vtu
+    from tautflex.files.csv import write_csv
+    from tautflex.files.vtu import write_vtu
 
     data = netcdf.load(run)
     directory.mkdir(parents=True, exist_ok=True)

@@ -2,7 +2,8 @@
 
 Read are ``*NODE``, ``*ELEMENT`` (S3, S3R, STRI3, M3D3: membrane; T3D2: cable; B31, B33: beam), ``*NSET``, ``*ELSET``
 (also GENERATE) and ``*BOUNDARY``. Sections, materials and steps are left to the user of the mesh. A mesh spread over
-several parts, moved instances and included files are refused: export a flat file instead.
+several parts, moved instances and included files are refused: export a flat file instead. Own, because meshio (5.3.5)
+reads no boundary conditions, and its own tests fail since NumPy 2.2.
 """
 
 from __future__ import annotations

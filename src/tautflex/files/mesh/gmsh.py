@@ -1,7 +1,8 @@
 """Gmsh meshes (.msh, formats 2 and 4, text or binary), read by Gmsh itself in a process of its own.
 
 Gmsh would run a text without mesh header as a script with shell access, and reads option files that lie beside a
-mesh. So only files with the header of a mesh are given to it, under a fixed name in a folder of their own.
+mesh. So only files with the header of a mesh are given to it, under a fixed name in a folder of their own. Gmsh is
+under the GPL and may crash: the process of its own keeps both from this one.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Read are ``GRID``, ``CTRIA3`` (membrane), ``CROD`` and ``CONROD`` (cable), ``CBAR`` and ``CBEAM`` (beam), ``SPC1``
 and ``SPC``, in free, small and large field format. Elements are in the group ``pid<N>`` of their property, constraints
 in ``spc<N>`` of their set. Properties, materials and everything else is left to the user of the mesh; other elements,
-local coordinate systems and included files are refused.
+local coordinate systems and included files are refused. Own, because pyNastran (1.4.1) asks for numpy < 2.
 """
 
 from __future__ import annotations

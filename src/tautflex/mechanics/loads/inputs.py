@@ -53,14 +53,22 @@ def _at(function: TimeFunction, time: float) -> Array:
 
 @dataclass(frozen=True)
 class _Load:
-    """Force whose nodal pattern is constant: ``pattern`` has shape (size, 3)."""
+    """Force whose nodal pattern is constant.
+
+    ``pattern`` gives the force on the free unknowns, shape (size, 3), ``held`` the wrench of the rest, shape (6, 3).
+    """
 
     pattern: Array
+    held: Array
     function: TimeFunction
     name: str
 
     def load(self, time: float) -> Array:
         return self.pattern @ checks.vector3(self.name, _at(self.function, time))
+
+    def held_wrench(self, time: float) -> Array:
+        """Force, and torque about the origin, that supported directions take up, shape (6,)."""
+        return self.held @ checks.vector3(self.name, _at(self.function, time))
 
     def stress(self, time: float) -> dict[int, Array]:
         return {}
@@ -86,7 +94,7 @@ class NodalForce:
 
     def prepare(self, system: StructuralSystem) -> PreparedInput:
         """Bind to a system."""
-        return _Load(_nodal_pattern(system, self.nodes, np.ones(len(self.nodes))), self.force, "force")
+        return _Load(*_nodal_pattern(system, self.nodes, np.ones(len(self.nodes))), self.force, "force")
 
 
 @dataclass(frozen=True)
@@ -114,7 +122,7 @@ class EdgeForce:
         points = system.model.nodes[_checked_nodes(system, self.nodes)]
         piece = np.linalg.norm(np.diff(points, axis=0), axis=1)
         share = 0.5 * (np.append(piece, 0.0) + np.insert(piece, 0, 0.0))
-        return _Load(_nodal_pattern(system, self.nodes, share), self.force, "force")
+        return _Load(*_nodal_pattern(system, self.nodes, share), self.force, "force")
 
 
 @dataclass(frozen=True)
@@ -212,13 +220,15 @@ def _checked_nodes(system: StructuralSystem, nodes: Sequence[int]) -> NDArray[np
     return checks.index_array("nodes", np.reshape(np.asarray(nodes), (-1, 1)), 1, len(system.model.nodes))[:, 0]
 
 
-def _nodal_pattern(system: StructuralSystem, nodes: Sequence[int], share: Array) -> Array:
-    """Pattern (size, 3) that gives each node its share of a force; supported directions drop out."""
-    pattern = np.zeros((system.size + 1, 3))
+def _nodal_pattern(system: StructuralSystem, nodes: Sequence[int], share: Array) -> tuple[Array, Array]:
+    """Forces on the free unknowns, and wrench of the others, where each node gets its share of a force; see `_Load`."""
+    pattern, held = np.zeros((system.size + 1, 3)), np.zeros((6, 3))
     for node, part in zip(_checked_nodes(system, nodes), share, strict=True):
-        for axis in range(3):
-            pattern[system.place[system.model.translation_dofs[node, axis]], axis] += part
-    return pattern[:-1]
+        place = system.place[system.model.translation_dofs[node]]
+        pattern[place, range(3)] += part
+        forces = part * np.diag(place == system.size)
+        held += np.concatenate([forces, np.cross(system.model.nodes[node], forces).T])
+    return pattern[:-1], held
 
 
 class InputSet:
@@ -251,6 +261,11 @@ class InputSet:
             if part is not None:
                 load += part
         return load
+
+    def held_wrench(self, time: float) -> Array:
+        """Force [N], and torque about the origin [N m], on supported directions at an instant [s], shape (6,)."""
+        held = [item.held_wrench(time) for item in self._inputs if isinstance(item, _Load)]
+        return np.sum(held, axis=0) if held else np.zeros(6)
 
     def stress(self, time: float) -> dict[int, Array]:
         """Change of initial stress at an instant [s] by block number, shapes (element, strain)."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias
 
-from tautflex.paper.page.blocks import Cell, Table, gap_cell, quantity_text, symbols
+from tautflex.paper.page.markdown import marked, quantity_text, symbols, table
 from tautflex.paper.tables.rows import Row
 
 Rows: TypeAlias = Mapping[str, Sequence[Row]]
@@ -39,7 +39,7 @@ def both(row: Row) -> str:
     return f"ours {quantity_text(row.ours, row.unit)} {row.unit}, paper {quantity_text(row.paper, row.unit)} {row.unit}"
 
 
-def comparison(rows: Sequence[Row], consistent: Sequence[Row] = ()) -> Table:
+def comparison(rows: Sequence[Row], consistent: Sequence[Row] = ()) -> str:
     """Return ours | paper | difference, the consistent variant beside it where there is one, and notes.
 
     A quantity that all rows share stands in the header.
@@ -52,17 +52,17 @@ def comparison(rows: Sequence[Row], consistent: Sequence[Row] = ()) -> Table:
     header += ["ours", "paper", "difference", *["consistent variant", "difference"] * bool(other), *["note"] * notes]
     lines = []
     for row in rows:
-        line = [Cell(symbols(row.case)), *[Cell(_named(row.quantity, row.unit))] * mixed]
-        line += [_number(row.ours, row.unit), _number(row.paper, row.unit), gap_cell(gap(row))]
+        line = [symbols(row.case), *[_named(row.quantity, row.unit)] * mixed]
+        line += [quantity_text(row.ours, row.unit), quantity_text(row.paper, row.unit), marked(gap(row))]
         if other:
             beside = other.get((row.case, row.quantity))
-            line.append(_number(beside.ours if beside else None, row.unit))
-            line.append(gap_cell(gap(beside) if beside else None))
-        lines.append(tuple(line + [Cell(symbols(row.note))] * notes))
-    return Table(tuple(header), tuple(lines))
+            line.append(quantity_text(beside.ours if beside else None, row.unit))
+            line.append(marked(gap(beside) if beside else None))
+        lines.append([*line, *[symbols(row.note)] * notes])
+    return table(header, lines)
 
 
-def listing(rows: Sequence[Row]) -> list[Table]:
+def listing(rows: Sequence[Row]) -> list[str]:
     """Return results that the paper does not print: a line per case, a column per quantity.
 
     Cases that begin with different quantities tell different things and stand in different tables.
@@ -76,7 +76,7 @@ def listing(rows: Sequence[Row]) -> list[Table]:
     return [_wide(lines) for lines in groups.values()]
 
 
-def _wide(lines: Sequence[Sequence[Row]]) -> Table:
+def _wide(lines: Sequence[Sequence[Row]]) -> str:
     """Lines of rows, each of one case; a unit that all share stands in the header, else in the cell."""
     units: dict[str, set[str]] = {}
     for row in (row for line in lines for row in line):
@@ -85,18 +85,17 @@ def _wide(lines: Sequence[Sequence[Row]]) -> Table:
     told = any(row.note for line in lines for row in line)
     body = []
     for line in lines:
-        cells = {row.quantity: _number(row.ours, row.unit, with_unit=not shared[row.quantity]) for row in line}
+        cells = {row.quantity: _number(row, with_unit=not shared[row.quantity]) for row in line}
         notes = "; ".join(dict.fromkeys(row.note for row in line if row.note))
-        numbers = [cells.get(quantity, Cell("", number=True)) for quantity in units]
-        body.append((Cell(symbols(line[0].case)), *numbers, *[Cell(symbols(notes))] * told))
-    header = ("case", *(_named(quantity, shared[quantity]) for quantity in units), *["note"] * told)
-    return Table(header, tuple(body))
+        body.append([symbols(line[0].case), *(cells.get(quantity, "") for quantity in units), *[symbols(notes)] * told])
+    header = ["case", *(_named(quantity, shared[quantity]) for quantity in units), *["note"] * told]
+    return table(header, body)
 
 
 def _named(quantity: str, unit: str) -> str:
     return symbols(f"{quantity} [{unit}]" if unit and unit != "1" else quantity)
 
 
-def _number(value: float | None, unit: str, with_unit: bool = False) -> Cell:
-    text = quantity_text(value, unit)
-    return Cell(f"{text} {unit}" if with_unit and value is not None and unit != "1" else text, number=True)
+def _number(row: Row, with_unit: bool) -> str:
+    text = quantity_text(row.ours, row.unit)
+    return f"{text} {row.unit}" if with_unit and row.ours is not None and row.unit != "1" else text

@@ -11,9 +11,8 @@ from tautflex.errors import InputError
 from tautflex.paper.figures.index import FIGURES
 from tautflex.paper.page import reasons, words
 from tautflex.paper.page.agreement import CONSISTENT, Rows, comparison, listing, sorted_rows
-from tautflex.paper.page.blocks import Block, Bullets, Command, Heading, Paragraph, Picture, symbols
 from tautflex.paper.page.html import to_html
-from tautflex.paper.page.markdown import to_markdown
+from tautflex.paper.page.markdown import bullets, picture, symbols
 from tautflex.paper.tables import published
 from tautflex.paper.tables.rows import Row
 
@@ -86,83 +85,75 @@ def build_page(
         If a picture cannot be read or a file cannot be written.
     """
     rows = sorted_rows(row for group in rows_by_table.values() for row in group)
-    blocks = [*_overview(rows, summary), *_tables(rows), *_figures(figure_files), *_end(summary)]
     page, text = Path(directory) / f"{NAME}.html", Path(docs or directory) / f"{NAME}.md"
+    parts = [
+        f"# {TITLE}",
+        *_overview(rows, summary),
+        *_tables(rows),
+        *_figures(figure_files, text.parent),
+        *_end(summary),
+    ]
+    content = "\n\n".join(parts) + "\n"
     try:
-        written = {page: to_html(blocks, TITLE), text: to_markdown(blocks, TITLE, text.parent)}
-        for path, content in written.items():
+        for path, written in ((page, to_html(content, text.parent)), (text, content)):
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(content, encoding="utf-8")
+            path.write_text(written, encoding="utf-8")
     except OSError as error:
         raise InputError(
             f"directory: expected figures that can be read and folders that can be written, got {error}; choose others"
         ) from error
-    return list(written)
+    return [page, text]
 
 
-def _overview(rows: Rows, summary: Mapping[str, Any]) -> list[Block]:
-    blocks: list[Block] = [Paragraph(words.INTRODUCTION)]
+def _overview(rows: Rows, summary: Mapping[str, Any]) -> list[str]:
+    parts = [words.INTRODUCTION]
     if summary.get("quick"):
         text = "Coarse time steps and no consistent variant; run without --quick for the full page."
-        blocks.append(Paragraph(text, "This is the quick form."))
-    for title, anchor, items, before in (
-        ("How close it is", "agreement", words.scores(rows), ""),
-        (
-            "The paper's trends",
-            "trends",
-            words.trends(rows),
-            "Do the computed responses follow the paper's orderings?",
-        ),
-        (
-            "What does not match",
-            "gaps",
-            words.largest_gaps(rows),
-            "Responses more than 20 % away, the worst first.",
-        ),
-        ("Why", "reasons", reasons.explanations(rows), ""),
+        parts.append(f"**This is the quick form.** {text}")
+    for title, items, before in (
+        ("How close it is", words.scores(rows), ""),
+        ("The paper's trends", words.trends(rows), "Do the computed responses follow the paper's orderings?"),
+        ("What does not match", words.largest_gaps(rows), "Responses more than 20 % away, the worst first."),
+        ("Why", reasons.explanations(rows), ""),
     ):
         if items:
-            blocks += [Heading(title, anchor), *([Paragraph(before)] if before else []), Bullets(tuple(items))]
-    return blocks
+            parts += [f"## {title}", *[before] * bool(before), bullets(items)]
+    return parts
 
 
-def _tables(rows: Rows) -> list[Block]:
-    blocks: list[Block] = [
-        Heading("Tables", "tables"),
-        Paragraph(
-            "Differences are relative to the paper: green up to 5 %, yellow up to 20 %, red beyond; in Markdown "
-            "unmarked, (!) and (!!)."
-        ),
-    ]
+def _tables(rows: Rows) -> list[str]:
+    text = "Differences are relative to the paper: unmarked up to 5 %, *(!)* up to 20 %, **(!!)** beyond."
+    parts = ["## Tables", text]
     for number in map(str, published.NUMBERS):
         if rows.get(number):
             title = published.about(int(number))["title"]
-            blocks.append(Heading(f"Table {number}: {symbols(title)}", f"table-{number}", 3))
-            blocks.append(comparison(rows[number], rows.get(number + CONSISTENT, ())))
+            parts.append(f"### Table {number}: {symbols(title)}")
+            parts.append(comparison(rows[number], rows.get(number + CONSISTENT, ())))
     for key, (title, text) in _EXTRA.items():
-        parts = [(name, rows[key + suffix]) for name, suffix in _VARIANTS if rows.get(key + suffix)]
-        if parts:
-            blocks += [Heading(title, f"table-{key}", 3), Paragraph(text)]
-        for name, found in parts:
-            blocks += [Paragraph("", name)] if len(parts) > 1 else []
-            blocks += listing(found)
-    return blocks
+        variants = [(name, rows[key + suffix]) for name, suffix in _VARIANTS if rows.get(key + suffix)]
+        if variants:
+            parts += [f"### {title}", text]
+        for name, found in variants:
+            parts += [f"**{name}**"] if len(variants) > 1 else []
+            parts += listing(found)
+    return parts
 
 
-def _figures(files: Mapping[str, Sequence[Path]]) -> list[Block]:
-    pictures: list[Block] = []
+def _figures(files: Mapping[str, Sequence[Path]], folder: Path) -> list[str]:
+    pictures = []
     for number, figure in FIGURES.items():
         file = next((path for path in files.get(number, ()) if Path(path).suffix == ".png"), None)
         if file is not None:
-            pictures.append(Picture(Path(file), f"Figure {number}: {figure.title}.", _CAPTIONS.get(number, "")))
-    return [Heading("Figures", "figures"), *pictures] if pictures else []
+            title = f"Figure {number}: {figure.title}."
+            pictures.append(picture(Path(file), title, _CAPTIONS.get(number, ""), folder))
+    return ["## Figures", *pictures] if pictures else []
 
 
-def _end(summary: Mapping[str, Any]) -> list[Block]:
-    blocks: list[Block] = [Heading("Compute it yourself", "yourself"), Command("tautflex reproduce -o reproduction")]
+def _end(summary: Mapping[str, Any]) -> list[str]:
+    parts = ["## Compute it yourself", "```\ntautflex reproduce -o reproduction\n```"]
     if summary.get("seconds"):
-        blocks.append(Paragraph(f"The runs of this page took {float(summary['seconds']):.0f} s of computing."))
+        parts.append(f"The runs of this page took {float(summary['seconds']):.0f} s of computing.")
     if summary.get("versions"):
         versions = ", ".join(f"{name} {version}" for name, version in dict(summary["versions"]).items() if version)
-        blocks.append(Paragraph(f"{versions}.", "Made with"))
-    return blocks
+        parts.append(f"**Made with** {versions}.")
+    return parts

@@ -1,45 +1,64 @@
-"""The page as Markdown, for the documentation; pictures are linked."""
+"""Pieces of the page as Markdown: lists, tables, pictures, and how numbers and differences are written."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from tautflex.paper.page.blocks import Block, Bullets, Command, Heading, Paragraph, Table
-
-_MARKS = {"": "", "good": "", "fair": " (!)", "poor": " **(!!)**"}
-
-
-def to_markdown(blocks: Sequence[Block], title: str, folder: str | os.PathLike[str]) -> str:
-    """Return the text of the Markdown file that will stand in a folder; links to pictures are relative to it."""
-    return "\n\n".join([f"# {title}", *(_block(block, Path(folder)) for block in blocks)]) + "\n"
+GOOD, FAIR = 0.05, 0.20
+"""Largest relative differences that count as agreement and as a fair one."""
+_WORDS = ("quantity", "note")  # columns of words; so is the first one, and all others hold numbers
 
 
-def _block(block: Block, folder: Path) -> str:
-    if isinstance(block, Heading):
-        return f"{'#' * block.level} {block.text}"
-    if isinstance(block, Paragraph):
-        return _lead(block.lead) + block.text
-    if isinstance(block, Bullets):
-        return "\n".join(f"- {_lead(lead)}{text}" for lead, text in block.items)
-    if isinstance(block, Command):
-        return f"```\n{block.text}\n```"
-    if isinstance(block, Table):
-        return _table(block)
-    place = Path(os.path.relpath(block.file, folder)).as_posix()
-    return f"![{block.title}](<{place}>)\n\n{_lead(block.title)}{block.caption}".rstrip()
+def bullets(items: Iterable[tuple[str, str]]) -> str:
+    """Return a list of (bold beginning, plain text)."""
+    return "\n".join(f"- **{lead}** {text}" for lead, text in items)
 
 
-def _lead(lead: str) -> str:
-    return f"**{lead}** " if lead else ""
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table; numbers are set to the right."""
+    rule = ["---" if place == 0 or title in _WORDS else "---:" for place, title in enumerate(header)]
+    lines = [[cell.replace("|", "\\|") for cell in line] for line in (header, *rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in (lines[0], rule, *lines[1:]))
 
 
-def _table(table: Table) -> str:
-    def line(cells: Sequence[str]) -> str:
-        return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+def picture(file: Path, title: str, caption: str, folder: Path) -> str:
+    """Return a figure with its title and caption, linked from a folder."""
+    place = Path(os.path.relpath(file, folder)).as_posix()
+    return f"![{title}](<{place}>)\\\n**{title}** {caption}".rstrip()
 
-    numeric = [bool(table.rows) and all(row[k].number for row in table.rows) for k in range(len(table.header))]
-    rule = line(["---:" if number else "---" for number in numeric])
-    body = [line([cell.text + _MARKS[cell.level] for cell in row]) for row in table.rows]
-    return "\n".join([line(table.header), rule, *body])
+
+def marked(difference: float | None) -> str:
+    """Return a relative difference as a signed percentage, marked by its size."""
+    if difference is None:
+        return "–"  # noqa: RUF001
+    size = abs(difference)
+    return percent(difference) + ("" if size <= GOOD else " *(!)*" if size <= FAIR else " **(!!)**")
+
+
+def percent(difference: float) -> str:
+    """Return a relative difference as a signed percentage with a typographic minus."""
+    text = f"{100 * difference:+.1f} %".replace("-", "−")  # noqa: RUF001
+    return "0.0 %" if text[1:] == "0.0 %" else text
+
+
+def quantity_text(value: float | None, unit: str) -> str:
+    """Return a number as the paper prints it: four digits after the point, two for percentages."""
+    if value is None or value != value:
+        return "–"  # noqa: RUF001
+    if unit == "%":
+        text = f"{value:.2f}"
+    elif unit in ("Hz", "mm"):
+        text = f"{value:.4f}"
+    else:
+        text = f"{value:.4g}"
+    text = text.lstrip("-") if not text.strip("-0.") else text  # no minus before a zero
+    return text.replace("-", "−")  # noqa: RUF001
+
+
+def symbols(text: str) -> str:
+    """Return text with "pi/5" and "m^2" written as mathematics does."""
+    for plain, written in (("pi/", "π/"), ("^2", "²"), ("^3", "³"), ("^4", "⁴")):
+        text = text.replace(plain, written)
+    return text

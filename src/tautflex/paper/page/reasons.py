@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from tautflex.paper.page.agreement import CONSISTENT, Rows, both, responses
-from tautflex.paper.page.blocks import quantity_text, symbols
+from tautflex.paper.page.markdown import quantity_text, symbols
 from tautflex.paper.page.words import Words
 from tautflex.paper.tables import published
 from tautflex.paper.tables.rows import Row, mean_difference

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Sequence
 
 from tautflex.paper.page.agreement import CONSISTENT, Rows, both, responses
-from tautflex.paper.page.blocks import FAIR, GOOD, percent, symbols
+from tautflex.paper.page.markdown import FAIR, GOOD, percent, symbols
 from tautflex.paper.tables.rows import Row, mean_difference, mean_log_ratio
 
 Words = tuple[str, str]

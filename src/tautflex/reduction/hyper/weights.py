@@ -5,6 +5,7 @@ elements like an integral over points, and ``sum xi_e V_e' f_e(V eta)`` its quad
 training snapshots in the sense of non-negative least squares, whose solutions have few non-zeros. Because they multiply
 element energies, the reduced force stays the gradient of an energy, convex where the elements' are
 [Farhat, Avery, Chapman & Cortial, Int. J. Numer. Meth. Engng 98 (2014) 625].
+Own least squares, because scipy's nnls cannot stop at an error: it goes on to ever more elements.
 """
 
 from __future__ import annotations

@@ -189,7 +189,7 @@ class EquationOfMotion:
         return StepForces(self, numbers, terms, at, size, diagonal)
 
     def correction(self, q: Array, scheme: StepScheme) -> tuple[Array, Array]:
-        """U, shape (rank, size), and D, shape (rank, rank), of the low-rank part ``U' D U`` of the effective stiffness."""
+        """U, shape (rank, size), and D, (rank, rank), of the low-rank part ``U' D U`` of the effective stiffness."""
         damping = self.products.matrix
         return damping.vectors, np.diag(scheme.weight * scheme.velocity.d * damping.coefficients)
 

@@ -1,7 +1,7 @@
 r"""Equation of motion of a structure on a free hub [theory.md 9], for the steps of any method.
 
 The elastic unknowns are those of any run. With M and P of the structure alone, r = (a0, dw) the hub's accelerations
-and B(q), R(q) of `momentum`,
+and B(q), R(q) of `tautflex.solvers.transient.free_hub.momentum`,
 
     M ddq + B' r + P(q, dq, w) = 0,    R r = W - B ddq - c(q, dq, w),
 
@@ -17,7 +17,8 @@ and ddq_e is what enters r_e. Where the forces are those of one instant (g = 1) 
 
 The hub's velocities are not integrated but follow from the momenta, which external forces alone change: by their
 impulse, with the trapezoidal rule, which is of second order like the methods. So free flight keeps linear and angular
-momentum to round-off, whatever step, method and tolerance.
+momentum to round-off, whatever step, method and tolerance. W is the wrench of all external forces: those on the hub,
+on the nodes of the structure and on its held nodes.
 
 The effective stiffness loses ``c B' R^-1 B``, with c the factor of M in it for every g: a correction of rank six.
 """
@@ -44,17 +45,16 @@ from tautflex.solvers.transient.equation import (
     StepNumbers,
     hermite,
 )
-from tautflex.solvers.transient.free_hub.momentum import (
-    Body,
+from tautflex.solvers.transient.free_hub.balance import (
     RigidState,
     add_forces_at_rates,
     add_hub_forces,
     end_hub,
     inertial,
     motion_at,
-    rigid_blocks,
     rigid_parts,
 )
+from tautflex.solvers.transient.free_hub.momentum import Body, rigid_blocks
 from tautflex.solvers.transient.methods.scheme import StepScheme
 from tautflex.solvers.transient.probes import ProbeSet
 
@@ -118,16 +118,37 @@ class HubEquation(EquationOfMotion):
         size = self.system.size
         self._at_rest = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(size))
         self._mobile = LowRankUpdate(self._mass_factor)
-        self._constant_wrench = None if self.hub.feedback else self.hub.wrench()
+        self._constant = None if self.hub.feedback else self.hub.wrench()
+        self._held = np.zeros(6)
+        model = self.system.model
+        dofs, turning = model.translation_dofs, np.flatnonzero(np.diff(model.dof_offset) == 6)
+        self._moves = self.system.place[dofs]
+        self._turns = self.system.place[model.dof_offset[turning][:, None] + np.arange(3, 6)]
+
+    def set_time(self, time: float, before: float = np.inf) -> None:
+        """Apply the inputs of an instant, those on held nodes too; a jump at ``before`` is not met yet."""
+        super().set_time(time, before)
+        if self.inputs:
+            self._held = self.inputs.held_wrench(min(time, float(np.nextafter(before, -np.inf))))
+
+    def nodal_wrench(self, q: Array) -> Array:
+        """Force, and torque about O, of the inputs at the instant that is set, hub axes, shape (6,)."""
+        if not self.input_load.any():
+            return self._held
+        load, moved = np.append(self.input_load, 0.0), np.append(q, 0.0)
+        forces, arms = load[self._moves], self.system.model.nodes + moved[self._moves]
+        torque = np.cross(arms, forces).sum(axis=0) + load[self._turns].sum(axis=0)
+        return self._held + np.concatenate([forces.sum(axis=0), torque])
 
     def wrench(self, time: float, rigid: Array, q: Array, v: Array) -> Array:
-        """Force, and torque about O, on the hub at an instant, hub axes, shape (6,)."""
-        if self._constant_wrench is not None:
-            return self._constant_wrench
+        """Force, and torque about O, of everything outside at an instant, hub axes, shape (6,)."""
+        nodal = self.nodal_wrench(q)
+        if self._constant is not None:
+            return self._constant + nodal
         attitude, position, twist = rigid_parts(rigid)[:3]
         velocity = rotations.matrix(attitude) @ twist[:3]
         reading = self.probes.read(q), self.probes.read(v)
-        return self.hub.wrench(HubState(time, attitude, twist[3:], position, velocity, *reading))
+        return self.hub.wrench(HubState(time, attitude, twist[3:], position, velocity, *reading)) + nodal
 
     def blocks(self, q: Array) -> tuple[Array, Array]:
         """R(q), shape (6, 6), and B(q), shape (6, size)."""
@@ -173,7 +194,8 @@ class HubEquation(EquationOfMotion):
         add_forces_at_rates(self.body, at.q, at.v, np.zeros_like(at.q), at.rigid, forces)
         if not self._mass_factor.ready:
             self._mass_factor.factorize(self.inertia.mass_entries)
-        self._mobile.correct(coupling, -np.linalg.inv(mass))
+        inverse: Array = np.linalg.inv(mass)
+        self._mobile.correct(coupling, -inverse)
         a = self._mobile.solve(-forces)
         rigid = add_forces_at_rates(self.body, at.q, at.v, a, at.rigid, forces)
         forces = -self.products.mass_product(a)
@@ -310,13 +332,11 @@ class HubForces(StepForces):
     def residual(self, x: Array) -> tuple[Array, float, float, float]:
         """As of `StepForces`, with the forces of the hub's motion that balances the momenta of the increment."""
         residual, _, scale, inertia = super().residual(x)
-        equation, wrench = self.equation, self.equation._constant_wrench
-        if wrench is None:
-            q, v, a = motion_at(self._factors, x, *self._start)
-            wrench = self._settled(self._reach, q, v, a, self._rigid)
+        q, v, a = motion_at(self._factors, x, *self._start)
+        wrench = self._settled(self._reach, q, v, a, self._rigid)
         self._rigid, load, norm = add_hub_forces(
-            equation.body, self._factors, x, *self._start, self.at.rigid, self._reach, wrench, self._rigid[7:13],
-            self._scheme.weight, residual,
+            self.equation.body, q, v, a, self.at.rigid, self._reach, wrench, self._rigid[7:13], self._scheme.weight,
+            residual,
         )  # fmt: skip
         self._point = x
         return residual, norm, max(scale, load), inertia
@@ -325,14 +345,15 @@ class HubForces(StepForces):
         """Wrench at ``reach`` [s] after the start where it agrees with the motion that it leads to, shape (6,)."""
         equation, time = self.equation, min(self.at.time + reach, float(np.nextafter(self._before, -np.inf)))
         wrench, last = equation.wrench(time, rigid, q, v), np.inf
-        while True:
+        while equation.hub.feedback:
             rigid = end_hub(equation.body, q, v, a, self.at.rigid, reach, wrench, rigid[7:13])
             before, wrench = wrench, equation.wrench(time, rigid, q, v)
             change = float(np.abs(wrench - before).max())
             # Down to round-off, where the changes stop falling.
             if not 1e-16 * float(np.abs(wrench).max()) < change < last:
-                return wrench
+                break
             last = change
+        return wrench
 
     def end(self, x: Array, residual: Array) -> HubMotion:
         """State at the end of the step whose increment leaves this residual."""
@@ -343,10 +364,9 @@ class HubForces(StepForces):
         if weight < 1.0:
             balanced = a = motion_at(self._factors, x, *self._start)[2]
         if self._scheme.evaluation != 1.0 or x is not self._point:
+            equation.set_time(elastic.time, self._before)
             guess = self._guess(size)
-            wrench = equation._constant_wrench
-            if wrench is None:
-                wrench = self._settled(size, q, v, a, guess)
+            wrench = self._settled(size, q, v, a, guess)
             rigid = end_hub(equation.body, q, v, a, at.rigid, size, wrench, guess[7:13])
         power = equation.power(rigid, v)
         return HubMotion(

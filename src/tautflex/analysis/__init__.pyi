@@ -1,0 +1,13 @@
+from .mac import mac as mac
+from .mac import mac_table as mac_table
+from .pod import dominant_shape as dominant_shape
+from .pod import pod as pod
+from .record import Record as Record
+from .record import UniformRecord as UniformRecord
+from .record import maneuver_end as maneuver_end
+from .record import uniform_record as uniform_record
+from .spectrum import PeakFrequency as PeakFrequency
+from .spectrum import amplitude as amplitude
+from .spectrum import dominant_frequency as dominant_frequency
+from .spectrum import spectrum as spectrum
+from .wavelet import scalogram as scalogram

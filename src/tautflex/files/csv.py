@@ -1,0 +1,67 @@
+"""Histories of a run as a table of comma-separated values."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import os
+from collections.abc import Hashable, Iterator
+from pathlib import Path
+
+import xarray as xr
+
+from tautflex.errors import InputError
+
+
+def write_csv(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
+    """Write everything a run stores over time as a table: one row per step, one column per quantity and probe.
+
+    Headings are like ``w A [m]`` or ``angular_velocity x [rad s-1]``; numbers are written so that they read back
+    exactly. Fields over nodes or elements are left out.
+
+    Parameters
+    ----------
+    dataset
+        ``run.data``.
+    path
+        File to write, usually ``*.csv``; missing folders are made.
+
+    Returns
+    -------
+    pathlib.Path
+        The file written.
+
+    Raises
+    ------
+    InputError
+        If the dataset has no time.
+    OSError
+        If the file cannot be written.
+    """
+    if "time" not in dataset.coords:
+        raise InputError("dataset: expected the results of a run, got none over time; give run.data or run.nc")
+    columns = [("time", dataset["time"]), *_histories(dataset)]
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with target.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(
+            [f"{title} [{values.attrs['units']}]" if "units" in values.attrs else title for title, values in columns]
+        )
+        table.writerows(zip(*(values.values.tolist() for _, values in columns), strict=True))
+    return target
+
+
+def _histories(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
+    """Columns: the variables over time, taken apart along probes, components and other labels."""
+    for name, values in dataset.data_vars.items():
+        others = [dim for dim in values.dims if dim != "time"]
+        if (
+            "time" not in values.dims
+            or any(dim not in dataset.coords for dim in others)
+            or values.dtype.kind not in "biuf"
+        ):
+            continue
+        for labels in itertools.product(*(dataset[dim].values.tolist() for dim in others)):
+            chosen: dict[Hashable, object] = dict(zip(others, labels, strict=True))
+            yield " ".join([str(name), *map(str, labels)]), values.sel(chosen)

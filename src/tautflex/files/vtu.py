@@ -1,0 +1,175 @@
+"""Stored fields for ParaView, VisIt and PyVista: an unstructured grid per instant (.vtu), listed in a series (.pvd)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TypeAlias
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from pyevtk.vtk import VtkFile, VtkUnstructuredGrid, np_to_vtk
+
+from tautflex.errors import InputError
+
+Fields: TypeAlias = Mapping[str, NDArray[np.generic]]
+Cells: TypeAlias = tuple[NDArray[np.int64], int]
+"""Point numbers of like cells, shape (cell, point), and VTK's number of their type."""
+
+# Kinds of cells and VTK's number of their type, in the order in which they are written; the cell field "kind" counts
+# them in this order.
+CELL_TYPES = {"triangle": 5, "cable": 3, "beam": 3}
+_SERIES = ("field_time", "mode")
+
+
+def write_vtu(dataset: xr.Dataset, directory: str | os.PathLike[str], name: str = "run") -> list[Path]:
+    """Write the stored fields of a run, or mode shapes, for ParaView.
+
+    Points stand in the reference position; ParaView's filter "Warp By Vector" moves them by ``displacement``.
+    Every variable over the nodes becomes point data, every one over the film's triangles, cables or beams cell data
+    (NaN, or -1 for integers, on cells of the other kinds); ``kind`` tells film 0, cables 1 and beams 2 apart. Mode
+    shapes are a series over the mode's number.
+
+    Parameters
+    ----------
+    dataset
+        ``run.data`` with stored fields, or ``modes.to_dataset()``.
+    directory
+        Where ``<name>.pvd`` and the folder ``<name>_vtu`` go; created if missing.
+    name
+        Stem of the files.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The PVD file, then the VTU files in time.
+
+    Raises
+    ------
+    InputError
+        If the dataset holds no fields or no mesh.
+    OSError
+        If the files cannot be written.
+    """
+    series = _require_fields(dataset)
+    steps = dataset[series].values
+    points = np.asarray(dataset["node_position"].values, dtype=float)
+    cells = [(np.asarray(dataset[kind].values, dtype=np.int64), number) for kind, number in CELL_TYPES.items()]
+    counts = [len(corners) for corners, _ in cells]
+    kinds = np.repeat(np.arange(len(cells), dtype=np.int32), counts)
+    owners = {str(dataset[kind].dims[0]): place for place, kind in enumerate(CELL_TYPES)}
+    folder = Path(directory) / f"{name}_vtu"
+    folder.mkdir(parents=True, exist_ok=True)
+    files = [folder / f"{name}_{step:0{max(4, len(str(len(steps))))}d}.vtu" for step in range(len(steps))]
+    for step, file in enumerate(files):
+        instant = dataset.isel({series: step})
+        of_cells = dict(_cell_fields(instant, owners, counts))
+        write_grid(file, points, cells, dict(_point_fields(instant)), {"kind": kinds} | of_cells)
+    collection = Path(directory) / f"{name}.pvd"
+    _write_collection(collection, [f"{folder.name}/{file.name}" for file in files], [float(step) for step in steps])
+    return [collection, *files]
+
+
+def write_grid(
+    path: Path, points: NDArray[np.float64], cells: Sequence[Cells], point_data: Fields, cell_data: Fields
+) -> None:
+    """Write one grid.
+
+    Parameters
+    ----------
+    path
+        File, ``*.vtu``.
+    points
+        Positions [m], shape (point, 3).
+    cells
+        Groups of like cells.
+    point_data, cell_data
+        Fields by name, shapes (point,) or (point, component), and the same for cells in the order of the groups.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    sizes = np.concatenate([np.full(len(corners), corners.shape[1], dtype=np.int64) for corners, _ in cells])
+    topology = {
+        "connectivity": np.concatenate([corners.ravel() for corners, _ in cells]),
+        "offsets": np.cumsum(sizes),
+        "types": np.concatenate([np.full(len(corners), number, dtype=np.uint8) for corners, number in cells]),
+    }
+    sections = {"Points": {"points": points}, "Cells": topology, "PointData": point_data, "CellData": cell_data}
+    tables = {tag: {name: _storable(values) for name, values in fields.items()} for tag, fields in sections.items()}
+    # pyevtk's functions of a higher level know scalars and triples only; headers take any number of components.
+    file = VtkFile(str(path.with_suffix("")), VtkUnstructuredGrid)
+    file.openGrid()
+    file.openPiece(npoints=len(points), ncells=len(sizes))
+    for tag, fields in tables.items():
+        file.openElement(tag)
+        for name, values in fields.items():
+            components = values.shape[1] if values.ndim == 2 else 1
+            file.addHeader(escape(name, {'"': "&quot;"}), values.dtype.name, len(values), components)
+        file.closeElement(tag)
+    file.closePiece()
+    file.closeGrid()
+    for fields in tables.values():
+        for values in fields.values():
+            file.appendData(values.ravel())
+    file.save()
+
+
+def _write_collection(path: Path, files: Sequence[str], times: Sequence[float]) -> None:
+    """List files, relative to ``path``, with their times [s]; pyevtk's own writer does not escape names."""
+    rows = "".join(
+        f'<DataSet timestep="{time!r}" part="0" file={quoteattr(file)}/>\n'
+        for file, time in zip(files, times, strict=True)
+    )
+    text = f'<VTKFile type="Collection" version="1.0">\n<Collection>\n{rows}</Collection>\n</VTKFile>\n'
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _storable(values: NDArray[np.generic]) -> NDArray[np.generic]:
+    """The same numbers in a type that VTK has."""
+    if values.dtype.kind == "b":
+        return values.astype(np.uint8)
+    return values if values.dtype.name in np_to_vtk else values.astype(np.float64)
+
+
+def _require_fields(dataset: xr.Dataset) -> str:
+    """Dimension of the series, or InputError."""
+    missing = [name for name in ("node_position", *CELL_TYPES) if name not in dataset]
+    if missing:
+        raise InputError(f"dataset: expected the mesh of a run, got none ({missing[0]} is missing); give run.data")
+    series = next((dim for dim in _SERIES if dim in dataset.dims), None)
+    if series is None or not dataset.sizes[series]:
+        raise InputError(
+            'dataset: expected stored fields, got none; run again with output.fields = "all" or a list of instants'
+        )
+    return series
+
+
+def _point_fields(instant: xr.Dataset) -> Iterator[tuple[str, NDArray[np.generic]]]:
+    for name, values in instant.data_vars.items():
+        if name != "node_position" and values.dims[:1] == ("node",) and values.ndim <= 2 and _numeric(values):
+            yield str(name), values.values
+
+
+def _cell_fields(
+    instant: xr.Dataset, owners: dict[str, int], counts: list[int]
+) -> Iterator[tuple[str, NDArray[np.generic]]]:
+    start = np.concatenate([[0], np.cumsum(counts)])
+    for name, values in instant.data_vars.items():
+        place = owners.get(str(values.dims[0])) if values.dims else None
+        if place is None or name in CELL_TYPES or values.ndim > 2 or not _numeric(values):
+            continue
+        own = values.values
+        whole = own.dtype.kind in "iu"
+        filled = np.full((start[-1], *own.shape[1:]), -1 if whole else np.nan, dtype=np.int64 if whole else float)
+        filled[start[place] : start[place + 1]] = own
+        yield str(name), filled
+
+
+def _numeric(values: xr.DataArray) -> bool:
+    return values.dtype.kind in "biuf"

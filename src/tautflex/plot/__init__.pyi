@@ -1,0 +1,13 @@
+from .campbell import plot_campbell as plot_campbell
+from .campbell import save_campbell as save_campbell
+from .history import plot_time_history as plot_time_history
+from .history import save_time_history as save_time_history
+from .modes import plot_modes as plot_modes
+from .modes import save_modes as save_modes
+from .shapes import plot_shapes as plot_shapes
+from .shapes import save_shapes as save_shapes
+from .spectrum import plot_spectrum as plot_spectrum
+from .spectrum import save_spectrum as save_spectrum
+from .style import save_figure as save_figure
+from .timefrequency import plot_scalogram as plot_scalogram
+from .timefrequency import save_scalogram as save_scalogram

@@ -1,0 +1,66 @@
+"""`tautflex reproduce` as a command: what it prints, writes, refuses and leaves for the next call."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import pytest
+
+from tautflex.cli import main
+from tautflex.paper import engine
+from tautflex.paper.tables import published
+from tautflex.solvers.transient.status import Status
+
+
+def call(tmp_path, *words):
+    return main(["reproduce", *words, "--quick", "--workers", "1", "-o", str(tmp_path)])
+
+
+def test_tables_and_figures_without_runs(tmp_path, capsys):
+    assert call(tmp_path, "--table", "2", "--figure", "3", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    rows = found["tables"]["2"]
+    assert [row["paper"] for row in rows] == [row["frequency"] for row in published.table(2)]
+    assert all(abs(row["ours"] / row["paper"] - 1.0) < 0.02 for row in rows)
+    assert [path.name for path in (tmp_path / "figures").iterdir()] == ["figure_3.png"]
+    with (tmp_path / "comparison.csv").open(encoding="utf-8", newline="") as file:
+        listed = [line for line in csv.DictReader(file) if line["table"] == "2"]
+    assert [line["ours"] for line in listed] == [f"{row['ours']:.6g}" for row in rows]
+    assert call(tmp_path, "--table", "2") == 0
+    card = capsys.readouterr().out
+    assert f"{rows[0]['ours']:.4f}" in card
+    assert "comparison.csv" in card
+
+
+@pytest.mark.slow
+def test_a_second_call_uses_the_runs_of_the_first(tmp_path, capsys, monkeypatch):
+    assert call(tmp_path, "--table", "7", "--json") == 0
+    first = json.loads(capsys.readouterr().out)
+    assert len(list((tmp_path / "runs").glob("*.nc"))) == 3
+    monkeypatch.setattr(engine, "perform_one", lambda spec, directory: pytest.fail(f"{spec.name} performed again"))
+    assert call(tmp_path, "--table", "7", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["tables"] == first["tables"]
+
+
+def test_interruption_is_one_line_and_a_status(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(engine, "perform_one", lambda spec, directory: (Status.INTERRUPTED.value, ""))
+    assert call(tmp_path, "--table", "7") == 130
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.splitlines()[-1].endswith("repeat the command to go on")
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--table", "5"], "--table: expected one of"),
+        (["--figure", "99"], "--figure: expected one of"),
+        (["--table", "convergence"], "leave out --quick"),
+        (["--table", "2", "--workers", "0"], "--workers: expected a number >= 1"),
+    ],
+)
+def test_refusals(tmp_path, capsys, words, told):
+    assert main(["reproduce", "--quick", *words, "-o", str(tmp_path / "out")]) == 2
+    assert told in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
