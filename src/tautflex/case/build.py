@@ -12,10 +12,11 @@ from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Maneuver
 from tautflex.reduction.bases.basis import ModalBasis
 from tautflex.solvers.transient.adaptive import Adaptive
-from tautflex.solvers.transient.explicit import CentralDifference
+from tautflex.solvers.transient.explicit import ExplicitMethod
+from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
 from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
-from tautflex.solvers.transient.methods.scheme import ExplicitMethod, ImplicitMethod
+from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.methods.wilson import WilsonTheta
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
@@ -24,7 +25,7 @@ from tautflex.structure.model import Model
 if TYPE_CHECKING:
     from tautflex.case import Case
 
-METHODS: dict[str, Callable[..., ImplicitMethod | ExplicitMethod]] = {
+METHODS: dict[str, Callable[..., Method | ExplicitMethod]] = {
     "wilson-theta": WilsonTheta,
     "generalized-alpha": GeneralizedAlpha,
     "newmark": Newmark,
@@ -130,7 +131,7 @@ def build_maneuver(case: Case) -> Maneuver:
     return maneuver_of(case.maneuver)
 
 
-def build_method(case: Case) -> ImplicitMethod | ExplicitMethod:
+def build_method(case: Case) -> Method | ExplicitMethod:
     """Build the integrator of a case."""
     return METHODS[case.solver.method](**case.solver.options)
 

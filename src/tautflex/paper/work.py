@@ -17,8 +17,8 @@ from tautflex.files import netcdf
 from tautflex.paper.cases.catalogue import RunSpec
 from tautflex.paper.finished_runs import keep
 from tautflex.solvers.static.prestress import solve_prestress
-from tautflex.solvers.transient.simulate import Run, simulate
-from tautflex.solvers.transient.status import Status
+from tautflex.solvers.transient.simulate import simulate
+from tautflex.solvers.transient.status import Run, Status
 
 Progress = Callable[[float, str], None]
 _STOP: list[Event] = []  # set once by `start_worker`, in worker processes only

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.motion.kinematics import Segment
-from tautflex.solvers.transient.driver import GridDriver
+from tautflex.solvers.transient.driver import GridDriver, ImplicitStep
 from tautflex.solvers.transient.equation import MotionState
-from tautflex.solvers.transient.implicit import Stepper
-from tautflex.solvers.transient.methods.scheme import Combination, ImplicitMethod
+from tautflex.solvers.transient.methods.scheme import Method, amplification
 
 Array = NDArray[np.float64]
 
@@ -79,7 +78,7 @@ class Adaptive:
         return low, high
 
 
-def error_constant(method: ImplicitMethod) -> float:
+def error_constant(method: Method) -> float:
     """Local error of a method over ``(angular frequency * step)^3`` for an undamped oscillator.
 
     Parameters
@@ -90,25 +89,11 @@ def error_constant(method: ImplicitMethod) -> float:
     Returns
     -------
     float
-        From the principal root of the method's amplification matrix at 0.1 rad per step, which it should turn by
-        ``exp(0.1 i)``; 1/12 for the trapezoidal rule. For a method of first order it grows like 1/step.
+        From the principal root of the method's amplification matrix at 0.1 rad per step, all stages of it, which it
+        should turn by ``exp(0.1 i)``; 1/12 for the trapezoidal rule. For a method of first order it grows like 1/step.
     """
     phase = 0.1
-    scheme = method.scheme(1.0)
-
-    def value(part: Combination, start: Array) -> float:
-        return part.v * float(start[1]) + part.a * float(start[2])
-
-    columns = []
-    for start in np.eye(3):
-        spring = phase**2
-        # P at the evaluation instant is spring * (q + d); the rest of the weight is the force at the start.
-        known = value(scheme.inertia, start) + spring * float(start[0])
-        increment = -known / (scheme.inertia.d + scheme.weight * spring)
-        parts = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
-        end = [part.d * increment + value(part, start) for part in parts]
-        columns.append([float(start[0]) + end[0], end[1], end[2]])
-    roots = np.linalg.eigvals(np.array(columns).T)
+    roots = np.linalg.eigvals(amplification(method, phase))
     exact = np.exp(1j * phase)
     return float(np.abs(roots - exact).min()) / phase**3
 
@@ -131,7 +116,7 @@ class AdaptiveDriver(GridDriver):
     """
 
     def __init__(
-        self, stepper: Stepper, segments: tuple[Segment, ...], step: float, end_time: float, control: Adaptive
+        self, stepper: ImplicitStep, segments: tuple[Segment, ...], step: float, end_time: float, control: Adaptive
     ) -> None:
         super().__init__(stepper, segments, step, 0)
         self._implicit, self._control, self._end_time = stepper, control, end_time

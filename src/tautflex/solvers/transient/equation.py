@@ -20,7 +20,7 @@ from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.transient.methods.scheme import Combination, StepScheme
+from tautflex.solvers.transient.methods.scheme import Combination, Stage, StepScheme
 from tautflex.solvers.transient.status import Statistics
 from tautflex.solvers.transient.step_kernel import assemble_residual, begin_step, end_of_step, step_residual
 
@@ -240,18 +240,19 @@ class EquationOfMotion:
 
 
 class StepNumbers:
-    """Scheme of one step size as compiled code reads it.
+    """Stage of one step size as compiled code reads it.
 
     Parameters
     ----------
-    scheme
-        Coefficients of the method.
+    stage
+        Stage of the method.
     equation
         Equation of motion.
     """
 
-    def __init__(self, scheme: StepScheme, equation: EquationOfMotion) -> None:
-        self.scheme = scheme
+    def __init__(self, stage: Stage, equation: EquationOfMotion) -> None:
+        self.scheme, self.share = stage.scheme, stage.share
+        scheme = stage.scheme
         # Damping in proportion to stiffness resists in the axes of the reference: it does not turn with the structure.
         self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.products.matrix.stiffness)
         ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)

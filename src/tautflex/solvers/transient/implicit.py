@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,7 +14,7 @@ from tautflex.solvers.nonlinear.anderson import SecantMemory
 from tautflex.solvers.nonlinear.newton import NewtonOutcome, relative_error, solve_newton
 from tautflex.solvers.transient.corotation import Corotation
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, StepForces, StepNumbers
-from tautflex.solvers.transient.methods.scheme import ImplicitMethod
+from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.step_kernel import first_guess
 
 Array = NDArray[np.float64]
@@ -42,9 +44,7 @@ class Stepper:
         Newton steps allowed in one step.
     """
 
-    def __init__(
-        self, equation: EquationOfMotion, method: ImplicitMethod, tolerance: float, max_iterations: int = 25
-    ) -> None:
+    def __init__(self, equation: EquationOfMotion, method: Method, tolerance: float, max_iterations: int = 25) -> None:
         self.equation, self.method, self.tolerance, self._max_iterations = equation, method, tolerance, max_iterations
         self._pattern = equation.system.pattern
         self._factor = SymmetricFactorization(self._pattern)
@@ -52,34 +52,47 @@ class Stepper:
         self._factor_size, self._factor_inertia = 0.0, 0.0
         self._fewest_iterations, self._lost_iterations, self._judged = 0, 0, 0
         # Tangents that do not turn keep linear momentum to round-off at any tolerance, as conserving methods should.
-        self._corotation = None if method.scheme(1.0).average_stress else Corotation(equation.system)
+        self._corotation = None if method.average_stress else Corotation(equation.system)
         self._refresh_cost = _REFRESH_COST_UNTURNED if self._corotation is None else _REFRESH_COST
         self._memory = SecantMemory(axes=self._corotation)
-        self._numbers: tuple[float, StepNumbers] | None = None
+        self._numbers: dict[int, tuple[float, StepNumbers]] = {}
         self._largest_scale = 0.0
         self._diagonal = equation.state.tangent_entries[self._pattern.diagonal]
 
-    def step(self, at: MotionState, size: float, segment: Segment) -> tuple[MotionState, NewtonOutcome]:
-        """Advance by ``size`` inside one smooth segment.
+    def step(
+        self,
+        at: MotionState,
+        size: float,
+        segment: Segment,
+        place: int = 0,
+        recalled: tuple[Array, Array] | None = None,
+    ) -> tuple[MotionState, NewtonOutcome]:
+        """Advance by one stage of a step inside one smooth segment; a method of one stage is done then.
 
         Parameters
         ----------
         at
-            Start of the step.
+            Start of the stage.
         size
-            Step size [s].
+            Size of the whole step [s].
         segment
-            Stretch of the maneuver; evaluated at the method's evaluation instant.
+            Stretch of the maneuver; evaluated at the stage's evaluation instant.
+        place
+            Number of the stage.
+        recalled
+            What the stage takes for velocity and acceleration at its start, see `Stage`; None: those of ``at``.
 
         Returns
         -------
         tuple
-            The state at the end of the step (its start unless converged) and the Newton outcome.
+            The state at the end of the stage (its start unless converged) and the Newton outcome.
         """
-        numbers, statistics = self.numbers(size), self.equation.statistics
-        forces = self.equation.step_forces(numbers, at, size, segment, self._diagonal)
+        numbers, statistics = self.numbers(size, place), self.equation.statistics
+        part = numbers.share * size
+        start = at if recalled is None else replace(at, v=recalled[0], a=recalled[1])
+        forces = self.equation.step_forces(numbers, start, part, segment, self._diagonal)
         problem = _StepProblem(self, forces, size)
-        guess = first_guess(numbers.scheme.evaluation * size, at.v, at.a, _NONE if at.jerk is None else at.jerk)
+        guess = first_guess(numbers.scheme.evaluation * part, at.v, at.a, _NONE if at.jerk is None else at.jerk)
         if self._corotation is not None:
             self._corotation.follow(at.q + guess, numbers.turning_share)
         outcome = solve_newton(problem, guess, self.tolerance, self._max_iterations, self._memory)
@@ -89,7 +102,10 @@ class Stepper:
         if not outcome.converged:
             return at, outcome
         self._largest_scale = max(self._largest_scale, problem.scale)
-        return forces.end(outcome.x, outcome.residual), outcome
+        end = forces.end(outcome.x, outcome.residual)
+        if recalled is not None:
+            end.jerk = (end.a - at.a) / part
+        return end, outcome
 
     def _judge_factor(self, iterations: int) -> None:
         """Drop the factorization once the iterations that its age cost would have paid for a new one."""
@@ -102,11 +118,11 @@ class Stepper:
         if self._lost_iterations > self._refresh_cost:
             self._factor_size = 0.0
 
-    def numbers(self, size: float) -> StepNumbers:
-        """What follows from the step size alone; kept while it stays."""
-        if self._numbers is None or self._numbers[0] != size:
-            self._numbers = size, StepNumbers(self.method.scheme(size), self.equation)
-        return self._numbers[1]
+    def numbers(self, size: float, place: int = 0) -> StepNumbers:
+        """What a stage knows from the step size alone; kept while it stays."""
+        if self._numbers.get(place, (0.0,))[0] != size:
+            self._numbers[place] = size, StepNumbers(self.method.stages(size)[place], self.equation)
+        return self._numbers[place][1]
 
     def refresh(self, forces: StepForces, x: Array, size: float) -> None:
         """Factorize the symmetric part of the effective stiffness at an increment.
@@ -148,9 +164,14 @@ class Stepper:
 
         return self.equation.errors(at, end, share, smoothed)
 
+    @property
+    def factors(self) -> tuple[SymmetricFactorization, ...]:
+        """Factorizations whose work counts."""
+        return (self._factor,)
+
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
-        self.equation.count(self._factor)
+        self.equation.count(*self.factors)
 
 
 class _StepProblem:

@@ -71,7 +71,7 @@ class HubFlight:
         equation.set_time(at.time)
         strain = equation.workspace.strain_energy(at.q) - float(equation.state.reference_force @ at.q)
         motion = equation.motion(at, driver.segment_at(at.time))
-        recorder.store(at.time, at.q, at.v, motion, (equation.kinetic_energy(at), strain))
+        recorder.store(at.time, at.q, at.v, motion, equation.kinetic_energy(at), strain)
         vectors = np.array([hub.position, at.velocity, hub.momentum[:3], hub.momentum[3:]])
         self._samples.append((hub.attitude, vectors, at.work))
 
