@@ -20,6 +20,7 @@ from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.maneuvers import Stop
 from tautflex.solvers.transient.driver import GridDriver
+from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.probes import place_probes
 from tautflex.solvers.transient.recorder import Recorder
@@ -59,7 +60,7 @@ def antenna(name: str, divisions: tuple[int, int]) -> tf.Model:
 def measure(name: str, divisions: tuple[int, int], rate: float, duration: float, seconds: float, step: float):
     """Time a run slice by slice beside back-substitutions with its own factors."""
     state = tf.solve_prestress(antenna(name, divisions))
-    stepper = Stepper(state, tf.WilsonTheta(), Rayleigh(0.001, 0.001), Coupling(), 1e-6)
+    stepper = Stepper(EquationOfMotion(state, Rayleigh(0.001, 0.001), Coupling()), tf.WilsonTheta(), 1e-6)
     maneuver = Stop(rate, duration)
     driver = GridDriver(stepper, maneuver.segments(), step, 8)
     flight = _Flight(state, maneuver, stepper, Coupling())

@@ -23,9 +23,12 @@ from tautflex.reduction.hyper.basis import two_part_basis
 from tautflex.reduction.hyper.blocks import basis_blocks, blocks_store, chosen_blocks
 from tautflex.reduction.hyper.forces import HyperPlant
 from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights
+from tautflex.reduction.marching.simulation import solve_reduced
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.projection import Coefficients, project_moments
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.problem import Progress, TransientProblem
+from tautflex.solvers.transient.status import Run
 
 Array = NDArray[np.float64]
 
@@ -101,6 +104,10 @@ class HyperReducedModel(OnBasis):
             reference[:-1],
             stresses,
         )
+
+    def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
+        """Answer a problem whose plant it is."""
+        return solve_reduced(self, problem, progress)
 
     @property
     def memory(self) -> int:
