@@ -194,8 +194,7 @@ class HubEquation(EquationOfMotion):
         add_forces_at_rates(self.body, at.q, at.v, np.zeros_like(at.q), at.rigid, forces)
         if not self._mass_factor.ready:
             self._mass_factor.factorize(self.inertia.mass_entries)
-        inverse: Array = np.linalg.inv(mass)
-        self._mobile.correct(coupling, -inverse)
+        self._mobile.correct(coupling, -np.asarray(np.linalg.inv(mass), dtype=np.float64))
         a = self._mobile.solve(-forces)
         rigid = add_forces_at_rates(self.body, at.q, at.v, a, at.rigid, forces)
         forces = -self.products.mass_product(a)
