@@ -13,11 +13,12 @@ from tautflex.errors import InputError, NotConvergedError, UnsupportedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
-from tautflex.reduction.marching import steps
 from tautflex.reduction.marching.dispatch import internal_force, tangent
 from tautflex.reduction.marching.frame_terms import ReducedMoments, frame_at, frame_terms, sample
 from tautflex.reduction.marching.loads import InputLoads
 from tautflex.reduction.marching.schedule import Stretch, stretches
+from tautflex.reduction.marching.steps import march, march_explicit
+from tautflex.reduction.marching.work import EXPLICIT, StageNumbers, new_work, stage_numbers
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import Frame, companion_forces, rows_from, total_force
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
@@ -73,8 +74,8 @@ class ReducedRun:
         self.stored = np.union1d(np.arange(0, problem.count + 1, problem.every), fields)
         self.eta, self.rate = np.zeros((2, len(self.stored), rom.size))
         self.reached = 0
-        self._work = steps.new_work(rom.size, (0,) if self._method is None else self._method.tangents)
-        self._march = steps.march_explicit if self._method is None else steps.march
+        self._work = new_work(rom.size, (0,) if self._method is None else self._method.tangents)
+        self._march = march_explicit if self._method is None else march
         self._halvings = 0
 
     @property
@@ -151,13 +152,13 @@ class ReducedRun:
                 return False
         return True
 
-    def _stages(self, size: float) -> tuple[steps.Coefficients, ...]:
+    def _stages(self, size: float) -> tuple[StageNumbers, ...]:
         """Plain numbers of a step of a size [s]."""
         if self._method is None:
-            return (steps.EXPLICIT._replace(size=size, step=size),)
-        return steps.coefficients(self._method, size)
+            return (EXPLICIT._replace(size=size, step=size),)
+        return stage_numbers(self._method, size)
 
-    def _frames(self, segment: Segment, starts: Array, stages: tuple[steps.Coefficients, ...]) -> Frame:
+    def _frames(self, segment: Segment, starts: Array, stages: tuple[StageNumbers, ...]) -> Frame:
         """Terms of the moving frame and inputs for every stage of steps inside one segment."""
         into = np.cumsum([0.0, *(stage.size for stage in stages[:-1])])
         offsets = into + np.array([stage.evaluation * stage.size for stage in stages])
