@@ -52,10 +52,11 @@ if TYPE_CHECKING:
     from tautflex.mechanics.membrane import film_states
     from tautflex.motion.attitude import attitude
     from tautflex.motion.coupling import Coupling
+    from tautflex.motion.fixed_axis import FixedAxis, RateFormula, Slew, SpinUp, Stop
     from tautflex.motion.hub import FreeHub, HubState
-    from tautflex.motion.maneuvers import AtRest, Stop
+    from tautflex.motion.kinematics import AtRest, Maneuver, RigidMotion, Segment
+    from tautflex.motion.profiles import Stretch, UnitStep
     from tautflex.motion.sequence import Sequence
-    from tautflex.motion.slew import Slew, SpinUp
     from tautflex.motion.tabulated import Tabulated
     from tautflex.motion.translation import BaseAcceleration
     from tautflex.reduction.bases.basis import ModalBasis, PodBasis
@@ -94,11 +95,13 @@ __all__ = [
     "EdgeForce",
     "EnergyConserving",
     "FilmTemperature",
+    "FixedAxis",
     "FreeHub",
     "GeneralizedAlpha",
     "HubState",
     "HyperReducedModel",
     "InputError",
+    "Maneuver",
     "Material",
     "MembraneSection",
     "MeshData",
@@ -112,15 +115,20 @@ __all__ = [
     "PodBasis",
     "PressureLoad",
     "PrestressError",
+    "RateFormula",
     "Rayleigh",
     "ReducedModel",
+    "RigidMotion",
+    "Segment",
     "Sequence",
     "Slew",
     "SpinUp",
     "Stop",
+    "Stretch",
     "Support",
     "Tabulated",
     "TautflexError",
+    "UnitStep",
     "UnsupportedError",
     "WilsonTheta",
     "__version__",
@@ -214,15 +222,24 @@ _NAMES_OF_MODULE = {
         "FreeHub",
         "HubState",
     ),
-    "motion.maneuvers": (
-        "AtRest",
-        "Stop",
-    ),
-    "motion.sequence": ("Sequence",),
-    "motion.slew": (
+    "motion.fixed_axis": (
+        "FixedAxis",
+        "RateFormula",
         "Slew",
         "SpinUp",
+        "Stop",
     ),
+    "motion.kinematics": (
+        "AtRest",
+        "Maneuver",
+        "RigidMotion",
+        "Segment",
+    ),
+    "motion.profiles": (
+        "Stretch",
+        "UnitStep",
+    ),
+    "motion.sequence": ("Sequence",),
     "motion.tabulated": ("Tabulated",),
     "reduction.bases.basis": (
         "ModalBasis",

@@ -16,7 +16,7 @@ from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.loads.pressure import nodal_load
 from tautflex.mechanics.membrane import film_states
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.motion.maneuvers import Stop
+from tautflex.motion.fixed_axis import Stop
 from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.equilibrium import solve_static
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress

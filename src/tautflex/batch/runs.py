@@ -25,8 +25,7 @@ from tautflex.batch.steps.implicit import ImplicitWalk
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.kinematics import Maneuver
-from tautflex.motion.maneuvers import AtRest
+from tautflex.motion.kinematics import AtRest, Maneuver
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.explicit import CentralDifference

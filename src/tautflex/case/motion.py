@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from tautflex.case.motion_tables import read_table
 from tautflex.errors import CaseError, InputError
-from tautflex.motion.kinematics import Maneuver
-from tautflex.motion.maneuvers import AtRest, Stop
+from tautflex.motion.fixed_axis import Slew, SpinUp, Stop
+from tautflex.motion.kinematics import AtRest, Maneuver
 from tautflex.motion.sequence import Sequence
-from tautflex.motion.slew import Slew, SpinUp
 from tautflex.motion.tabulated import Tabulated
 from tautflex.motion.translation import BaseAcceleration
 

@@ -22,15 +22,10 @@ from scipy.sparse import csc_array, csr_array
 from tautflex.elements.block import ElementBlock
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.products import PairProducts, add_moments, add_pair_products
+from tautflex.numeric import cross_matrix as cross_matrix
 
 Array = NDArray[np.float64]
 Places = NDArray[np.uint32]
-
-
-def cross_matrix(vector: ArrayLike) -> Array:
-    """Matrix S(v) with S(v) a = v x a, shape (3, 3)."""
-    x, y, z = np.asarray(vector, dtype=float).tolist()
-    return np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
 
 
 class LoadMoments(Protocol):

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.motion.kinematics import Maneuver, Segment
 from tautflex.motion.rotations import IDENTITY, exponential, product
-
-Array = NDArray[np.float64]
+from tautflex.numeric import Array
 
 # Steps per segment at least, so that no short motion inside a long quiet one is stepped over.
 _FEWEST_STEPS = 32

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.mechanics.inertia import cross_matrix
-from tautflex.motion.maneuvers import unit_axis
+from tautflex.motion.kinematics import unit_axis
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.reduction.polynomial.monomials import monomial_sizes
 from tautflex.reduction.polynomial.projection import Factors, mixed_quadratic, weigh

@@ -22,7 +22,7 @@ from tautflex.batch.library import jax
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.maneuvers import unit_axis
+from tautflex.motion.kinematics import unit_axis
 from tautflex.reduction.polynomial.projection import prestress_fields
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.probes import ProbeSet

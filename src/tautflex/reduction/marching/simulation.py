@@ -17,8 +17,7 @@ from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.mechanics.membrane import current_film_states
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
-from tautflex.motion.kinematics import Maneuver, Segment, split_segments
-from tautflex.motion.maneuvers import AtRest
+from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
 from tautflex.reduction.marching.run import ReducedFlight
 from tautflex.reduction.marching.validity import ABOUT, check_validity
 from tautflex.reduction.polynomial.forces import energies

@@ -14,7 +14,7 @@ from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.maneuvers import unit_axis
+from tautflex.motion.kinematics import unit_axis
 from tautflex.solvers.modal.spinning import SpinningModes, solve_spinning_modes
 from tautflex.solvers.static.prestress import PrestressedState
 

@@ -17,8 +17,7 @@ from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
-from tautflex.motion.kinematics import Maneuver, Segment, split_segments
-from tautflex.motion.maneuvers import AtRest
+from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.adaptive import Adaptive, AdaptiveDriver

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from tautflex.mechanics.inertia import InertiaOperator, cross_matrix
 from tautflex.motion.hub import FreeHub
-from tautflex.motion.rotations import cross
+from tautflex.numeric import cross
 
 Array = NDArray[np.float64]
 
