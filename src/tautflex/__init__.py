@@ -59,7 +59,9 @@ if TYPE_CHECKING:
     from tautflex.motion.sequence import Sequence
     from tautflex.motion.tabulated import Tabulated
     from tautflex.motion.translation import BaseAcceleration
-    from tautflex.reduction.bases.basis import ModalBasis, PodBasis
+    from tautflex.reduction.bases.modal_basis import ModalBasis
+    from tautflex.reduction.bases.pod_basis import PodBasis
+    from tautflex.reduction.bases.vectors import Basis, BasisVectors
     from tautflex.reduction.hyper.model import HyperReducedModel, hyper_reduce
     from tautflex.reduction.polynomial.model import ReducedModel, reduce
     from tautflex.solvers.linear.factorization import linear_solver
@@ -84,6 +86,8 @@ __all__ = [
     "Adaptive",
     "AtRest",
     "BaseAcceleration",
+    "Basis",
+    "BasisVectors",
     "Batch",
     "BeamSection",
     "CableSection",
@@ -241,9 +245,11 @@ _NAMES_OF_MODULE = {
     ),
     "motion.sequence": ("Sequence",),
     "motion.tabulated": ("Tabulated",),
-    "reduction.bases.basis": (
-        "ModalBasis",
-        "PodBasis",
+    "reduction.bases.modal_basis": ("ModalBasis",),
+    "reduction.bases.pod_basis": ("PodBasis",),
+    "reduction.bases.vectors": (
+        "Basis",
+        "BasisVectors",
     ),
     "reduction.hyper.model": (
         "HyperReducedModel",

@@ -148,7 +148,7 @@ def test_snapshots_recover_rotations_and_know_what_is_transverse(antenna):
         (lambda: tf.ModalBasis(("w",)), "direction: expected"),
         (lambda: tf.ModalBasis(count=0), "count: expected"),
         (lambda: tf.ModalBasis(threshold=2.0), "threshold"),
-        (lambda: tf.ModalBasis(companions="some"), "companions"),
+        (lambda: tf.ModalBasis(derivatives="some"), "derivatives"),
     ],
 )
 def test_bad_bases(make, words):

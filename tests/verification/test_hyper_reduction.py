@@ -10,7 +10,7 @@ import pytest
 import tautflex as tf
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.membrane import film_states
-from tautflex.reduction.bases.basis import BasisVectors, ritz
+from tautflex.reduction.bases.vectors import BasisVectors, ritz
 from tautflex.reduction.hyper.blocks import basis_blocks
 from tautflex.reduction.hyper.model import HyperReducedModel
 from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights

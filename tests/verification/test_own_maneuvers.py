@@ -72,7 +72,9 @@ def test_a_maneuver_of_segments_runs_in_full_and_reduced_models(rom):
     full, reduced = (tf.simulate(plant, nodding, **OPTIONS).data for plant in (rom.state, rom))
     assert _difference(reduced, full) < 1e-3
     assert nodding.end == 0.0
-    with pytest.raises(tf.UnsupportedError, match=r"maneuver: expected Stop.* another FixedAxis.*, got Nodding") as raised:
+    with pytest.raises(
+        tf.UnsupportedError, match=r"maneuver: expected Stop.* another FixedAxis.*, got Nodding"
+    ) as raised:
         tf.Batch(rom).simulate({"damping.beta": [1e-3]}, nodding, **OPTIONS)
     assert "\n" not in str(raised.value)
 

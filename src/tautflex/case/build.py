@@ -10,7 +10,7 @@ from tautflex.case.motion import maneuver_of
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Maneuver
-from tautflex.reduction.bases.basis import ModalBasis
+from tautflex.reduction.bases.modal_basis import ModalBasis
 from tautflex.solvers.transient.adaptive import Adaptive
 from tautflex.solvers.transient.explicit import CentralDifference
 from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving

@@ -23,7 +23,7 @@ class HyperPlant(NamedTuple):
 
     Parameters
     ----------
-    first, second, viscous, turning_companions
+    first, second, viscous, turning_derivatives
         As in `Plant`, but empty: nothing is condensed.
     mass, damping, linear, turning
         As in `Plant`; ``linear`` is the stiffness of the reference.
@@ -44,7 +44,7 @@ class HyperPlant(NamedTuple):
     linear: Array
     viscous: Array
     turning: Array
-    turning_companions: Array
+    turning_derivatives: Array
     store: tuple[NDArray[Any], ...]
     gradient: Array
     reference: Array

@@ -19,7 +19,7 @@ from tautflex.reduction.marching.dispatch import internal_force, tangent
 from tautflex.reduction.marching.frame_terms import ReducedMoments, frame_at, frame_terms, sample
 from tautflex.reduction.marching.loads import InputLoads
 from tautflex.reduction.marching.schedule import Stretch, stretches
-from tautflex.reduction.polynomial.forces import Frame, companion_forces, rows_from, total_force
+from tautflex.reduction.polynomial.forces import Frame, derivative_forces, rows_from, total_force
 from tautflex.solvers.transient.explicit import CentralDifference
 from tautflex.solvers.transient.methods.scheme import ExplicitMethod, ImplicitMethod
 from tautflex.solvers.transient.status import Statistics
@@ -63,9 +63,7 @@ class ReducedFlight:
         self.rom, self.method, self.coupling, self.damping = rom, method, coupling, damping
         self.plant = rom.plant(damping)
         c = rom.coefficients
-        self.moments = ReducedMoments(
-            np.concatenate([c.first, c.first_stress], axis=2), np.concatenate([c.zeroth, c.zeroth_stress], axis=1)
-        )
+        self.moments = ReducedMoments(c.first, c.zeroth)
         self.inputs = InputLoads(rom, InputSet(rom.state.system, inputs))
         self.explicit = not hasattr(method, "scheme")
         if self.explicit and not isinstance(method, CentralDifference):
@@ -181,7 +179,7 @@ class ReducedFlight:
         work.numbers[2] = 0.0
         if self.explicit:
             stress, other = np.empty(len(self.plant.first)), np.empty(self.rom.size)
-            companion_forces(self.plant, frame, 0, work.q, work.v, stress, other)
+            derivative_forces(self.plant, frame, 0, work.q, work.v, stress, other)
             internal_force(self.plant, work.q, work.v, stress, work.forces)
 
     def check_step(self, time_step: float) -> None:
@@ -223,7 +221,7 @@ class ReducedFlight:
             scale = max(float(np.linalg.norm(frame.load)), 1e-300)
             if float(np.linalg.norm(force)) <= 1e-9 * scale:
                 return q
-            companion_forces(self.plant, frame, 0, q, v, stress, other)
+            derivative_forces(self.plant, frame, 0, q, v, stress, other)
             q = q - np.linalg.solve(tangent(self.plant, q, stress) + turning, force)
         raise NotConvergedError(
             "spinning equilibrium of the reduced model: Newton's method failed; reduce the angular rate or raise the "

@@ -11,16 +11,15 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from tautflex.errors import InputError, NotConvergedError
-from tautflex.mechanics.inertia import cross_matrix
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.modal.labels import FilmSampler, half_wave_labels, symmetry_class
+from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.variables import mesh_variables
 
 Array = NDArray[np.float64]
 
-RIGID_DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 # Shift-invert just below zero: K + shift M is definite for supported and for free structures alike [rad^2/s^2].
 _SHIFT = (2.0 * np.pi * 0.02) ** 2
 
@@ -129,7 +128,7 @@ def solve_modes(state: PrestressedState, n: int = 10) -> Modes:
     flat = translations.reshape(n, -1)
     vectors = vectors * np.sign(flat[np.arange(n), np.abs(flat).argmax(axis=1)])[:, None]
     labels, symmetry = describe_shapes(state, system.translations(vectors))
-    return Modes(state, frequencies, vectors, labels, symmetry, _effective_mass(state, vectors))
+    return Modes(state, frequencies, vectors, labels, symmetry, (vectors @ rigid_loads(system.inertia).T) ** 2)
 
 
 def _lowest_eigenpairs(state: PrestressedState, n: int) -> tuple[Array, Array]:
@@ -180,11 +179,3 @@ def describe_shapes(state: PrestressedState, shapes: Array) -> tuple[list[tuple[
     films = [shape[used] for shape in shapes]
     labels = [half_wave_labels(sampler, film[:, 2], in_plane=film[:, :2]) for film in films]
     return labels, [symmetry_class(sampler, film[:, 2]) for film in films]
-
-
-def _effective_mass(state: PrestressedState, vectors: Array) -> Array:
-    """Squared participation factors of unit rigid accelerations, shape (mode, 6)."""
-    inertia = state.system.inertia
-    loads = [inertia.zeroth_moment[axis] for axis in range(3)]
-    loads += [inertia.load(cross_matrix(np.eye(3)[axis])) for axis in range(3)]
-    return (vectors @ np.array(loads).T) ** 2

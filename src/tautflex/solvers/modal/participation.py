@@ -23,10 +23,10 @@ from scipy.sparse.linalg import splu
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.mechanics.inertia import InertiaOperator, cross_matrix
-from tautflex.solvers.modal.natural import RIGID_DIRECTIONS, Modes
-
-Array = NDArray[np.float64]
+from tautflex.mechanics.inertia import InertiaOperator
+from tautflex.numeric import Array
+from tautflex.solvers.modal.natural import Modes
+from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads, rigid_mass
 
 # Six of them: a structure that is not held at all has no interface to a hub.
 _FREE = 6
@@ -126,29 +126,6 @@ def dynamic_mass(data: xr.Dataset, frequencies: ArrayLike) -> NDArray[np.complex
     gain = s**2 / (s**2 + 2.0 * ratio * natural * s + natural**2)
     participation = data["participation"].values
     return data["rigid_mass"].values - np.einsum("fj,ja,jb->fab", gain, participation, participation)
-
-
-def rigid_loads(inertia: InertiaOperator, point: Array) -> Array:
-    """Rows ``int rho N' e`` and ``int rho N' (e x (x - x_P))`` for the three unit vectors e, shape (6, size)."""
-    translations = inertia.zeroth_moment
-    turns = [cross_matrix(e) for e in np.eye(3)]
-    return np.array([*translations, *(inertia.load(turn, -turn @ point) for turn in turns)])
-
-
-def rigid_mass(inertia: InertiaOperator, point: Array) -> Array:
-    """Mass matrix of the rigid structure about a point [kg, kg m, kg m^2], shape (6, 6).
-
-    ``[[m 1, -S(h)], [S(h), J]]`` with ``h = int rho r``, ``J = int rho (r.r 1 - r r')``, ``r = x - x_P``.
-    """
-    mass, first = inertia.mass, inertia.mass_moment - inertia.mass * point
-    second = (
-        inertia.second_moment
-        - np.outer(inertia.mass_moment, point)
-        - np.outer(point, inertia.mass_moment)
-        + mass * np.outer(point, point)
-    )
-    turn = cross_matrix(first)
-    return np.block([[mass * np.eye(3), -turn], [turn, np.trace(second) * np.eye(3) - second]])
 
 
 def _free_mass(inertia: InertiaOperator, loads: Array) -> Array:
