@@ -18,17 +18,11 @@ from tautflex._version import __version__
 
 if TYPE_CHECKING:
     from tautflex import errors
-    from tautflex.analysis import (
-        amplitude,
-        dominant_frequency,
-        dominant_shape,
-        mac,
-        mac_table,
-        maneuver_end,
-        pod,
-        scalogram,
-        spectrum,
-    )
+    from tautflex.analysis.mac import mac, mac_table
+    from tautflex.analysis.pod import dominant_shape, pod
+    from tautflex.analysis.record import maneuver_end
+    from tautflex.analysis.spectrum import amplitude, dominant_frequency, spectrum
+    from tautflex.analysis.wavelet import scalogram
     from tautflex.batch import Batch
     from tautflex.case import Case, load_case
     from tautflex.case.build import build_model

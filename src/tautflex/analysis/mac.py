@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from tautflex.errors import InputError
+from tautflex.solvers.variables import MAC, described
 
 
 def mac(a: xr.DataArray | ArrayLike, b: xr.DataArray | ArrayLike) -> NDArray[np.float64]:
@@ -76,22 +77,10 @@ def mac_table(shape: xr.DataArray | ArrayLike, modes: xr.Dataset, count: int = 5
     values = mac(np.asarray(shape, dtype=np.float64).reshape(1, -1), shapes.values.reshape(shapes.shape[0], -1))[0]
     order = np.argsort(-values, kind="stable")[:count]
     numbers = modes["mode"].values if "mode" in modes.coords else np.arange(1, values.size + 1)
-    table = xr.Dataset(
-        {
-            "mode": ("rank", numbers[order], {"units": "1", "long_name": "number of the normal mode"}),
-            "mac": ("rank", values[order], {"units": "1", "long_name": "modal assurance criterion"}),
-            "cumulative": (
-                "rank",
-                np.cumsum(values[order]),
-                {"units": "1", "long_name": "cumulative criterion"},
-            ),
-        },
-        {"rank": ("rank", np.arange(1, order.size + 1), {"long_name": "rank"})},
-    )
+    arrays = {"mode": numbers[order], "mac": values[order], "cumulative": np.cumsum(values[order])}
     if "frequency" in modes:
-        frequency = modes["frequency"].values[order]
-        table["frequency"] = ("rank", frequency, {"units": "Hz", "long_name": "natural frequency"})
-    return table
+        arrays["frequency"] = modes["frequency"].values[order]
+    return xr.Dataset(described(MAC, arrays), described(MAC, {"rank": np.arange(1, order.size + 1)}))
 
 
 def _rows(name: str, shapes: xr.DataArray | ArrayLike, nodal: bool) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ from scipy.sparse.linalg import splu
 
 from tautflex.checks import between, float_array
 from tautflex.errors import InputError
+from tautflex.solvers.variables import POD, about, described
 
 Mass: TypeAlias = "NDArray[np.float64] | sparse.sparray | sparse.spmatrix"
 _GEOMETRY = ("node_position", "triangle", "cable", "beam")
@@ -128,8 +129,7 @@ def dominant_shape(pod_data: xr.Dataset, energy: float = 0.99) -> xr.DataArray:
     combined = combined / combined.flat[np.abs(combined).argmax()]
     result = shapes.isel(mode=0, drop=True).copy(data=combined)
     result.attrs = {
-        "units": "1",
-        "long_name": "dominant shape",
+        **about(POD["dominant_shape"]),
         "modes": count,
         "cumulative": float(cumulative[count - 1]),
     }
@@ -202,23 +202,10 @@ def _to_dataset(
 ) -> xr.Dataset:
     time, *rest = field.dims
     count = values.size
-    coords: dict[Any, Any] = {"mode": ("mode", np.arange(1, count + 1), {"long_name": "proper orthogonal mode"})}
+    coords: dict[Any, Any] = described(POD, {"mode": np.arange(1, count + 1)})
     coords |= {name: field.coords[name] for name in field.dims if name in field.coords}
-    return xr.Dataset(
-        {
-            "shape": (
-                ("mode", *rest),
-                shapes.reshape(count, *field.shape[1:]),
-                {"units": "1", "long_name": "proper orthogonal mode"},
-            ),
-            "value": ("mode", values, {"units": f"({units})^2", "long_name": "proper orthogonal value"}),
-            "participation": ("mode", participation, {"units": "1", "long_name": "participation factor"}),
-            "cumulative": ("mode", cumulative, {"units": "1", "long_name": "cumulative participation"}),
-            "coefficient": (
-                (time, "mode"),
-                coefficients,
-                {"units": units, "long_name": "response along the mode"},
-            ),
-        },
-        coords,
-    )
+    arrays = {"value": values, "participation": participation, "cumulative": cumulative}
+    data: dict[Any, Any] = described(POD, arrays, units=units)
+    data["shape"] = (("mode", *rest), shapes.reshape(count, *field.shape[1:]), about(POD["shape"]))
+    data["coefficient"] = ((time, "mode"), coefficients, about(POD["coefficient"], units=units))
+    return xr.Dataset(data, coords)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from tautflex.analysis.record import Record, UniformRecord, uniform_record
 from tautflex.checks import float_array, one_of, positive
 from tautflex.errors import InputError
+from tautflex.solvers.variables import SPECTRUM, described
 
 Padding = Literal["next-power-of-two", "none"]
 
@@ -173,21 +174,13 @@ def _to_dataset(
     if abs(frequency[-1] * data.time_step - 0.5) < 1e-12:
         sides[-1] = 1.0
     magnitude = np.abs(transform)
-    units = data.units or "1"
+    arrays = {
+        "amplitude": sides * magnitude / data.values.size,
+        "energy": sides * (magnitude * data.time_step) ** 2,
+    }
     return xr.Dataset(
-        {
-            "amplitude": (
-                "frequency",
-                sides * magnitude / data.values.size,
-                {"units": units, "long_name": f"amplitude of {data.name}"},
-            ),
-            "energy": (
-                "frequency",
-                sides * (magnitude * data.time_step) ** 2,
-                {"units": f"({units})^2 s/Hz", "long_name": f"energy spectral density of {data.name}"},
-            ),
-        },
-        {"frequency": ("frequency", frequency, {"units": "Hz", "long_name": "frequency"})},
+        described(SPECTRUM, arrays, units=data.units or "1", name=data.name),
+        described(SPECTRUM, {"frequency": frequency}),
         {
             "bin_width": 1.0 / (padded * data.time_step),
             "samples": data.values.size,

@@ -11,6 +11,7 @@ from tautflex.analysis.record import Record, UniformRecord, uniform_record
 from tautflex.analysis.spectrum import spectrum
 from tautflex.checks import float_array, positive
 from tautflex.errors import InputError
+from tautflex.solvers.variables import SCALOGRAM, described
 
 
 def scalogram(
@@ -59,30 +60,10 @@ def scalogram(
     with np.errstate(divide="ignore"):
         cone = center * np.sqrt(bandwidth) / edge
     ridge, height = _ridge(grid, magnitude, cone)
-    units = data.units or "1"
+    arrays = {"magnitude": magnitude, "ridge": ridge, "ridge_magnitude": height, "cone_of_influence": cone}
     return xr.Dataset(
-        {
-            "magnitude": (
-                ("frequency", "time"),
-                magnitude,
-                {"units": units, "long_name": f"wavelet amplitude of {data.name}"},
-            ),
-            "ridge": ("time", ridge, {"units": "Hz", "long_name": "frequency of largest wavelet amplitude"}),
-            "ridge_magnitude": (
-                "time",
-                height,
-                {"units": units, "long_name": f"largest wavelet amplitude of {data.name}"},
-            ),
-            "cone_of_influence": (
-                "time",
-                cone,
-                {"units": "Hz", "long_name": "lowest frequency free of end effects"},
-            ),
-        },
-        {
-            "frequency": ("frequency", grid, {"units": "Hz", "long_name": "frequency"}),
-            "time": ("time", data.time, {"units": "s", "long_name": "time"}),
-        },
+        described(SCALOGRAM, arrays, units=data.units or "1", name=data.name),
+        described(SCALOGRAM, {"frequency": grid, "time": data.time}),
         {"wavelet": f"cmor{bandwidth:g}-{center:g}", "bandwidth": float(bandwidth), "center": float(center)},
     )
 

@@ -19,15 +19,16 @@ from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
 from tautflex.reduction.marching.run import ReducedFlight
-from tautflex.reduction.marching.validity import ABOUT, check_validity
+from tautflex.reduction.marching.validity import check_validity
 from tautflex.reduction.polynomial.forces import energies
 from tautflex.solvers.transient.adaptive import Adaptive
 from tautflex.solvers.transient.methods.wilson import WilsonTheta
 from tautflex.solvers.transient.probes import ProbeSet, place_probes
 from tautflex.solvers.transient.problem import InitialVelocity, check_parts, field_steps, start_velocity, step_count
-from tautflex.solvers.transient.recorder import SCALARS, Samples, run_dataset
+from tautflex.solvers.transient.recorder import Samples, run_dataset
 from tautflex.solvers.transient.simulate import Method, Run
 from tautflex.solvers.transient.status import Status
+from tautflex.solvers.variables import REDUCED_RUN, SCALARS, described
 
 if TYPE_CHECKING:
     from tautflex.reduction.on_basis import OnBasis
@@ -155,12 +156,9 @@ def _dataset(
     spin = motions[:, :6].reshape(-1, 2, 3)
     samples = Samples(times, flight.read(probes, eta, rate, motions), spin, scalar, fields)
     data = run_dataset(rom.model, probes, samples, {**attributes, "warnings": checked.warnings})
-    about = {"long_name": "coordinate of the reduced model", "units": "kg^1/2 m"}
-    return data.assign(
-        coordinate=(("time", "basis_vector"), eta, about), truncated_energy=("check_time", checked.truncated, ABOUT)
-    ).assign_coords(
-        check_time=("check_time", times[checked.samples], {"long_name": "instant of a check", "units": "s"})
-    )
+    arrays = {"coordinate": eta, "truncated_energy": checked.truncated}
+    instants = described(REDUCED_RUN, {"check_time": times[checked.samples]})
+    return data.assign(described(REDUCED_RUN, arrays)).assign_coords(instants)
 
 
 def _field(

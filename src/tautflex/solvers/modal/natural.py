@@ -16,7 +16,7 @@ from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.modal.labels import FilmSampler, half_wave_labels, symmetry_class
 from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.variables import mesh_variables
+from tautflex.solvers.variables import COMPONENTS, MODES, described, mesh_variables
 
 Array = NDArray[np.float64]
 
@@ -59,29 +59,20 @@ class Modes:
     def to_dataset(self) -> xr.Dataset:
         """Modes and mesh as a Dataset with units on every variable."""
         label = np.array([pair or (0, 0) for pair in self.labels])
-        dims = ("mode", "node", "component")
         data = {
-            "frequency": ("mode", self.frequencies, _about("natural frequency", "Hz")),
-            "shape": (dims, self.shapes, _about("mass-normalised mode shape", "kg^-1/2")),
-            "label_m": ("mode", label[:, 0], _about("half-waves along x, 0 where none", "1")),
-            "label_n": ("mode", label[:, 1], _about("half-waves along y, 0 where none", "1")),
-            "symmetry": (
-                "mode",
-                np.array(self.symmetry, dtype=str),
-                _about("symmetry about x = 0 and y = 0", "1"),
-            ),
-            "effective_mass": (
-                ("mode", "direction"),
-                self.effective_mass,
-                _about("effective mass (x, y, z) and inertia (rx, ry, rz)", "kg, kg m^2"),
-            ),
+            "frequency": self.frequencies,
+            "shape": self.shapes,
+            "label_m": label[:, 0],
+            "label_n": label[:, 1],
+            "symmetry": np.array(self.symmetry, dtype=str),
+            "effective_mass": self.effective_mass,
         }
         state = self.state
         return xr.Dataset(
-            {**data, **mesh_variables(state.model)},
+            {**described(MODES, data), **mesh_variables(state.model)},
             coords={
                 "mode": np.arange(1, len(self.frequencies) + 1),
-                "component": ["x", "y", "z"],
+                "component": COMPONENTS,
                 "direction": list(RIGID_DIRECTIONS),
             },
             attrs={
@@ -92,10 +83,6 @@ class Modes:
                 ),
             },
         )
-
-
-def _about(long_name: str, units: str) -> dict[str, str]:
-    return {"long_name": long_name, "units": units}
 
 
 def solve_modes(state: PrestressedState, n: int = 10) -> Modes:

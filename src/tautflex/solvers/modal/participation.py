@@ -27,6 +27,7 @@ from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.numeric import Array
 from tautflex.solvers.modal.natural import Modes
 from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads, rigid_mass
+from tautflex.solvers.variables import APPENDAGE, COMPONENTS, described
 
 # Six of them: a structure that is not held at all has no interface to a hub.
 _FREE = 6
@@ -74,29 +75,24 @@ def appendage_data(
     free = _free_mass(inertia, loads)
     held = np.diag(free) > 1e-12 * np.diag(rigid)
     complete = np.divide(np.diag(shared), np.diag(free), out=np.full(6, np.nan), where=held)
-    square = ("direction", "other_direction")
-    one = ("mode", "direction")
     data = {
-        "frequency": ("mode", modes.frequencies, "natural frequency", "Hz"),
-        "damping_ratio": ("mode", _damping_ratios(modes, damping), "damping ratio", "1"),
-        "participation": (one, participation, "participation in rigid motions about the point", "kg^1/2, kg^1/2 m"),
-        "effective_mass": (one, participation**2, "effective mass and inertia", "kg, kg m^2"),
-        "rigid_mass": (square, rigid, "mass matrix of the rigid structure", "kg, kg m, kg m^2"),
-        "free_mass": (square, free, "mass matrix that all modes together hold", "kg, kg m, kg m^2"),
-        "residual_mass": (square, rigid - shared, "rigid mass less that of these modes", "kg, kg m, kg m^2"),
-        "completeness": ("direction", complete, "part of the free mass that these modes hold", "1"),
-        "point": ("component", place, "reference point", "m"),
+        "frequency": modes.frequencies,
+        "damping_ratio": _damping_ratios(modes, damping),
+        "participation": participation,
+        "effective_mass": participation**2,
+        "rigid_mass": rigid,
+        "free_mass": free,
+        "residual_mass": rigid - shared,
+        "completeness": complete,
+        "point": place,
     }
     return xr.Dataset(
-        {
-            name: (dims, array, {"long_name": words, "units": units})
-            for name, (dims, array, words, units) in data.items()
-        },
+        described(APPENDAGE, data),
         coords={
             "mode": np.arange(1, len(modes.frequencies) + 1),
             "direction": list(RIGID_DIRECTIONS),
             "other_direction": list(RIGID_DIRECTIONS),
-            "component": ["x", "y", "z"],
+            "component": COMPONENTS,
         },
         attrs={
             "title": "rigid-elastic coupling of the appendage",
