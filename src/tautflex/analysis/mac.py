@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex.errors import InputError
+from tautflex.numeric import Array
 from tautflex.solvers.variables import MAC, described
 
 
-def mac(a: xr.DataArray | ArrayLike, b: xr.DataArray | ArrayLike) -> NDArray[np.float64]:
+def mac(a: xr.DataArray | ArrayLike, b: xr.DataArray | ArrayLike) -> Array:
     """Return the modal assurance criterion of every shape of ``a`` with every shape of ``b``.
 
     |p^T q|^2 / (p^T p  q^T q) [paper, eq. (54)]: 1 for shapes that differ only by a factor, 0 for
@@ -83,7 +84,7 @@ def mac_table(shape: xr.DataArray | ArrayLike, modes: xr.Dataset, count: int = 5
     return xr.Dataset(described(MAC, arrays), described(MAC, {"rank": np.arange(1, order.size + 1)}))
 
 
-def _rows(name: str, shapes: xr.DataArray | ArrayLike, nodal: bool) -> NDArray[np.float64]:
+def _rows(name: str, shapes: xr.DataArray | ArrayLike, nodal: bool) -> Array:
     """Shapes as rows of unit length."""
     if isinstance(shapes, xr.DataArray):
         single = "mode" not in shapes.dims

@@ -6,15 +6,16 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
 from tautflex.checks import between, float_array
 from tautflex.errors import InputError
+from tautflex.numeric import Array
 from tautflex.solvers.variables import POD, about, described
 
-Mass: TypeAlias = "NDArray[np.float64] | sparse.sparray | sparse.spmatrix"
+Mass: TypeAlias = "Array | sparse.sparray | sparse.spmatrix"
 _GEOMETRY = ("node_position", "triangle", "cable", "beam")
 
 
@@ -158,7 +159,7 @@ def _field(data: xr.Dataset | xr.DataArray | ArrayLike) -> tuple[xr.DataArray, d
     return field, {}
 
 
-def _weighted(snapshots: NDArray[np.float64], mass: Mass) -> NDArray[np.float64]:
+def _weighted(snapshots: Array, mass: Mass) -> Array:
     """Return X C with W = C C^T, so that its singular vectors are orthogonal in the W inner product."""
     size = snapshots.shape[1]
     if getattr(mass, "shape", None) != (size, size):
@@ -183,7 +184,7 @@ def _weighted(snapshots: NDArray[np.float64], mass: Mass) -> NDArray[np.float64]
     return np.asarray((factor.T @ ordered.T).T, dtype=np.float64)
 
 
-def _mode_count(modes: int | None, energy: float, cumulative: NDArray[np.float64], rank: int) -> int:
+def _mode_count(modes: int | None, energy: float, cumulative: Array, rank: int) -> int:
     if modes is None:
         return min(int(np.searchsorted(cumulative, energy - 1e-12)) + 1, rank)
     if isinstance(modes, bool) or not isinstance(modes, int | np.integer) or modes < 1:
@@ -193,11 +194,11 @@ def _mode_count(modes: int | None, energy: float, cumulative: NDArray[np.float64
 
 def _to_dataset(
     field: xr.DataArray,
-    shapes: NDArray[np.float64],
-    values: NDArray[np.float64],
-    participation: NDArray[np.float64],
-    cumulative: NDArray[np.float64],
-    coefficients: NDArray[np.float64],
+    shapes: Array,
+    values: Array,
+    participation: Array,
+    cumulative: Array,
+    coefficients: Array,
     units: str,
 ) -> xr.Dataset:
     time, *rest = field.dims

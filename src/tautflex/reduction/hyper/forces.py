@@ -11,8 +11,9 @@ from tautflex.elements.laws import ELASTIC
 from tautflex.mechanics.kernel import add_average_forces, add_forces, apply_law, pack_strain, pack_stress
 from tautflex.mechanics.store import block_data
 from tautflex.mechanics.tangent import PACK, pack_core
+from tautflex.numeric import jit
 from tautflex.reduction.marching.dispatch import KERNELS, PlantKernels
-from tautflex.reduction.polynomial.forces import energies, jit
+from tautflex.reduction.polynomial.forces import energies
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.numeric import jit
 from tautflex.reduction.marching.dispatch import average_force, internal_force, tangent
-from tautflex.reduction.polynomial.forces import Frame, Plant, derivative_forces, frame_matrices, jit, slopes
+from tautflex.reduction.polynomial.forces import Frame, Plant, derivative_forces, frame_matrices, slopes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

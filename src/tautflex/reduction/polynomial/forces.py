@@ -10,17 +10,11 @@ from __future__ import annotations
 from functools import singledispatch
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from tautflex.numeric import Array, Indices, jit
 from tautflex.reduction.marching import dispatch
 from tautflex.reduction.polynomial.monomials import monomials
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
-jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, error_model="numpy")
 
 # Of any plant, by its type.
 _internal_force = dispatch.internal_force

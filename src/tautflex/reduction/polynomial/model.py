@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.numeric import Array
 from tautflex.reduction.bases.modal_basis import ModalBasis
 from tautflex.reduction.bases.vectors import Basis, BasisVectors
 from tautflex.reduction.on_basis import OnBasis
@@ -21,8 +21,6 @@ from tautflex.reduction.polynomial.forces import Plant
 from tautflex.reduction.polynomial.monomials import WEAK_FIELD, monomial_rates, monomials, pairs, stress_fields
 from tautflex.reduction.polynomial.projection import Projection, project
 from tautflex.solvers.static.prestress import PrestressedState
-
-Array = NDArray[np.float64]
 
 # Fields of the static derivatives' damping, a small force, may be coarser than those of the stiffness, so many times.
 _COARSER = 100.0

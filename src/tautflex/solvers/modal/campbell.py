@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
 from tautflex import checks
@@ -15,12 +15,11 @@ from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import unit_axis
+from tautflex.numeric import Array, Indices
 from tautflex.solvers.modal.spinning import SpinningModes, solve_spinning_modes
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.variables import CAMPBELL, described
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Progress = Callable[[float, str], None]
 
 # A link below this is looked at more closely, with rates halved at most so many times.

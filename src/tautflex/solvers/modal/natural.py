@@ -7,18 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.pattern import SparsityPattern
+from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.modal.labels import FilmSampler, half_wave_labels, symmetry_class
 from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.variables import COMPONENTS, MODES, described, mesh_variables
-
-Array = NDArray[np.float64]
 
 # Shift-invert just below zero: K + shift M is definite for supported and for free structures alike [rad^2/s^2].
 _SHIFT = (2.0 * np.pi * 0.02) ** 2

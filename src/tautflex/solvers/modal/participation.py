@@ -17,14 +17,14 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
 
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.inertia import InertiaOperator
-from tautflex.numeric import Array
+from tautflex.numeric import Array, Complex
 from tautflex.solvers.modal.natural import Modes
 from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads, rigid_mass
 from tautflex.solvers.variables import APPENDAGE, COMPONENTS, described
@@ -102,7 +102,7 @@ def appendage_data(
     )
 
 
-def dynamic_mass(data: xr.Dataset, frequencies: ArrayLike) -> NDArray[np.complex128]:
+def dynamic_mass(data: xr.Dataset, frequencies: ArrayLike) -> Complex:
     """Matrix ``D(i w)`` from acceleration of the point to minus force and torque there.
 
     Parameters

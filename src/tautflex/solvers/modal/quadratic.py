@@ -18,15 +18,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import ArpackError, LinearOperator, SuperLU, eigs, splu
 
 from tautflex.errors import NotConvergedError
 from tautflex.mechanics.pattern import SparsityPattern
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from tautflex.numeric import Array, Complex
 
 _SPARE = 6  # eigenvalues asked for beyond the wanted pairs, so that none is cut in two
 _ROUNDOFF = 8.0 * np.finfo(float).eps
@@ -67,14 +64,6 @@ class QuadraticPencil:
             csr_array(pattern.matrix(velocity)),
             pattern.symmetric_matrix(self.stiffness),
         )
-
-    def backward_error(self, eigenvalues: Complex, vectors: Complex) -> Array:
-        """Residual over ``|l|^2 |M| |phi| + |l| |C + G| |phi| + |K| |phi|``, shape (mode,): 1e-16 at best."""
-        residual, scale = np.zeros(vectors.T.shape, dtype=complex), np.zeros(vectors.T.shape)
-        for power, matrix in zip((2, 1, 0), self.matrices, strict=True):
-            residual += eigenvalues**power * (matrix @ vectors.T)
-            scale += np.abs(eigenvalues) ** power * (abs(matrix) @ np.abs(vectors.T))
-        return np.linalg.norm(residual, axis=0) / np.linalg.norm(scale, axis=0)
 
 
 def quadratic_forms(matrix: Any, vectors: Complex) -> Complex:

@@ -11,22 +11,19 @@ from functools import cached_property
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, fixed_axis_motion
+from tautflex.numeric import Array, Complex, cross_matrix
 from tautflex.solvers.modal.natural import describe_shapes
 from tautflex.solvers.modal.quadratic import QuadraticPencil, lowest_eigenpairs, quadratic_forms
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.variables import COMPONENTS, SPINNING_MODES, described, mesh_variables
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 # Least shift [rad/s], for structures at rest; spinning ones set their own scale.
 _SHIFT = 2.0 * np.pi * 0.02
