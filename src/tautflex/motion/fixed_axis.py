@@ -144,7 +144,7 @@ class SpinUp(FixedAxis):
     duration
         Length of the change [s], > 0.
     profile
-        Course of the angular velocity: ``"versine"``, ``rate (t/T - sin(2 pi t/T)/(2 pi))`` [Kane, Ryan & Banerjee
+        Angular velocity over time: ``"versine"``, ``rate (t/T - sin(2 pi t/T)/(2 pi))`` [Kane, Ryan & Banerjee
         1987], continuous acceleration; ``"linear"``, constant acceleration; ``"minimum-jerk"``.
     axis
         Direction of the rotation axis in the floating frame.

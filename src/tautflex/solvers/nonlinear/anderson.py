@@ -1,4 +1,4 @@
-"""Secant memory: makes an old factorization act like a fresh one for the few directions that changed."""
+"""Anderson acceleration: makes an old factorization act like a fresh one for the few directions that changed."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class Axes(Protocol):
         ...
 
 
-class SecantMemory:
+class AndersonAcceleration:
     """Anderson acceleration in the energy norm of the factorized matrix K.
 
     From pairs (change of x, change of residual r) seen since the last factorization, the next step is the

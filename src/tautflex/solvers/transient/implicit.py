@@ -13,7 +13,7 @@ from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.solvers.linear.factorization import SymmetricFactorization
-from tautflex.solvers.nonlinear.anderson import SecantMemory
+from tautflex.solvers.nonlinear.anderson import AndersonAcceleration
 from tautflex.solvers.nonlinear.newton import NewtonOutcome, relative_error, solve_newton
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.corotation import Corotation
@@ -80,7 +80,7 @@ class Stepper:
         # Tangents that do not turn keep linear momentum to round-off at any tolerance, as conserving methods should.
         self._corotation = None if self.method.scheme(1.0).average_stress else Corotation(system)
         self._refresh_cost = _REFRESH_COST_UNTURNED if self._corotation is None else _REFRESH_COST
-        self._memory = SecantMemory(axes=self._corotation)
+        self._memory = AndersonAcceleration(axes=self._corotation)
         self._scheme: tuple[float, _Coefficients] | None = None
         self._largest_scale = 0.0
         self._diagonal = self.state.tangent_entries[self._pattern.diagonal]

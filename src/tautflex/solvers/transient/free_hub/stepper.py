@@ -20,7 +20,7 @@ from tautflex.motion import rotations
 from tautflex.motion.hub import FreeHub, HubState
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.solvers.linear.factorization import SymmetricFactorization
-from tautflex.solvers.nonlinear.anderson import SecantMemory
+from tautflex.solvers.nonlinear.anderson import AndersonAcceleration
 from tautflex.solvers.nonlinear.newton import NewtonOutcome, relative_error, solve_newton
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
 from tautflex.solvers.transient.free_hub.momentum import MomentumBalance, RigidBlocks
@@ -102,7 +102,7 @@ class HubStepper:
         self._probes = probes
         self._balance = MomentumBalance(equation.inertia, hub)
         self._factor = SymmetricFactorization(equation.system.pattern)
-        self._memory = SecantMemory()
+        self._memory = AndersonAcceleration()
         self._factor_size, self._scale = 0.0, 0.0
         self._columns: Array = np.zeros((0, 6))
         self._core: Array = np.zeros((6, 6))
