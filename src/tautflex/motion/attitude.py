@@ -21,8 +21,8 @@ _GAUSS = 0.5 + np.sqrt(0.15) * np.array([-1.0, 0.0, 1.0])
 def attitude(maneuver: Maneuver, times: ArrayLike, initial: ArrayLike = IDENTITY) -> Array:
     """Attitude quaternion of the floating frame, from its angular velocity ``q' = q (0, w)/2``.
 
-    Segments are marched through by the sixth-order Magnus method [Blanes, Casas, Oteo & Ros 2009, (255)], which is exact
-    while the axis stays; steps are halved until that changes nothing beyond 1e-11.
+    Segments are marched through by the sixth-order Magnus method [Blanes, Casas, Oteo & Ros 2009, (255)], which is
+    exact while the axis stays; steps are halved until that changes nothing beyond 1e-11.
 
     Parameters
     ----------
