@@ -110,7 +110,7 @@ def test_at_rest_it_has_the_stiffness_of_the_reference(antenna):
 def test_elastic_elements_are_the_polynomial(verification_row):
     state = tf.solve_prestress(small_antenna((6, 4), scale=0.1))
 
-    class Given:
+    class Given(tf.Basis):
         def vectors(self, state):
             return BasisVectors(vectors, np.zeros((0, state.system.size)), np.ones(len(vectors)), "given")
 

@@ -169,7 +169,7 @@ def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: floa
     began = clock.perf_counter()
     basis = basis or ModalBasis()
     if not isinstance(basis, Basis):
-        raise InputError(f"basis: expected a Basis such as ModalBasis(directions=('rx',)), got {basis!r}")
+        raise InputError(f"basis: expected an object such as ModalBasis(directions=('rx',)), got {basis!r}")
     checks.between("weak_field", weak_field, 0.0, 1e-2)
     laws = sorted({block.law for block in state.system.blocks} - {"elastic"})
     if laws:
