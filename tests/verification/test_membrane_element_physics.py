@@ -7,7 +7,7 @@ import pytest
 
 import tautflex as tf
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.reduction.bases.basis import BasisVectors, ritz
+from tautflex.reduction.bases.vectors import BasisVectors, ritz
 from tautflex.reduction.hyper.blocks import basis_blocks, chosen_blocks
 from tautflex.reduction.hyper.forces import element_force
 from tautflex.reduction.hyper.model import HyperReducedModel

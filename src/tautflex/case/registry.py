@@ -17,12 +17,12 @@ from tautflex.mechanics.loads.cable_tension import CableTension
 from tautflex.mechanics.loads.edge_force import EdgeForce
 from tautflex.mechanics.loads.membrane_temperature import MembraneTemperature
 from tautflex.mechanics.loads.nodal_force import NodalForce
-from tautflex.motion.maneuvers import AtRest, Stop
+from tautflex.motion.fixed_axis import Slew, SpinUp, Stop
+from tautflex.motion.kinematics import AtRest
 from tautflex.motion.sequence import Sequence
-from tautflex.motion.slew import Slew, SpinUp
 from tautflex.motion.tabulated import Tabulated
 from tautflex.motion.translation import BaseAcceleration
-from tautflex.reduction.bases.basis import ModalBasis
+from tautflex.reduction.bases.modal_basis import ModalBasis
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
 from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
