@@ -20,6 +20,7 @@ from verification.dynamic_cases import small_antenna
 
 pytestmark = pytest.mark.jax
 KINDS = ("membrane", "cable", "beam")
+DAMPING = {"damping.alpha": 0.0, "damping.beta": 0.0}
 GRID = {"time_step": 1e-3, "end_time": 0.01}
 
 
@@ -30,14 +31,13 @@ def state() -> tf.Model:
 
 def test_unknown_parameter_names_the_known_ones():
     with pytest.raises(InputError, match=r"maneuver\.duration.*got 'speed'"):
-        checked_numbers({"speed": 1.0}, KINDS, course_of(tf.Stop(0.1, 1.0)))
+        checked_numbers({"speed": 1.0}, KINDS, course_of(tf.Stop(0.1, 1.0)), DAMPING)
 
 
 @pytest.mark.parametrize(
     ("given", "words"),
     [
         ({"tension_x": -1.0}, "> 0"),
-        ({"damping.beta": [0.0, -1e-3]}, ">= 0"),
         ({"tension_x": [1.0, np.nan]}, "finite"),
         ({"tension_x": [1.0, 1.1], "tension_y": [1.0, 1.1, 1.2]}, "2 runs, got 3"),
         ({"density.membrane": [[1.0]]}, "shape"),
@@ -46,19 +46,29 @@ def test_unknown_parameter_names_the_known_ones():
 )
 def test_values_out_of_range_are_refused(given, words):
     with pytest.raises(InputError, match=words):
-        checked_numbers(given, KINDS, course_of(tf.Stop(0.1, 1.0)))
+        checked_numbers(given, KINDS, course_of(tf.Stop(0.1, 1.0)), DAMPING)
 
 
 def test_lengths_give_the_number_of_runs():
     given = {"tension_x": [1.0, 1.1, 1.2], "maneuver.rates": np.zeros(5), "damping.alpha": 0.1}
     course = course_of(tf.Tabulated(np.linspace(0, 1, 5), np.zeros(5)))
-    _, axes, runs = checked_numbers(given, KINDS, course)
+    _, axes, runs = checked_numbers(given, KINDS, course, DAMPING)
     assert (axes, runs) == ({"tension_x": 0, "maneuver.rates": None, "damping.alpha": None}, 3)
 
 
 def test_maneuver_refuses_its_own_numbers(state):
     with pytest.raises(InputError, match="duration: expected a number > 0"):
         tf.Batch(state).simulate({"maneuver.duration": [1.0, -1.0]}, tf.Stop(0.1, 1.0), **GRID)
+
+
+def test_damping_refuses_its_own_numbers(state):
+    batch = tf.Batch(state)
+    with pytest.raises(InputError, match=r"beta: expected a number >= 0, got -0\.001"):
+        batch.simulate({"damping.beta": [0.0, -1e-3]}, tf.Stop(0.1, 1.0), **GRID)
+    with pytest.raises(InputError, match=r"expected names among.*damping\.ratio.*got 'damping\.beta'"):
+        batch.simulate({"damping.beta": 0.1}, damping=tf.Modal(0.01), **GRID)
+    with pytest.raises(InputError, match=r"ratio: expected a number in \[0, 1\], got 1\.5"):
+        batch.simulate({"damping.ratio": [0.01, 1.5]}, damping=tf.Modal(0.01), **GRID)
 
 
 def test_plant_method_and_maneuver_must_have_a_batched_form(state):

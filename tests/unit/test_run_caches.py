@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.mechanics.mass_damping import MassDamping
+from tautflex.mechanics.products import MassDamping
 from tautflex.solvers.linear.factorization import linear_solver
 from tautflex.structure.antenna import AntennaLayout, build_fixed_film
 from tautflex.structure.materials import Material, MembraneSection
@@ -57,7 +57,8 @@ def test_every_linear_solver_gives_the_same_motion(film, name):
 def test_one_walk_through_mass_and_damping_gives_both_products(film):
     system, rng = film.system, np.random.default_rng(0)
     mass, damping = system.inertia.mass_entries, 0.3 * system.inertia.mass_entries + 0.01 * film.tangent_entries
-    products, vector = MassDamping(system.pattern, mass, damping), rng.standard_normal(system.size)
+    products = MassDamping(system.pattern, mass, film.tangent_entries, tf.DampingMatrix(0.3, 0.01))
+    vector = rng.standard_normal(system.size)
     assert len(products.column) < system.pattern.entries  # transverse and in-plane unknowns do not meet
     for found, values in ((products.mass_product(vector), mass), (products.damping_product(vector), damping)):
         np.testing.assert_allclose(found, system.matrix(values) @ vector, rtol=1e-12, atol=1e-12 * np.abs(found).max())

@@ -11,34 +11,35 @@ from numpy.typing import ArrayLike, NDArray
 from tautflex.batch.equations.rate_history import Course
 from tautflex.errors import InputError
 
-# Factors of the state and coefficients of damping; kinds of element and numbers of the maneuver are added.
+# Factors of the state; kinds of element and numbers of damping and maneuver are added.
 _FACTORS = ("tension_x", "tension_y")
 _BY_KIND = ("youngs_modulus", "density")
-_DAMPING = ("damping.alpha", "damping.beta")
 
 
-def known_names(kinds: tuple[str, ...], course: Course) -> tuple[str, ...]:
+def known_names(kinds: tuple[str, ...], course: Course, damping: Mapping[str, Any]) -> tuple[str, ...]:
     """Names of all parameters that a batch may vary."""
     return (
         *_FACTORS,
         *(f"{name}.{kind}" for name in _BY_KIND for kind in kinds),
-        *_DAMPING,
+        *damping,
         *(f"maneuver.{name}" for name in course.numbers),
     )
 
 
-def check_names(names: Mapping[str, Any], kinds: tuple[str, ...], course: Course) -> None:
+def check_names(names: Mapping[str, Any], kinds: tuple[str, ...], course: Course, damping: Mapping[str, Any]) -> None:
     """Raise InputError on a name that nothing answers to."""
-    known = known_names(kinds, course)
+    known = known_names(kinds, course, damping)
     for name in names:
         if name not in known:
             raise InputError(f"parameters: expected names among {', '.join(known)}, got {name!r}")
 
 
 def checked_numbers(
-    given: Mapping[str, ArrayLike], kinds: tuple[str, ...], course: Course
+    given: Mapping[str, ArrayLike], kinds: tuple[str, ...], course: Course, damping: Mapping[str, Any]
 ) -> tuple[dict[str, NDArray[np.float64]], dict[str, int | None], int]:
     """Parameters as arrays, which axis of each counts the runs (0, or None), and the number of runs.
+
+    ``damping`` has the default numbers of the damping. Its range, and that of the maneuver's, is not looked at here.
 
     Raises
     ------
@@ -47,17 +48,18 @@ def checked_numbers(
     """
     if not isinstance(given, Mapping):
         raise InputError(f"parameters: expected a mapping such as {{'tension_x': [0.9, 1.0]}}, got {given!r}")
-    check_names(given, kinds, course)
+    check_names(given, kinds, course, damping)
+    own = {**damping, **{f"maneuver.{name}": value for name, value in course.numbers.items()}}
     arrays, axes, runs = {}, {}, 1
     for name, value in given.items():
         array = np.asarray(value, dtype=float)
-        alone = np.ndim(course.numbers[name.removeprefix("maneuver.")]) if name.startswith("maneuver.") else 0
+        alone = np.ndim(own.get(name, 0.0))
         if array.ndim not in (alone, alone + 1) or not np.all(np.isfinite(array)):
             raise InputError(
                 f"parameters: expected {name!r} as finite numbers, one or one per run, got shape {array.shape}"
             )
-        if not name.startswith("maneuver.") and np.any(array < 0.0 if name in _DAMPING else array <= 0.0):
-            kind = ">= 0" if name in _DAMPING else "> 0 (a factor of the state that was given)"
+        if name not in own and np.any(array <= 0.0):
+            kind = "> 0 (a factor of the state that was given)"
             raise InputError(f"parameters: expected {name!r} {kind}, got {float(array.min())!r}")
         arrays[name], axes[name] = array, (0 if array.ndim > alone else None)
         if axes[name] == 0:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tautflex.case.build import build_maneuver
+from tautflex.case.build import build_inputs, build_maneuver
 
 if TYPE_CHECKING:
     from tautflex.case import Case
@@ -32,9 +32,10 @@ def advise(case: Case, model: Model, state: PrestressedState) -> list[str]:
     Raises
     ------
     CaseError
-        If the maneuver's values do not go together, or its table cannot be read.
+        If values of the maneuver or of an input do not go together, or a table cannot be read.
     """
     build_maneuver(case)
+    build_inputs(case, state)
     return [*state.warnings, *_about_prestress(case, state), *_about_probes(case, model), *_about_run(case)]
 
 
@@ -90,8 +91,9 @@ def _about_run(case: Case) -> list[str]:
                 f"output.fields: {late} s lie after end_time = {case.solver.end_time:g} s and are left out; "
                 "run longer to store them"
             )
-    for duration in (motion.duration for motion in (case.maneuver, *(case.maneuver.steps or ()))):
-        if duration is not None and case.solver.time_step > duration / 5:
+    motions = (case.maneuver, *getattr(case.maneuver, "steps", ()))
+    for duration in (getattr(motion, "duration", None) for motion in motions):
+        if isinstance(duration, float) and case.solver.time_step > duration / 5:
             warnings.append(
                 f"solver.time_step = {case.solver.time_step:g} s resolves the maneuver of {duration:g} s with "
                 "fewer than 5 steps; use a smaller one"

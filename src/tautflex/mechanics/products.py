@@ -12,6 +12,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.mechanics.dampings.matrix import DampingMatrix
+from tautflex.mechanics.pattern import SparsityPattern
+
 Array = NDArray[np.float64]
 Places = NDArray[np.uint32]
 
@@ -80,3 +83,77 @@ def quadratic_form(start: NDArray[np.int64], column: Places, value: Array, vecto
             total += value[k] * vector[column[k]]
         result += vector[i] * total
     return result
+
+
+@_jit
+def add_low_rank(vectors: Array, coefficients: Array, factor: float, vector: Array, result: Array) -> None:
+    """Add ``factor sum_k coefficients_k v_k v_k' vector`` to ``result``, for v of shape (rank, size)."""
+    for k in range(vectors.shape[0]):
+        row, total = vectors[k], 0.0
+        for i in range(vector.size):
+            total += row[i] * vector[i]
+        total *= factor * coefficients[k]
+        for i in range(vector.size):
+            result[i] += total * row[i]
+
+
+class MassDamping:
+    """Symmetric mass and damping matrices of a run, in compressed rows and, for a few vectors, beside them.
+
+    Parameters
+    ----------
+    pattern
+        Pattern of the free unknowns.
+    mass, stiffness
+        Values in it, those of the reference, shape (entries,).
+    damping
+        What the damping is made of.
+
+    Attributes
+    ----------
+    start, column, mass, damping
+        Compressed rows of the entries where mass or proportional damping is not zero, so that one walk gives both
+        forces: transverse and in-plane unknowns of a flat film, for one, do not meet here.
+    spread
+        Whether there is proportional damping.
+    damped
+        Whether there is any.
+    vectors, coefficients
+        The rest of C, shapes (rank, size) and (rank,).
+    """
+
+    def __init__(self, pattern: SparsityPattern, mass: Array, stiffness: Array, damping: DampingMatrix) -> None:
+        self.matrix, self.entries = damping, damping.proportional(mass, stiffness)
+        self.vectors = np.ascontiguousarray(damping.vectors, dtype=np.float64)
+        self.coefficients = np.ascontiguousarray(damping.coefficients, dtype=np.float64)
+        kept = (mass != 0.0) | (self.entries != 0.0)
+        before = np.concatenate([[0], np.cumsum(kept)])
+        # Symmetric: the pattern's columns are rows as well.
+        self.start = before[pattern.column_start].astype(np.int64)
+        self.column = pattern.rows[kept].astype(np.uint32)
+        self.mass, self.damping = mass[kept], self.entries[kept]
+        self.spread = bool(self.damping.any())
+        self.damped = self.spread or bool(damping.coefficients.any())
+
+    def combined(self, mass: float, damping: float) -> Array:
+        """Values of ``mass M + damping C`` without the vectors' part of C."""
+        return mass * self.mass + damping * self.damping
+
+    def mass_product(self, vector: Array) -> Array:
+        """``M vector``, shape (size,)."""
+        return product(self.start, self.column, self.mass, vector)
+
+    def damping_product(self, vector: Array) -> Array:
+        """``C vector``, shape (size,)."""
+        result = product(self.start, self.column, self.damping, vector)
+        if self.matrix.rank:
+            self.add_low_rank(1.0, vector, result)
+        return result
+
+    def add_low_rank(self, factor: float, vector: Array, result: Array) -> None:
+        """Add ``factor`` times the vectors' part of ``C vector`` to ``result``."""
+        add_low_rank(self.vectors, self.coefficients, factor, vector, result)
+
+    def mass_norm(self, vector: Array) -> float:
+        """``vector' M vector``."""
+        return float(quadratic_form(self.start, self.column, self.mass, vector))

@@ -19,7 +19,7 @@ def unit_axis(axis: tuple[float, float, float]) -> Array:
     vector = checks.vector3("axis", axis)
     length = float(np.linalg.norm(vector))
     if length == 0.0:
-        raise InputError("axis: expected a direction, got a zero vector; the paper's axis is (1, 0, 0)")
+        raise InputError("axis: expected a direction of non-zero length, got [0, 0, 0]; give for example [1, 0, 0]")
     return vector / length
 
 

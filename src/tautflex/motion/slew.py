@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 
 SLEW_PROFILES = ("versine", "bang-bang", "minimum-jerk", "input-shaped")
 BASE_PROFILES = ("bang-bang", "versine", "minimum-jerk")
+SHAPING = ("frequency", "damping_ratio", "shaper", "base")
 SPIN_PROFILES = ("versine", "linear", "minimum-jerk")
 
 
@@ -30,7 +31,7 @@ class Slew:
     angle
         Angle of the turn [rad], of any sign.
     duration
-        From the first to the last moment of motion [s], > 0; it includes the delays of an input shaper.
+        Time from the first to the last moment of motion [s], > 0; it includes the delays of an input shaper.
     profile
         ``"versine"``: ``angle (t/T - sin(2 pi t/T)/(2 pi))``, continuous acceleration; ``"bang-bang"``: constant
         acceleration of one sign, then of the other, the fastest turn with bounded torque; ``"minimum-jerk"``:
@@ -74,13 +75,15 @@ class Slew:
         if self.profile == "input-shaped" and self.frequency is None:
             raise InputError(
                 "frequency: missing, profile = 'input-shaped' expects the mode's natural frequency [Hz]; "
-                "solve_modes(state).frequencies has it"
+                "add it, `tautflex modes` and solve_modes(state).frequencies list them"
             )
-        if self.profile != "input-shaped" and self.frequency is not None:
-            raise InputError(
-                f"frequency: expected no value with profile = {self.profile!r}, got {self.frequency!r}; "
-                "set profile = 'input-shaped'"
-            )
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if self.profile != "input-shaped" and one.name in SHAPING and value != one.default:
+                raise InputError(
+                    f"{one.name}: expected no value with profile = {self.profile!r}, got {value!r}; "
+                    "set profile = 'input-shaped'"
+                )
         self.steps()
 
     def steps(self) -> tuple[Piece, ...]:
@@ -122,7 +125,7 @@ class SpinUp:
     Parameters
     ----------
     rate
-        Angular velocity from ``duration`` on [rad/s].
+        Angular velocity to reach, from ``duration`` on [rad/s].
     duration
         Length of the change [s], > 0.
     profile

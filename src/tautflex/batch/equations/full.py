@@ -162,7 +162,9 @@ class FullEquation:
     ) -> None:
         self.size, self._plant, self._coupling = plant.size, plant, coupling
         self._probes = jnp.asarray(probes.map.toarray())
-        self._alpha, self._beta = numbers["damping.alpha"], numbers["damping.beta"]
+        self._alpha, self._beta, self._weights, self._vectors = (
+            jnp.asarray(numbers[f"damping.{name}"]) for name in ("mass", "stiffness", "coefficients", "vectors")
+        )
         x, y = numbers.get("tension_x", 1.0), numbers.get("tension_y", 1.0)
         tension = {"x": x, "y": y, "xy": jnp.sqrt(x * y)}
         self._stress = [
@@ -228,6 +230,8 @@ class FullEquation:
         elastic, viscous, _ = self._internal(q, v)
         load = self._load(spin)
         total = elastic + self._beta * viscous + self._alpha * self.mass(v) + self._turning(q, v, spin) + load
+        if len(self._vectors):
+            total += (self._weights * (self._vectors @ v)) @ self._vectors
         return Forces(total, jnp.linalg.norm(elastic), jnp.linalg.norm(load))
 
     def mass(self, a: Array) -> Array:
@@ -245,6 +249,8 @@ class FullEquation:
         """Symmetric approximate inverse of ``mass M + damping C + stiffness K`` at the nominal reference."""
         phi, squares = self._plant.modes, self._plant.frequencies
         diagonal = mass + damping * self._alpha + (stiffness + damping * self._beta) * squares
+        if len(self._vectors):
+            diagonal += damping * (self._weights @ (self._vectors @ phi) ** 2)
         return lambda r: phi @ ((r @ phi) / diagonal)
 
     def sample(self, q: Array, v: Array, spin: Spin, store: tuple[str, ...]) -> Sample:

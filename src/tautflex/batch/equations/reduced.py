@@ -79,9 +79,12 @@ class ReducedPlant:
         else:
             c, modes, bounds = weigh(numbers)
             modes = modes[0], modes[1][:, None]
-        alpha, beta = (jnp.asarray(numbers[f"damping.{name}"]) + jnp.zeros(each.runs) for name in ("alpha", "beta"))
+        alpha, beta = (jnp.asarray(numbers[f"damping.{name}"]) + jnp.zeros(each.runs) for name in ("mass", "stiffness"))
+        weights = jnp.asarray(numbers["damping.coefficients"])
+        weights = weights.T if "damping.coefficients" in each.differ else weights[:, None]
+        vectors = numbers["damping.vectors"] @ basis.kept.T if len(weights) else jnp.zeros((0, self.size))
         kept = jnp.asarray(probes.map @ basis.kept.T)
-        return ReducedEquation(self, c, (alpha, beta), modes, bounds, coupling, assembly.absent, kept)
+        return ReducedEquation(self, c, (alpha, beta, weights, vectors), modes, bounds, coupling, assembly.absent, kept)
 
 
 def _factors(numbers: Numbers, kinds: tuple[str, ...]) -> Factors:
@@ -122,7 +125,7 @@ class ReducedEquation:
     c
         Coefficients; those that all runs share lack the last axis.
     damping
-        Rayleigh's alpha and beta, shape (runs,).
+        Factors of mass and stiffness, shape (runs,), weights of vectors, shape (rank, runs), and these, (rank, r).
     modes
         Natural modes as columns, and squares of their frequencies.
     bounds
@@ -139,7 +142,7 @@ class ReducedEquation:
         self,
         plant: ReducedPlant,
         c: Coefficients,
-        damping: tuple[Array, Array],
+        damping: tuple[Array, Array, Array, Array],
         modes: tuple[Array, Array],
         bounds: tuple[Array, Array, Array],
         coupling: Coupling,
@@ -147,10 +150,15 @@ class ReducedEquation:
         kept: Array,
     ) -> None:
         self.size, self._plant, self._c, self._coupling, self._absent = plant.size, plant, c, coupling, absent
-        self._alpha, self._beta = damping
+        self._alpha, self._beta, weights, vectors = damping
         self._damping = self._alpha * _per_run(c.mass) + self._beta * _per_run(c.linear)
         (self._phi, self._squares), self._bounds = modes, bounds
         self._back = transposed(self._phi)
+        self._coupled = len(vectors) > 0
+        if self._coupled:
+            self._damping += jnp.einsum("kn,ki,kj->ijn", weights, vectors, vectors)
+            own = _per_run(jnp.einsum("ki,ij...->kj...", vectors, self._phi))
+            self._alpha = self._alpha + jnp.sum(weights[:, None] * own * own, axis=0)
         self._monomials, self._kept = plant.monomials, kept
 
     def _weights(self, spin: Spin) -> tuple[Any, Any, Any]:
@@ -234,7 +242,7 @@ class ReducedEquation:
         return product(self._c.mass, a)
 
     def inverse(self, mass: Any, damping: Any, stiffness: Any) -> Callable[[Array], Array]:
-        """Inverse of ``mass M + damping C + stiffness K`` at the reference."""
+        """Inverse of ``mass M + damping C + stiffness K`` at the reference, less what C couples of natural modes."""
         diagonal = mass + damping * self._alpha + (stiffness + damping * self._beta) * self._squares
         return lambda r: product(self._phi, settled(self._back, r) / diagonal)
 
@@ -253,9 +261,9 @@ class ReducedEquation:
             return result if "turn" in self._absent else result + half * gyro * product(self._c.turn, a)
 
         def solve(left: Callable[[Array], Array], force: Array) -> Array:
-            if "turn" in self._absent:
+            if "turn" in self._absent and not self._coupled:
                 return without(force)
-            # The gyroscopic part is small: half a step times the rate.
+            # What is left out is small: half a step times the rate, or times a damping ratio and a frequency.
             return refined(left, without, force)
 
         return lax.custom_linear_solve(left, force, solve, solve)

@@ -6,8 +6,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
 
-from tautflex.case.messages import problem, show
+from tautflex.case.messages import choices, problem, show
 from tautflex.case.section import Count, Flag, NonNegative, Number, Positive, Section
+from tautflex.structure.materials import LAW_NAMES
 from tautflex.structure.shapes import SHAPES
 
 EdgeCount = Annotated[Count, Field(ge=2)]
@@ -35,9 +36,7 @@ class Membrane(Section):
     strain: Literal["von-karman", "green-lagrange"] = Field(
         default="von-karman", description="strain measure of film, cables and frame", examples=["von-karman"]
     )
-    law: Literal["elastic", "tension-field"] = Field(
-        default="elastic", description="material law of the film", examples=["tension-field"]
-    )
+    law: str = Field(default="elastic", description="material law of the film", examples=["tension-field"])
     edges: Literal["cables", "fixed"] = Field(
         default="cables", description="what holds the edges of the film", examples=["cables"]
     )
@@ -45,6 +44,14 @@ class Membrane(Section):
     stress_y: Number | None = Field(default=None, description="given stress along y [Pa]", examples=[5470.0])
 
     _poisson = field_validator("poisson_ratio")(_inside_elastic_range)
+
+    @field_validator("law", mode="before")
+    @classmethod
+    def _known_law(cls, value: object) -> object:
+        if value not in LAW_NAMES["membrane"]:
+            text = f"expected one of {choices(LAW_NAMES['membrane'])}, got {show(value)}"
+            raise ValueError(f"{text}; choose one of them")
+        return value
 
     @model_validator(mode="after")
     def _both_stresses(self) -> Self:

@@ -1,17 +1,16 @@
-"""Damping models."""
+"""Damping in proportion to mass and stiffness."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from tautflex import checks
+from tautflex.mechanics.dampings.damping import Damping, LinearStructure
+from tautflex.mechanics.dampings.matrix import DampingMatrix
 
 
 @dataclass(frozen=True)
-class Rayleigh:
+class Rayleigh(Damping):
     """Proportional damping ``C = alpha M + beta K(reference)`` [paper sec. 3].
 
     Parameters
@@ -20,6 +19,11 @@ class Rayleigh:
         Mass factor [1/s], >= 0.
     beta
         Stiffness factor [s], >= 0; K is the tangent of the prestressed reference state.
+
+    Notes
+    -----
+    A mode of angular frequency w has the ratio ``alpha / (2 w) + beta w / 2`` [Clough & Penzien, Dynamics of
+    Structures, 12-4].
     """
 
     alpha: float = 0.0
@@ -29,6 +33,6 @@ class Rayleigh:
         checks.non_negative("alpha", self.alpha)
         checks.non_negative("beta", self.beta)
 
-    def entries(self, mass: NDArray[np.float64], stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Values of C in the pattern from those of M and K, shape (entries,)."""
-        return self.alpha * mass + self.beta * stiffness
+    def matrix(self, structure: LinearStructure) -> DampingMatrix:
+        """``alpha M + beta K``."""
+        return DampingMatrix(self.alpha, self.beta)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import xarray as xr
@@ -59,6 +59,7 @@ class BasisVectors:
     description: str
 
 
+@runtime_checkable
 class Basis(Protocol):
     """Anything that finds the vectors of a reduced model."""
 
@@ -105,7 +106,7 @@ class ModalBasis:
         if not self.directions:
             raise InputError("directions: expected at least one of 'x', 'y', 'z', 'rx', 'ry', 'rz', got none")
         for direction in self.directions:
-            checks.one_of("direction", direction, RIGID_DIRECTIONS)
+            checks.one_of("directions", direction, RIGID_DIRECTIONS)
         if self.count is not None:
             checks.whole("count", self.count, 1)
         checks.between("threshold", self.threshold, 0.0, 1.0)

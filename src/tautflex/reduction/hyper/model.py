@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tautflex import checks
 from tautflex.elements.block import ElementBlock
 from tautflex.errors import InputError, UnsupportedError
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.kernel import add_forces
 from tautflex.reduction.bases.basis import BasisVectors
 from tautflex.reduction.bases.snapshots import full_snapshots
@@ -23,9 +23,12 @@ from tautflex.reduction.hyper.basis import two_part_basis
 from tautflex.reduction.hyper.blocks import basis_blocks, blocks_store, chosen_blocks
 from tautflex.reduction.hyper.forces import HyperPlant
 from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights
+from tautflex.reduction.marching.simulation import solve_reduced
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.projection import Coefficients, project_moments
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.problem import Progress, TransientProblem
+from tautflex.solvers.transient.status import Run
 
 Array = NDArray[np.float64]
 
@@ -80,7 +83,7 @@ class HyperReducedModel(OnBasis):
             follow_zeroth=np.zeros((3, 0)),
         )
 
-    def plant(self, damping: Rayleigh) -> HyperPlant:
+    def plant(self, damping: Damping) -> HyperPlant:
         """Arrays for the compiled stepper under a damping model."""
         c, r = self.coefficients, self.size
         store = blocks_store(list(self.blocks))
@@ -91,7 +94,7 @@ class HyperReducedModel(OnBasis):
             none,
             none,
             c.mass,
-            damping.entries(c.mass, c.linear),
+            damping.matrix(self.state.linear).projected(c.mass, c.linear, self.basis.kept),
             c.linear,
             np.zeros((0, 0)),
             np.ascontiguousarray(c.turning),
@@ -101,6 +104,10 @@ class HyperReducedModel(OnBasis):
             reference[:-1],
             stresses,
         )
+
+    def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
+        """Answer a problem whose plant it is."""
+        return solve_reduced(self, problem, progress)
 
     @property
     def memory(self) -> int:

@@ -12,13 +12,16 @@ from scipy.sparse import csr_array
 
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.reduction.bases.basis import Basis, BasisVectors, ModalBasis
+from tautflex.reduction.marching.simulation import solve_reduced
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import Plant
 from tautflex.reduction.polynomial.monomials import WEAK_FIELD, monomial_rates, monomials, pairs, stress_fields
 from tautflex.reduction.polynomial.projection import Coefficients, Pieces, assemble, project
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.problem import Progress, TransientProblem
+from tautflex.solvers.transient.status import Run
 
 Array = NDArray[np.float64]
 
@@ -62,7 +65,7 @@ class ReducedModel(OnBasis):
         """Displacement that follows each monomial, shape (m, size)."""
         return self.coefficients.follow_quadratic.T @ self.basis.companions
 
-    def plant(self, damping: Rayleigh) -> Plant:
+    def plant(self, damping: Damping) -> Plant:
         """Arrays for the compiled stepper under a damping model."""
         c = self.coefficients
         first, second = pairs(self.size)
@@ -70,12 +73,13 @@ class ReducedModel(OnBasis):
         curved = largest > _ROUND_OFF * float(np.abs(c.linear).max())
         fields, viscous = self.fields
         # Companions have no mass here, so only the stiffness part of the damping acts on them.
-        share = float(damping.entries(np.zeros(1), np.ones(1))[0])
+        matrix = damping.matrix(self.state.linear)
+        share = float(matrix.stiffness)
         return Plant(
             first,
             second,
             c.mass,
-            damping.entries(c.mass, c.linear),
+            matrix.projected(c.mass, c.linear, self.basis.kept),
             c.linear,
             np.ascontiguousarray(c.quadratic if curved else c.quadratic[:0]),
             fields,
@@ -92,6 +96,10 @@ class ReducedModel(OnBasis):
             stress_fields(0.25 * c.cubic, amplitude, self.weak_field),
             stress_fields(c.viscous, amplitude, _COARSER * self.weak_field),
         )
+
+    def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
+        """Answer a problem whose plant it is."""
+        return solve_reduced(self, problem, progress)
 
     @property
     def memory(self) -> int:
@@ -168,7 +176,7 @@ def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: floa
     """
     began = clock.perf_counter()
     basis = basis or ModalBasis()
-    if not hasattr(basis, "vectors"):
+    if not isinstance(basis, Basis):
         raise InputError(f"basis: expected an object such as ModalBasis(directions=('rx',)), got {basis!r}")
     checks.between("weak_field", weak_field, 0.0, 1e-2)
     laws = sorted({block.law.name for block in state.system.blocks if not block.is_elastic})

@@ -12,7 +12,7 @@ from scipy.optimize import linear_sum_assignment
 
 from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.maneuvers import unit_axis
 from tautflex.solvers.modal.spinning import SpinningModes, solve_spinning_modes
@@ -36,7 +36,7 @@ def campbell(
     n: int = 10,
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
     coupling: Coupling | None = None,
-    damping: Rayleigh | None = None,
+    damping: Damping | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Frequencies over the spin rate, each branch one shape that changes gradually.

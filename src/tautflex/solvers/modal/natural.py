@@ -8,12 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.sparse.linalg import LinearOperator, eigsh
 
-from tautflex.errors import InputError, NotConvergedError
+from tautflex.errors import InputError
 from tautflex.mechanics.inertia import cross_matrix
-from tautflex.mechanics.pattern import SparsityPattern
-from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.linear.eigenpairs import lowest_eigenpairs
 from tautflex.solvers.modal.labels import FilmSampler, half_wave_labels, symmetry_class
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.variables import mesh_variables
@@ -21,8 +19,6 @@ from tautflex.solvers.variables import mesh_variables
 Array = NDArray[np.float64]
 
 RIGID_DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
-# Shift-invert just below zero: K + shift M is definite for supported and for free structures alike [rad^2/s^2].
-_SHIFT = (2.0 * np.pi * 0.02) ** 2
 
 
 @dataclass(frozen=True)
@@ -123,51 +119,13 @@ def solve_modes(state: PrestressedState, n: int = 10) -> Modes:
     system = state.system
     if not 1 <= n < system.size:
         raise InputError(f"n: expected 1 to {system.size - 1} modes, got {n}; refine the mesh for more")
-    values, vectors = _lowest_eigenpairs(state, n)
+    values, vectors = lowest_eigenpairs(system.pattern, state.tangent_entries, system.inertia.mass_entries, n)
     frequencies = np.sign(values) * np.sqrt(np.abs(values)) / (2.0 * np.pi)
     translations = system.translations(vectors)
     flat = translations.reshape(n, -1)
     vectors = vectors * np.sign(flat[np.arange(n), np.abs(flat).argmax(axis=1)])[:, None]
     labels, symmetry = describe_shapes(state, system.translations(vectors))
     return Modes(state, frequencies, vectors, labels, symmetry, _effective_mass(state, vectors))
-
-
-def _lowest_eigenpairs(state: PrestressedState, n: int) -> tuple[Array, Array]:
-    system = state.system
-    stiffness, mass = state.tangent_entries, system.inertia.mass_entries
-    size = system.size
-    if size <= 3 * n + 20:
-        from scipy.linalg import eigh
-
-        dense = eigh(system.matrix(stiffness).toarray(), system.inertia.mass_matrix.toarray())
-        return dense[0][:n], dense[1][:, :n].T
-    factor, shift = _factorize_below(system.pattern, stiffness, mass)
-    inverse = LinearOperator((size, size), matvec=factor.solve, dtype=float)
-    start = np.random.default_rng(0).standard_normal(size)
-    try:
-        values, vectors = eigsh(
-            system.matrix(stiffness), n, system.inertia.mass_matrix, sigma=-shift, OPinv=inverse, v0=start
-        )
-    except RuntimeError as error:
-        raise NotConvergedError(f"modes: the eigensolver failed ({error}); ask for fewer modes") from error
-    order = np.argsort(values)
-    vectors = vectors[:, order]
-    norms = np.sqrt(np.einsum("in,in->n", vectors, system.inertia.mass_matrix @ vectors))
-    return values[order], (vectors / norms).T
-
-
-def _factorize_below(pattern: SparsityPattern, stiffness: Array, mass: Array) -> tuple[SymmetricFactorization, float]:
-    """Factors of K + shift M with the shift raised until no eigenvalue lies below it (unstable states have some)."""
-    factor, shift = SymmetricFactorization(pattern), _SHIFT
-    for _ in range(40):
-        try:
-            factor.factorize(stiffness + shift * mass)
-            if factor.negative_pivots() == 0:
-                return factor, shift
-        except np.linalg.LinAlgError:
-            pass
-        shift *= 4.0
-    raise NotConvergedError("modes: no shift makes the stiffness definite; check the mass and the prestress")
 
 
 def describe_shapes(state: PrestressedState, shapes: Array) -> tuple[list[tuple[int, int] | None], list[str]]:

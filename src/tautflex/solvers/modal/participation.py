@@ -22,7 +22,7 @@ from scipy.sparse.linalg import splu
 
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.inertia import InertiaOperator, cross_matrix
 from tautflex.solvers.modal.natural import RIGID_DIRECTIONS, Modes
 
@@ -33,7 +33,7 @@ _FREE = 6
 
 
 def appendage_data(
-    modes: Modes, point: ArrayLike = (0.0, 0.0, 0.0), damping: Rayleigh | ArrayLike | None = None
+    modes: Modes, point: ArrayLike = (0.0, 0.0, 0.0), damping: Damping | ArrayLike | None = None
 ) -> xr.Dataset:
     """Participation of the modes in rigid motions of the supports, and the rigid masses, about a point.
 
@@ -44,7 +44,8 @@ def appendage_data(
     point
         Reference point P in the floating frame [m], shape (3,).
     damping
-        Rayleigh damping, or damping ratios, one for all modes or shape (mode,); by default none.
+        `Rayleigh`, `Modal` or any other `Damping`, or damping ratios, one for all modes or shape (mode,); by default
+        none. Of a damping that couples modes, the modes' own terms are taken.
 
     Returns
     -------
@@ -156,16 +157,20 @@ def _free_mass(inertia: InertiaOperator, loads: Array) -> Array:
     return loads @ splu(inertia.pattern.matrix(inertia.mass_entries)).solve(loads.T)
 
 
-def _damping_ratios(modes: Modes, damping: Rayleigh | ArrayLike | None) -> Array:
+def _damping_ratios(modes: Modes, damping: Damping | ArrayLike | None) -> Array:
     count = len(modes.frequencies)
     if damping is None:
         return np.zeros(count)
-    if isinstance(damping, Rayleigh):
+    if isinstance(damping, Damping):
         natural = 2.0 * np.pi * np.abs(modes.frequencies)
-        if damping.alpha > 0.0 and not natural.all():
-            raise InputError("damping: expected modes of non-zero frequency with alpha > 0; add supports")
-        from_mass = np.divide(damping.alpha, 2.0 * natural, out=np.zeros(count), where=natural > 0.0)
-        return from_mass + 0.5 * damping.beta * natural
+        matrix = damping.matrix(modes.state.linear)
+        if matrix.mass > 0.0 and not natural.all():
+            raise InputError(
+                "damping: expected modes of non-zero frequency under damping in proportion to mass; add supports"
+            )
+        own = matrix.mass + np.sum(modes.vectors * matrix.low_rank_force(modes.vectors.T).T, axis=1)
+        from_mass = np.divide(own, 2.0 * natural, out=np.zeros(count), where=natural > 0.0)
+        return from_mass + 0.5 * matrix.stiffness * natural
     ratios = np.asarray(damping, dtype=float)
     if ratios.shape not in ((), (count,)) or not np.all(ratios >= 0.0):
         raise InputError(f"damping: expected one ratio >= 0, or {count} of them, got {ratios.tolist()}")

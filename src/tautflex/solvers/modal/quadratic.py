@@ -13,7 +13,7 @@ the shape's [Duffin 1955, J. Rational Mech. Anal. 4].
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -23,7 +23,9 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import ArpackError, LinearOperator, SuperLU, eigs, splu
 
 from tautflex.errors import NotConvergedError
+from tautflex.mechanics.dampings.matrix import DampingMatrix
 from tautflex.mechanics.pattern import SparsityPattern
+from tautflex.solvers.linear.low_rank import LowRankUpdate
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -44,6 +46,8 @@ class QuadraticPencil:
         Symmetric, mass positive definite, shape (entries,).
     gyroscopic
         Skew, shape (entries,).
+    beside
+        Damping whose vectors are added to that in the pattern.
     """
 
     pattern: SparsityPattern
@@ -51,15 +55,16 @@ class QuadraticPencil:
     damping: Array
     gyroscopic: Array
     stiffness: Array
+    beside: DampingMatrix = field(default_factory=DampingMatrix)
 
     @property
     def undamped(self) -> bool:
         """Whether there is no damping at all."""
-        return not self.damping.any()
+        return not (self.damping.any() or self.beside.coefficients.any())
 
     @cached_property
     def matrices(self) -> tuple[csr_array, csr_array, csr_array]:
-        """M, C + G and K in compressed rows."""
+        """M, C + G without the vectors beside it, and K in compressed rows."""
         pattern = self.pattern
         velocity = self.damping + self.gyroscopic
         return (
@@ -68,9 +73,16 @@ class QuadraticPencil:
             pattern.symmetric_matrix(self.stiffness),
         )
 
+    def velocity_product(self, vectors: Any) -> Any:
+        """``(C + G) vectors``, shape (size,) or (size, columns)."""
+        result = self.matrices[1] @ vectors
+        return result + self.beside.low_rank_force(vectors) if self.beside.rank else result
+
     def backward_error(self, eigenvalues: Complex, vectors: Complex) -> Array:
         """Residual over ``|l|^2 |M| |phi| + |l| |C + G| |phi| + |K| |phi|``, shape (mode,): 1e-16 at best."""
-        residual, scale = np.zeros(vectors.T.shape, dtype=complex), np.zeros(vectors.T.shape)
+        sizes = replace(self.beside, vectors=np.abs(self.beside.vectors))
+        residual = eigenvalues * self.beside.low_rank_force(vectors.T)
+        scale = np.abs(eigenvalues) * sizes.low_rank_force(np.abs(vectors.T))
         for power, matrix in zip((2, 1, 0), self.matrices, strict=True):
             residual += eigenvalues**power * (matrix @ vectors.T)
             scale += np.abs(eigenvalues) ** power * (abs(matrix) @ np.abs(vectors.T))
@@ -142,20 +154,22 @@ def _nearest_to_shift(pencil: QuadraticPencil, n: int, shift: float) -> tuple[Co
 
 def _shifted_inverse(pencil: QuadraticPencil, shift: float) -> LinearOperator:
     """Inverse of the companion pencil at a real shift, on (q, velocity / scale) with both halves alike in size."""
-    mass, velocity, _ = pencil.matrices
+    mass = pencil.matrices[0]
     values = shift * shift * pencil.mass + shift * (pencil.damping + pencil.gyroscopic) + pencil.stiffness
-    factor, size = _factorize(pencil.pattern, values), pencil.pattern.size
+    factor, size = LowRankUpdate(_factorize(pencil.pattern, values)), pencil.pattern.size
+    if pencil.beside.rank:
+        factor.correct(pencil.beside.vectors, shift * pencil.beside.coefficients)
     scale = _lowest_scale(pencil, factor, shift)
 
     def solve(right: Array) -> Array:
         a, b = right[:size], scale * right[size:]
-        x = -factor.solve(mass @ (b + shift * a) + velocity @ a)
+        x = -factor.solve(mass @ (b + shift * a) + pencil.velocity_product(a))
         return np.concatenate([x, (a + shift * x) / scale])
 
     return LinearOperator((2 * size, 2 * size), matvec=solve, matmat=solve, dtype=float)
 
 
-def _lowest_scale(pencil: QuadraticPencil, factor: SuperLU, shift: float) -> float:
+def _lowest_scale(pencil: QuadraticPencil, factor: LowRankUpdate, shift: float) -> float:
     """Rough size of the lowest eigenvalues [rad/s] by inverse iteration, at least the shift.
 
     Halves of unequal size would cost the shapes their ratio in digits.
@@ -189,8 +203,8 @@ def _rayleigh_functional(pencil: QuadraticPencil, raw: Complex, vectors: Complex
     ``k`` is a small difference of large numbers where stiff directions are at rest; its round-off limits how well a
     double root (zero, or the onset of instability) can be told from a pair.
     """
-    _, velocity, stiffness = pencil.matrices
-    both = quadratic_forms(velocity, vectors)
+    stiffness = pencil.matrices[2]
+    both = np.sum(vectors.conj() * pencil.velocity_product(vectors.T).T, axis=1)
     c, g = (np.zeros_like(both.real) if pencil.undamped else both.real), both.imag
     k = quadratic_forms(stiffness, vectors).real
     noise = np.sqrt(_ROUNDOFF * quadratic_forms(abs(stiffness), np.abs(vectors).astype(complex)).real)

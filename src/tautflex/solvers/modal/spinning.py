@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.inertia import cross_matrix
 from tautflex.mechanics.membrane import survey_at
@@ -141,7 +142,7 @@ def solve_spinning_modes(
     origin: ArrayLike = (0.0, 0.0, 0.0),
     n: int = 10,
     coupling: Coupling | None = None,
-    damping: Rayleigh | None = None,
+    damping: Damping | None = None,
 ) -> SpinningModes:
     """Lowest complex modes of a steadily spinning structure.
 
@@ -158,7 +159,7 @@ def solve_spinning_modes(
     coupling
         Terms of the rotating frame that are kept, by default all.
     damping
-        Rayleigh damping, by default none.
+        `Rayleigh`, `Modal` or any other `Damping` of the state at rest, by default none.
 
     Returns
     -------
@@ -194,17 +195,19 @@ def solve_spinning_modes(
 
 
 def spinning_pencil(
-    state: PrestressedState, equilibrium: Array, motion: RigidMotion, coupling: Coupling, damping: Rayleigh
+    state: PrestressedState, equilibrium: Array, motion: RigidMotion, coupling: Coupling, damping: Damping
 ) -> QuadraticPencil:
-    """Matrices of small motions about a spinning equilibrium; ``C = alpha M + beta K`` of the state at rest."""
+    """Matrices of small motions about a spinning equilibrium; the damping is that of the state at rest."""
     system = state.system
     inertia = system.inertia
+    matrix = damping.matrix(state.linear)
     return QuadraticPencil(
         system.pattern,
         inertia.mass_entries,
-        damping.entries(inertia.mass_entries, state.tangent_entries),
+        matrix.proportional(inertia.mass_entries, state.tangent_entries),
         inertia.entries(coupling.velocity_weight(motion)),
         system.tangent(equilibrium) + inertia.entries(coupling.displacement_weight(motion)),
+        matrix,
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import PrestressError
+from tautflex.mechanics.dampings.damping import LinearStructure
 from tautflex.mechanics.membrane import (
     MembraneSurvey,
     membrane_states,
@@ -17,6 +18,7 @@ from tautflex.mechanics.membrane import (
     survey_at,
 )
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.solvers.linear.eigenpairs import NaturalModes
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.diagnosis import Problem, find_problems, instability_text, soft_text
 from tautflex.solvers.static.tensioning import largest_force, respond
@@ -127,6 +129,12 @@ class PrestressedState:
     def tangent_entries(self) -> Array:
         """Tangent stiffness of the reference in the pattern, shape (entries,)."""
         return self.system.tangent(np.zeros(self.system.size))
+
+    @cached_property
+    def linear(self) -> LinearStructure:
+        """Mass, stiffness and natural modes of small motion, for dampings."""
+        modes = NaturalModes(self.system.pattern, self.tangent_entries, self.system.inertia.mass_entries)
+        return LinearStructure(self.system, self.tangent_entries, modes)
 
 
 def solve_prestress(model: Model, check: bool = True) -> PrestressedState:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.solvers.transient.methods.scheme import Combination, StepScheme
+from tautflex.solvers.transient.methods.scheme import Combination, OneStageMethod, StepScheme
 
 
 def alpha_scheme(step: float, alpha_m: float, alpha_f: float, beta: float, gamma: float) -> StepScheme:
@@ -41,7 +41,7 @@ def alpha_scheme(step: float, alpha_m: float, alpha_f: float, beta: float, gamma
 
 
 @dataclass(frozen=True)
-class GeneralizedAlpha:
+class GeneralizedAlpha(OneStageMethod):
     """Second-order method with chosen damping at high frequency [Chung & Hulbert 1993].
 
     Parameters
@@ -75,15 +75,15 @@ class GeneralizedAlpha:
 
 
 @dataclass(frozen=True)
-class Newmark:
+class Newmark(OneStageMethod):
     """Newmark's method [Newmark 1959]; the default is the trapezoidal (average acceleration) rule.
 
     Parameters
     ----------
     gamma
-        Velocity parameter, >= 1/2; above 1/2 it damps and falls to first order.
+        Velocity parameter in [0.5, 1]; above 1/2 it damps and falls to first order.
     beta
-        Displacement parameter; unconditionally stable for beta >= (gamma + 1/2)^2 / 4.
+        Displacement parameter in (0, 1]; unconditionally stable for beta >= (gamma + 1/2)^2 / 4.
 
     Raises
     ------
@@ -111,7 +111,7 @@ class Newmark:
 
 
 @dataclass(frozen=True)
-class HHT:
+class HHT(OneStageMethod):
     """Hilber-Hughes-Taylor method [Hilber, Hughes & Taylor 1977].
 
     Parameters

@@ -5,17 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tautflex.errors import InputError
-from tautflex.solvers.transient.methods.scheme import Combination, StepScheme
+from tautflex.solvers.transient.methods.scheme import Combination, OneStageMethod, StepScheme
 
 
 @dataclass(frozen=True)
-class WilsonTheta:
+class WilsonTheta(OneStageMethod):
     """Linear acceleration over theta h, equilibrium at t + theta h [Wilson, Farhoomand & Bathe 1973].
 
     Parameters
     ----------
     theta
-        Collocation parameter; linearly unconditionally stable for theta >= 1.37, default 1.4 (the paper's).
+        Collocation parameter in [1, 3]; linearly unconditionally stable for theta >= 1.37, default 1.4 (the paper's).
 
     Raises
     ------
