@@ -59,7 +59,7 @@ def single(rom: tf.ReducedModel, options: dict[str, Any], repeats: int = 5) -> t
     best, run = np.inf, None
     for _ in range(repeats):
         began = time.perf_counter()
-        run = rom.simulate(STOP, damping=DAMPING, **options)
+        run = tf.simulate(rom, STOP, damping=DAMPING, **options)
         best = min(best, time.perf_counter() - began)
     return best, run.data.w.values
 

@@ -125,7 +125,7 @@ def test_central_differences_of_reduced_model_are_the_single_runs(rom, verificat
     ended = batch.simulate(hard, tf.Stop(0.6, 0.04), throw=False, **options)
     assert ended.status.values.tolist() == ["completed", "not-converged"]
     assert 0 < np.isfinite(ended.w[1, :, 0]).sum() < ended.time.size
-    assert rom.simulate(tf.Stop(2.0, 0.04), damping=tf.Rayleigh(0.0, 2e-3), **options).stats.halvings > 0
+    assert tf.simulate(rom, tf.Stop(2.0, 0.04), damping=tf.Rayleigh(0.0, 2e-3), **options).stats.halvings > 0
 
 
 def test_fixed_stress_fields_cost_less_than_the_truncation_of_the_single_run(state, verification_row):

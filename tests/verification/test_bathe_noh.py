@@ -8,9 +8,12 @@ steps.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
+from tautflex.solvers.transient.methods.bathe import Bathe
 from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
 from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
 from tautflex.solvers.transient.methods.scheme import Combination
@@ -25,26 +28,40 @@ def load(time: float) -> np.ndarray:
     return np.array([-STIFF * np.sin(RATE * time), 0.0])
 
 
+@dataclass(frozen=True)
+class Masses:
+    """State of the two moving masses."""
+
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    forces: np.ndarray
+
+
 def integrate(method, steps: int) -> np.ndarray:
-    """History (step, quantity, mass) of displacement, velocity and acceleration through the scheme's coefficients."""
-    scheme = method.scheme(STEP)
-    q, v, a = np.zeros((3, 2))
-    forces = MATRIX @ q + load(0.0)
-    history = [(q, v, a)]
+    """History (step, quantity, mass) of displacement, velocity and acceleration through the stages' coefficients."""
+    at = Masses(*np.zeros((3, 2)), load(0.0))
+    history = [(at.q, at.v, at.a)]
     for n in range(steps):
+        passed, begin = [at], n * STEP
+        for stage in method.stages(STEP):
+            start, scheme = passed[-1], stage.scheme
+            v, a = stage.recalled(passed)
 
-        def value(part: Combination, d, v=v, a=a) -> np.ndarray:
-            return part.d * d + part.v * v + part.a * a
+            def value(part: Combination, d, v=v, a=a) -> np.ndarray:
+                return part.d * d + part.v * v + part.a * a
 
-        evaluated = load((n + scheme.evaluation) * STEP)
-        known = value(scheme.inertia, 0.0) + scheme.weight * (MATRIX @ q + evaluated)
-        known = known + (1.0 - scheme.weight) * forces
-        d = -np.linalg.solve(scheme.inertia.d * np.eye(2) + scheme.weight * MATRIX, known)
-        forces = MATRIX @ (q + d) + evaluated
-        parts = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
-        move, v, a = (value(part, d) for part in parts)
-        q = q + move
-        history.append((q, v, a))
+            evaluated = load(begin + scheme.evaluation * stage.share * STEP)
+            known = value(scheme.inertia, 0.0) + scheme.weight * (MATRIX @ start.q + evaluated)
+            known = known + (1.0 - scheme.weight) * start.forces
+            d = -np.linalg.solve(scheme.inertia.d * np.eye(2) + scheme.weight * MATRIX, known)
+            forces = MATRIX @ (start.q + d) + evaluated
+            parts = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
+            move, speed, change = (value(part, d) for part in parts)
+            passed.append(Masses(start.q + move, speed, change, forces))
+            begin += stage.share * STEP
+        at = passed[-1]
+        history.append((at.q, at.v, at.a))
     return np.array(history)
 
 
@@ -88,7 +105,12 @@ def test_energy_conserving_keeps_it_too():
 
 @pytest.mark.parametrize(
     "method",
-    [GeneralizedAlpha(rho_inf=0.0), GeneralizedAlpha(rho_inf=0.5), GeneralizedAlpha(rho_inf=0.8), WilsonTheta()],
+    [
+        GeneralizedAlpha(rho_inf=0.0),
+        GeneralizedAlpha(rho_inf=0.5),
+        GeneralizedAlpha(rho_inf=0.8),
+        WilsonTheta(),
+    ],
     ids=lambda m: m.name,
 )
 def test_methods_that_damp_high_frequencies_lose_it(method, verification_row):
@@ -101,3 +123,24 @@ def test_methods_that_damp_high_frequencies_lose_it(method, verification_row):
         late_error(method, 2),
         "Bathe & Noh 2012",
     )
+
+
+@pytest.mark.parametrize("split", [0.5, 2.0 - np.sqrt(2.0)])
+def test_bathe_loses_it_at_once_and_its_acceleration_is_of_first_order(split, verification_row):
+    """Where displacements q are imposed, both stages differentiate them, with errors e of the velocity at g and 1.
+
+    Backward difference: e_1 = -(1 - g) h^2 q3/6 with the third derivative q3; trapezoidal rule: e_g = -e_0 - g^2 h^2
+    q3/6. The acceleration takes up c2 (e_g - e_1) with c2 = -1/((1 - g) g h).
+    """
+    method = Bathe(split)
+    assert late_error(method, 0) < 0.05
+    assert late_error(method, 1) < 0.05
+    expected = RATE * STEP / 6.0 * (2.0 * (1.0 - split) - split**2) / ((1.0 - split) * split)
+    got = late_error(method, 2)
+    assert got == pytest.approx(expected, rel=0.1)
+    # From the third step on there is nothing else.
+    time = STEP * np.arange(3, 9)
+    early = np.abs(integrate(method, 8)[3:, 2, 0] - slow_solution(time)[2]).max() / RATE**2
+    assert early < 1.5 * expected
+    text = f"Bathe-Noh three masses, {method.name}: error of the stiff mass's acceleration after 100 steps"
+    verification_row(text, expected, got, "leading error of both differences")

@@ -15,7 +15,8 @@ from tautflex.motion.coupling import Coupling
 from tautflex.motion.maneuvers import AtRest, Stop
 from tautflex.solvers.static.prestress import solve_prestress
 from tautflex.solvers.transient.adaptive import Adaptive
-from tautflex.solvers.transient.explicit import CentralDifference
+from tautflex.solvers.transient.equation import EquationOfMotion
+from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.generalized_alpha import Newmark
 from tautflex.solvers.transient.simulate import simulate
 from tautflex.solvers.transient.stability import largest_eigenvalue
@@ -35,7 +36,7 @@ def test_limit_is_two_over_the_largest_frequency(name, damping, verification_row
     """The step that is refused, and the one that is not, bracket 2 / w_max; implicit damping does not move it."""
     state = string(8, tension=1.0, modulus=1e3) if name == "string" else soft_film()
     limit = dense_limit(state)
-    stepper = CentralDifference().stepper(state, damping, Coupling())
+    stepper = CentralDifference().stepper(EquationOfMotion(state, damping, Coupling()))
     got = stepper.stable_step(np.zeros(state.system.size))
     assert limit * (1.0 - 1e-3) < got <= limit * (1.0 + 1e-9)
     options = {"method": CentralDifference(), "damping": damping, "fields": "all"}
@@ -63,7 +64,7 @@ def test_a_step_beyond_the_limit_gives_itself_away():
     """With the estimate silenced, the stiffness felt along a growing step, move . df / move . M move, exceeds 4/h^2."""
     state = string(8, tension=1.0, modulus=1.0, free_directions="z")
     size = 1.02 * dense_limit(state)
-    stepper = CentralDifference().stepper(state, Rayleigh(), Coupling())
+    stepper = CentralDifference().stepper(EquationOfMotion(state, Rayleigh(), Coupling()))
     stepper._largest = 1e-12  # believes every step to be stable
     at = stepper.start(0.0, np.zeros(state.system.size), np.zeros(state.system.size), AtRest().start())
     at.v = TINY_VELOCITY * np.random.default_rng(0).standard_normal(state.system.size)
@@ -133,7 +134,8 @@ def test_second_order_and_the_same_motion_as_the_trapezoidal_rule(damping, verif
 def test_gyroscopic_forces_are_solved_for():
     """Spinning antenna about a tilted axis: agreement with the trapezoidal rule falls with the square of the step."""
     state, stop = solve_prestress(small_antenna()), Stop(20.0, 0.05, axis=(1.0, 0.4, 0.3))
-    limit = CentralDifference().stepper(state, Rayleigh(), Coupling()).stable_step(np.zeros(state.system.size))
+    stepper = CentralDifference().stepper(EquationOfMotion(state, Rayleigh(), Coupling()))
+    limit = stepper.stable_step(np.zeros(state.system.size))
     step = 1e-3 / np.ceil(1e-3 / (0.5 * limit))
     options = {"end_time": 4e-3, "fields": [4e-3], "time_step": step}
     fields = [

@@ -16,6 +16,7 @@ from tautflex.motion.maneuvers import Stop
 from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
+from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark
 from tautflex.solvers.transient.methods.wilson import WilsonTheta
@@ -289,7 +290,7 @@ def test_shifting_the_axis_equals_shifting_the_antenna():
 
 def frame_forces(state: PrestressedState, coupling: Coupling, motion: RigidMotion, q, v) -> np.ndarray:
     """Inertia force that balances all others: -M a of the state."""
-    stepper = Stepper(state, WilsonTheta(), Rayleigh(), coupling, 1e-9)
+    stepper = Stepper(EquationOfMotion(state, Rayleigh(), coupling), WilsonTheta(), 1e-9)
     return -(state.system.inertia.mass_matrix @ stepper.start(0.0, q, v, motion).a)
 
 

@@ -5,6 +5,8 @@ An oscillator x'' + 2 xi w x' + w^2 x = 0 makes a step X1 = A X0 with X = (x, h 
 [B]  Bathe, Finite Element Procedures, section 9.4.2: A of Wilson's method (for (h^2 x'', h x', x)).
 [CH] Chung & Hulbert, J. Appl. Mech. 60 (1993) 371: equations and parameters of generalized-alpha.
 [HHT] Hilber, Hughes & Taylor, Earthq. Eng. Struct. Dyn. 5 (1977) 283.
+[B7] Bathe, Computers & Structures 85 (2007) 437: the composite method of two stages.
+[NB] Noh & Bathe, Computers & Structures 198 (2018) 34: its split, 2 - sqrt(2) of the shortest period error.
 [GT] Goudreau & Taylor, Comput. Methods Appl. Mech. Eng. 2 (1973) 69: overshoot of Wilson's method.
 [HH] Hilber & Hughes, Earthq. Eng. Struct. Dyn. 6 (1978) 99: collocation methods, overshoot at h/T = 10.
 """
@@ -18,8 +20,10 @@ import pytest
 
 from tautflex.errors import InputError
 from tautflex.solvers.modal.natural import solve_modes
+from tautflex.solvers.transient.methods.bathe import Bathe
 from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
 from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
+from tautflex.solvers.transient.methods.scheme import amplification
 from tautflex.solvers.transient.methods.wilson import WilsonTheta
 from tautflex.solvers.transient.simulate import simulate
 from verification.dynamic_cases import (
@@ -44,6 +48,8 @@ METHODS = [
     HHT(),
     HHT(alpha=0.3),
     EnergyConserving(),
+    Bathe(),
+    Bathe(split=0.5),
 ]
 SOURCES = {
     WilsonTheta: "amplification matrix, Bathe, Finite Element Procedures, 9.4.2",
@@ -51,6 +57,7 @@ SOURCES = {
     Newmark: "amplification matrix, Chung & Hulbert 1993, alpha_m = alpha_f = 0",
     HHT: "amplification matrix, Hilber, Hughes & Taylor 1977",
     EnergyConserving: "amplification matrix of the mid-point rule",
+    Bathe: "trapezoidal rule, then three-point backward difference, Bathe 2007",
 }
 STEPS_PER_PERIOD = [1e3, 100.0, 30.0, 10.0, 3.0, 1.0, 0.3, 0.1, 1e-3]
 
@@ -104,36 +111,30 @@ def midpoint_textbook(phase: float, damping: float) -> np.ndarray:
     return np.linalg.solve(new, old)
 
 
+def bathe_textbook(split: float, phase: float, damping: float) -> np.ndarray:
+    """A of [B7] from its own equations, all unknowns of both stages at once: x, h x', h^2 x'' at g, then at 1.
+
+    x_g = x_0 + g (x'_0 + x'_g)/2 and the same of x''; x'_1 = c1 x_0 + c2 x_g + c3 x_1 and the same of x''; equilibrium.
+    """
+    c1, c2, c3 = (1 - split) / split, -1 / ((1 - split) * split), (2 - split) / (1 - split)
+    spring, dashpot, half = phase**2, 2 * damping * phase, 0.5 * split
+    new, old = np.zeros((6, 6)), np.zeros((6, 3))
+    new[0, :2], old[0] = (1.0, -half), (1.0, half, 0.0)
+    new[1, 1:3], old[1] = (1.0, -half), (0.0, 1.0, half)
+    new[2, :3] = new[5, 3:] = spring, dashpot, 1.0
+    new[3, [0, 3, 4]], old[3, 0] = (c2, c3, -1.0), -c1
+    new[4, [1, 4, 5]], old[4, 1] = (c2, c3, -1.0), -c1
+    return np.linalg.solve(new, old)[3:]
+
+
 def textbook(method, phase: float, damping: float = 0.0) -> np.ndarray:
     if isinstance(method, WilsonTheta):
         return wilson_textbook(method.theta, phase, damping)
     if isinstance(method, EnergyConserving):
         return midpoint_textbook(phase, damping)
+    if isinstance(method, Bathe):
+        return bathe_textbook(method.split, phase, damping)
     return alpha_textbook(method, phase, damping)
-
-
-def amplification(method, phase: float, damping: float = 0.0) -> np.ndarray:
-    """A from the coefficients of the code's scheme, for h = 0.01 s and w = phase / h."""
-    step = 0.01
-    scheme, frequency = method.scheme(step), phase / step
-    spring, dashpot = frequency**2, 2.0 * damping * frequency
-    state_to_combination = np.diag([1.0, 1.0 / step, 1.0 / step**2])
-    columns = []
-    for displacement, velocity, acceleration in state_to_combination:
-        start = np.array([0.0, velocity, acceleration])
-
-        def value(combination, start=start) -> float:
-            return combination.v * start[1] + combination.a * start[2]
-
-        forces = spring * displacement + dashpot * velocity
-        known = value(scheme.inertia) + scheme.weight * (spring * displacement + dashpot * value(scheme.velocity))
-        known += (1.0 - scheme.weight) * forces
-        unknown = scheme.inertia.d + scheme.weight * (spring + dashpot * scheme.velocity.d)
-        increment = -known / unknown
-        parts = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
-        end = [part.d * increment + value(part) for part in parts]
-        columns.append([displacement + end[0], step * end[1], step**2 * end[2]])
-    return np.array(columns).T
 
 
 def spectral_radius(matrix: np.ndarray) -> float:
@@ -184,6 +185,45 @@ def test_newmark_and_hht_limits_are_the_published_ones(verification_row):
             got,
             "Chung & Hulbert 1993: (1 - alpha)/(1 + alpha)",
         )
+
+
+@pytest.mark.parametrize("split", [0.1, 0.5, 2.0 - np.sqrt(2.0), 0.9])
+def test_bathe_never_grows_and_kills_what_it_does_not_resolve(split, verification_row):
+    method = Bathe(split=split)
+    radii = [
+        spectral_radius(amplification(method, phase, xi)) for phase in np.geomspace(1e-3, 1e8, 60) for xi in (0, 0.1)
+    ]
+    assert max(radii) <= 1.0 + 1e-12
+    limit = spectral_radius(amplification(method, 1e8))
+    assert limit < 1e-6
+    verification_row(f"Bathe, spectral radius at infinity, split = {split:.4g}", 0.0, limit, "Bathe 2007")
+
+
+def test_bathe_splits_so_that_one_factorization_serves_both_stages(verification_row):
+    """Effective stiffness 4/(g h)^2 M + 2/(g h) C + K of the first stage, c3^2 M + c3 C + K of the second."""
+    first, second = (stage.scheme for stage in Bathe().stages(0.02))
+    assert first.inertia.d == pytest.approx(second.inertia.d, rel=1e-14)
+    assert first.velocity.d == pytest.approx(second.velocity.d, rel=1e-14)
+    assert (Bathe().tangents, Bathe(split=0.5).tangents) == ((0, 0), (0, 1))
+    # [NB]: of all splits it has the shortest period error.
+    phase = 0.1
+    errors = {
+        split: abs(np.angle(oscillating_root(amplification(Bathe(split), phase))) / phase - 1.0)
+        for split in (0.4, 0.5, 2.0 - np.sqrt(2.0), 0.7, 0.8)
+    }
+    assert min(errors, key=errors.get) == 2.0 - np.sqrt(2.0)
+    runs = [
+        simulate(
+            soft_film(),
+            method=Bathe(split),
+            time_step=2e-3,
+            end_time=0.02,
+            initial_velocity=lambda x, y: 1e-6 + 0.0 * x,
+        )
+        for split in (2.0 - np.sqrt(2.0), 0.5)
+    ]
+    # One of the mass matrix besides.
+    assert [run.stats.factorizations for run in runs] == [2, 3]
 
 
 def test_trapezoidal_rule_is_the_common_special_case():
@@ -281,6 +321,8 @@ SECOND_ORDER = [
     Newmark(),
     HHT(alpha=0.2),
     EnergyConserving(),
+    Bathe(),
+    Bathe(split=0.5),
 ]
 
 

@@ -13,14 +13,19 @@ from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import fixed_axis_motion
 from tautflex.reduction.bases.basis import BasisVectors, ReferenceSolver, add_companions, ritz
 from tautflex.reduction.marching.frame_terms import frame_at
-from tautflex.reduction.marching.run import ReducedFlight
+from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.polynomial.forces import companion_forces, energies, internal_force, slopes, tangent
 from tautflex.reduction.polynomial.monomials import monomial_rates, monomials
 from tautflex.reduction.polynomial.projection import Factors, assemble, project
 from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.equilibrium import solve_static, spinning_equilibrium
+from tautflex.solvers.transient.problem import TransientProblem
 from tautflex.structure.materials import Material
 from verification.dynamic_cases import SuddenSpin, small_antenna, soft_film, transverse_spin
+
+
+def run_of(rom) -> ReducedRun:
+    return ReducedRun(rom, TransientProblem(rom, method=tf.Newmark(), time_step=1.0, end_time=1.0))
 
 
 @dataclass(frozen=True)
@@ -139,8 +144,8 @@ def test_condensed_companions_are_exact_in_statics(verification_row):
     assert rom.size < state.system.size
     motion = transverse_spin(400.0)
     q = solve_static(state, Coupling().load(motion, state.system.inertia))
-    flight = ReducedFlight(rom, tf.Newmark(), Rayleigh(), Coupling(), (), None, np.zeros(1, dtype=np.int64))
-    ours = rom.displacement(flight._equilibrium(motion))
+    run = run_of(rom)
+    ours = rom.displacement(run._equilibrium(motion))
     error = float(np.abs(ours - q).max() / np.abs(q).max())
     linear = solver.solve(-Coupling().load(motion, state.system.inertia))
     assert np.abs(linear).max() > 2.0 * np.abs(q).max()  # the film has hardened
@@ -156,11 +161,11 @@ def test_centrifugal_load_stiffens_through_the_companions():
     basis = add_companions(state, ReferenceSolver(state), kept, np.ones(6), ("rx",), "condensed", "w")
     rom = tf.reduce(state, Given(basis))
     motion = fixed_axis_motion(2.0, 0.0, np.array([1.0, 0.0, 0.0]), np.zeros(3))
-    flight = ReducedFlight(rom, tf.Newmark(), Rayleigh(), Coupling(), (), None, np.zeros(1, dtype=np.int64))
-    frame = frame_at(Coupling(), flight.moments, motion, rom.size)
+    run = run_of(rom)
+    frame = frame_at(Coupling(), run.moments, motion, rom.size)
     # Slow in-plane fields are coordinates, fast ones companions; both carry the load.
-    eta = flight._equilibrium(motion)
-    ours = tangent(flight.plant, eta, frame.stress[0])
+    eta = run._equilibrium(motion)
+    ours = tangent(run.plant, eta, frame.stress[0])
     q = spinning_equilibrium(state, motion, Coupling())
     matrix = state.system.pattern.symmetric_matrix(state.system.tangent(q))
     theirs = rom.basis.kept @ (matrix @ rom.basis.kept.T)
@@ -192,9 +197,9 @@ def test_gyroscopic_coupling_of_companions_does_no_work():
     state = tf.solve_prestress(small_antenna())
     rom = tf.reduce(state, tf.ModalBasis(("rx",), count=5))
     plant = rom.plant(Rayleigh())
-    flight = ReducedFlight(rom, tf.Newmark(), Rayleigh(), Coupling(), (), None, np.zeros(1, dtype=np.int64))
+    run = run_of(rom)
     motion = fixed_axis_motion(1.5, 0.0, np.array([0.6, 0.8, 0.0]), np.zeros(3))
-    frame = frame_at(Coupling(euler=False, centrifugal=False, inertial_load=False), flight.moments, motion, rom.size)
+    frame = frame_at(Coupling(euler=False, centrifugal=False, inertial_load=False), run.moments, motion, rom.size)
     rng = np.random.default_rng(4)
     q, v = 1e-3 * rng.standard_normal((2, rom.size))
     stress, force = np.empty(len(plant.first)), np.empty(rom.size)

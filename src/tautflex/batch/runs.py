@@ -15,7 +15,7 @@ from tautflex.batch.chunks import ChunkRunner, usual_chunk
 from tautflex.batch.damping import BatchDamping
 from tautflex.batch.equations.equation import STORED, EachRun, Plant
 from tautflex.batch.equations.full import FullPlant
-from tautflex.batch.equations.rate_history import Course, Numbers, course_of
+from tautflex.batch.equations.rate_history import course_of
 from tautflex.batch.equations.reduced import ReducedPlant
 from tautflex.batch.library import jax
 from tautflex.batch.output.dataset import to_dataset
@@ -24,19 +24,17 @@ from tautflex.batch.parameters import check_names, checked_numbers
 from tautflex.batch.steps.explicit import ExplicitWalk
 from tautflex.batch.steps.implicit import ImplicitWalk
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
-from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.motion.coupling import Coupling
+from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import Maneuver
-from tautflex.motion.maneuvers import AtRest
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.transient.explicit import CentralDifference
-from tautflex.solvers.transient.methods.scheme import ImplicitMethod
-from tautflex.solvers.transient.methods.wilson import WilsonTheta
-from tautflex.solvers.transient.probes import ProbeSet, place_probes
-from tautflex.solvers.transient.problem import InitialVelocity, check_parts, start_velocity, step_count
+from tautflex.solvers.transient.methods.central_difference import CentralDifference
+from tautflex.solvers.transient.methods.scheme import Method
+from tautflex.solvers.transient.problem import TransientProblem
 from tautflex.solvers.transient.status import Status
+
+# Keywords of `tautflex.simulate` that ask for what a batch does not do.
+_NOT_IN_A_BATCH = frozenset({"adaptive", "inputs", "every", "fields", "max_halvings"})
 
 
 class Batch:
@@ -60,31 +58,19 @@ class Batch:
     def __init__(self, plant: PrestressedState | ReducedModel) -> None:
         if not isinstance(plant, PrestressedState | ReducedModel):
             raise InputError(f"plant: expected a prestressed state or a reduced model, got {plant!r}")
+        self._model = plant
         self._plant: Plant = ReducedPlant(plant) if isinstance(plant, ReducedModel) else FullPlant(plant)
-        self._state = self._plant.state
         self._run = ChunkRunner(self._plant.side_by_side)
 
     def response(
-        self,
-        maneuver: Maneuver | None = None,
-        *,
-        method: ImplicitMethod | CentralDifference | None = None,
-        time_step: float,
-        end_time: float,
-        damping: Damping | None = None,
-        coupling: Coupling | None = None,
-        probes: Mapping[str, ArrayLike] | None = None,
-        probe_reading: str = "interpolate",
-        initial_velocity: InitialVelocity = None,
-        store: Sequence[str] = STORED,
-        tolerance: float | None = None,
+        self, maneuver: Maneuver | None = None, *, store: Sequence[str] = STORED, **question: Any
     ) -> Callable[[Mapping[str, Any]], Response]:
         """One run as a pure function of its parameters, for `jax.grad`, `jax.jit` and `jax.vmap`.
 
         Parameters
         ----------
-        maneuver, method, time_step, end_time, damping, coupling, probes, probe_reading, initial_velocity, tolerance
-            As for `tautflex.simulate`.
+        maneuver, question
+            As for `simulate`.
         store
             What the record holds, of ``"displacement"``, ``"velocity"`` and ``"energy"``.
 
@@ -101,27 +87,16 @@ class Batch:
         UnsupportedError
             If the maneuver or the method has no batched form.
         """
-        course, defaults, function, damped = self._function(
-            maneuver,
-            method,
-            time_step,
-            end_time,
-            damping,
-            coupling,
-            probes,
-            probe_reading,
-            initial_velocity,
-            store,
-            tolerance,
-        )[:4]
+        asked = _Asked(self._plant, self._problem(maneuver, question), tuple(store))
+        function, damping = asked.function, asked.damping
 
         def respond(parameters: Mapping[str, Any]) -> Response:
-            check_names(parameters, self._plant.kinds, course, damped.defaults)
-            alone = {**defaults, **damped.defaults}
+            check_names(parameters, self._plant.kinds, asked.course, damping.defaults)
+            alone = {**asked.defaults, **damping.defaults}
             numbers = {**alone, **parameters}
             differ = frozenset(name for name in parameters if np.ndim(numbers[name]) > np.ndim(alone.get(name, 0.0)))
             runs = len(numbers[min(differ)]) if differ else 1
-            numbers, differ = damped.of_traced(numbers, differ)
+            numbers, differ = damping.of_traced(numbers, differ)
             if differ:
                 return self._run.many(function, differ, runs)(numbers)
             if not self._plant.side_by_side:
@@ -135,18 +110,10 @@ class Batch:
         parameters: Mapping[str, ArrayLike],
         maneuver: Maneuver | None = None,
         *,
-        method: ImplicitMethod | CentralDifference | None = None,
-        time_step: float,
-        end_time: float,
-        damping: Damping | None = None,
-        coupling: Coupling | None = None,
-        probes: Mapping[str, ArrayLike] | None = None,
-        probe_reading: str = "interpolate",
-        initial_velocity: InitialVelocity = None,
         store: Sequence[str] = STORED,
-        tolerance: float | None = None,
         chunk: int | None = None,
         throw: bool = True,
+        **question: Any,
     ) -> xr.Dataset:
         """Runs with given parameters.
 
@@ -158,14 +125,17 @@ class Batch:
             (``"damping.alpha"``, ``"damping.beta"``; ``"damping.ratio"``) and of the maneuver, such as
             ``"maneuver.rate"``, replace those of the arguments. Proportional damping follows the factors of the state,
             the vectors of modal damping are those of the state as given.
-        maneuver, method, time_step, end_time, damping, coupling, probes, probe_reading, initial_velocity, tolerance
-            As for `tautflex.simulate`.
+        maneuver
+            Prescribed rigid motion; None is none.
         store
             What the result holds, of ``"displacement"``, ``"velocity"`` and ``"energy"``.
         chunk
             Runs computed side by side; None takes what suits a processor.
         throw
             Raise when a run fails; False returns all, failed ones labelled and NaN from where they failed.
+        question
+            As for `tautflex.simulate`: ``time_step``, ``end_time``, ``method``, ``damping``, ``coupling``, ``probes``,
+            ``probe_reading``, ``initial_velocity``, ``tolerance``.
 
         Returns
         -------
@@ -181,105 +151,102 @@ class Batch:
         NotConvergedError
             If a run fails and ``throw`` is set; ``.result`` holds all runs.
         """
-        maneuver = maneuver or AtRest()
-        course, defaults, function, damped, placed, key = self._function(
-            maneuver,
-            method,
-            time_step,
-            end_time,
-            damping,
-            coupling,
-            probes,
-            probe_reading,
-            initial_velocity,
-            store,
-            tolerance,
-        )
-        arrays, axes, runs = checked_numbers(parameters, self._plant.kinds, course, damped.defaults)
-        _check_maneuvers(maneuver, arrays, axes, runs)
-        of_damping, rows = damped.of_rows(arrays, axes, runs)
-        others = {name: array for name, array in arrays.items() if name not in damped.defaults}
-        numbers = {**{name: np.asarray(value, dtype=float) for name, value in defaults.items()}, **others, **of_damping}
+        problem = self._problem(maneuver, question)
+        asked = _Asked(self._plant, problem, tuple(store))
+        damping = asked.damping
+        arrays, axes, runs = checked_numbers(parameters, self._plant.kinds, asked.course, damping.defaults)
+        _check_maneuvers(problem.maneuver, arrays, axes, runs)
+        of_damping, rows = damping.of_rows(arrays, axes, runs)
+        others = {name: array for name, array in arrays.items() if name not in damping.defaults}
+        fixed = {name: np.asarray(value, dtype=float) for name, value in asked.defaults.items()}
+        numbers = {**fixed, **others, **of_damping}
         differ = frozenset(name for name in others if axes[name] == 0) | rows
         usual = usual_chunk(runs, self._plant.side_by_side)
         at_once = min(runs, usual if chunk is None else checks.whole("chunk", chunk, 1))
-        record = self._run(function, key, numbers, differ, runs, at_once)
-        data = to_dataset(record, arrays, axes, runs, placed, method or WilsonTheta(), maneuver, time_step)
+        record = self._run(asked.function, asked.key, numbers, differ, runs, at_once)
+        data = to_dataset(record, arrays, axes, runs, problem)
         failed = int(np.sum(data["status"].values != Status.COMPLETED.value))
         if failed and throw:
             raise NotConvergedError(f"{failed} of {runs} runs: {Status.NOT_CONVERGED.message}", result=data)
         return data
 
-    def _function(
-        self,
-        maneuver: Maneuver | None,
-        method: ImplicitMethod | CentralDifference | None,
-        time_step: float,
-        end_time: float,
-        damping: Damping | None,
-        coupling: Coupling | None,
-        probes: Mapping[str, ArrayLike] | None,
-        probe_reading: str,
-        initial_velocity: InitialVelocity,
-        store: Sequence[str],
-        tolerance: float | None,
-    ) -> tuple[Course, Numbers, Callable[[Numbers, EachRun], Response], BatchDamping, ProbeSet, Hashable]:
-        """Course, default numbers, the run as a function of all, damping, probes, and the key of its compilation."""
-        count = step_count(time_step, end_time, 1)
-        maneuver, method = maneuver or AtRest(), method or WilsonTheta()
-        damping, coupling = damping or Rayleigh(), coupling or Coupling()
-        check_parts(maneuver, method, coupling, damping, None)
-        make, wanted = self._walks(method, time_step, tolerance)
+    def _problem(self, maneuver: Maneuver | None, question: Mapping[str, Any]) -> TransientProblem:
+        """The question that all runs answer; UnsupportedError for what a batch does not do."""
+        for name in _NOT_IN_A_BATCH & question.keys():
+            raise UnsupportedError(f"{name}: expected no such keyword in a batch, got it; simulate runs one by one")
+        return TransientProblem.asked(self._model, maneuver, question)
+
+
+class _Asked:
+    """A problem as functions of its numbers.
+
+    Parameters
+    ----------
+    plant
+        The structure.
+    problem
+        What is asked of it.
+    store
+        What the record holds.
+
+    Raises
+    ------
+    InputError
+        If ``store`` has unknown names.
+    UnsupportedError
+        If the maneuver or the method has no batched form.
+    """
+
+    def __init__(self, plant: Plant, problem: TransientProblem, store: tuple[str, ...]) -> None:
+        walk_of = _walks(plant, problem)
         for name in store:
             checks.one_of("store", name, STORED)
-        course = course_of(maneuver)
-        placed = place_probes(self._state.system, probes or {}, probe_reading)
-        velocity = start_velocity(self._state, initial_velocity)
-        if isinstance(self._plant, ReducedPlant):
-            velocity = self._plant.rom.coordinates(velocity)
-
-        function = response_function(
-            self._plant, course, coupling, placed, time_step, count, velocity, tuple(store), make
+        self.course = course = course_of(problem.maneuver)
+        velocity = problem.velocity
+        if isinstance(plant, ReducedPlant):
+            velocity = plant.rom.coordinates(velocity)
+        grid = problem.time_step, problem.count
+        self.function = response_function(
+            plant, course, problem.coupling, problem.placed, *grid, velocity, store, walk_of
         )
-        defaults = {f"maneuver.{name}": value for name, value in course.numbers.items()}
-        damped = BatchDamping(damping, self._state.linear)
-        key = (
+        self.damping = BatchDamping(problem.damping, plant.state.linear)
+        self.defaults = {f"maneuver.{name}": value for name, value in course.numbers.items()}
+        # What tells the compiled function from others.
+        self.key: Hashable = (
             course.key,
             course.axis,
             course.origin,
-            coupling,
-            method,
-            placed.map.toarray().tobytes(),
+            problem.coupling,
+            problem.method,
+            problem.placed.map.toarray().tobytes(),
             velocity.tobytes(),
-            (time_step, count, wanted),
-            tuple(store),
-            damped.matrix.rank,
+            (*grid, problem.tolerance),
+            store,
+            self.damping.matrix.rank,
         )
-        return course, defaults, function, damped, placed, key
 
-    def _walks(
-        self, method: ImplicitMethod | CentralDifference, time_step: float, tolerance: float | None
-    ) -> tuple[Callable[[Any], Walk], float]:
-        """What makes the steps of an equation, and the tolerance they meet."""
-        wanted = 1.0 if tolerance is None else checks.positive("tolerance", tolerance)
-        if isinstance(method, CentralDifference):
-            if not self._plant.side_by_side:
-                raise UnsupportedError(
-                    "method: expected an implicit method for the full model in a batch, got CentralDifference(), whose "
-                    "stable step is thousands of times smaller; Batch(reduce(state)) takes it"
-                )
-            return (lambda equation: ExplicitWalk(equation, time_step)), wanted
-        if not hasattr(method, "scheme") or method.scheme(1.0).average_stress:
+
+def _walks(plant: Plant, problem: TransientProblem) -> Callable[[Any], Walk]:
+    """What makes the steps of an equation."""
+    method, step = problem.method, problem.time_step
+    if isinstance(method, CentralDifference):
+        if not plant.side_by_side:
             raise UnsupportedError(
-                "method: expected Newmark, HHT, GeneralizedAlpha, WilsonTheta or, for a reduced model, "
-                f"CentralDifference in a batch, got {method!r}"
+                "method: expected an implicit method for the full model in a batch, got CentralDifference(), whose "
+                "stable step is thousands of times smaller; Batch(reduce(state)) takes it"
             )
-        wanted, secants = method.scheme(1.0).tolerance if tolerance is None else wanted, self._plant.secants
-        return (lambda equation: ImplicitWalk(equation, method, time_step, wanted, secants)), wanted
+        return lambda equation: ExplicitWalk(equation, step)
+    if not isinstance(method, Method) or method.average_stress:
+        raise UnsupportedError(
+            "method: expected Newmark, HHT, GeneralizedAlpha, WilsonTheta, Bathe or, for a reduced model, "
+            f"CentralDifference in a batch, got {method!r}"
+        )
+    tolerance = problem.tolerance or method.tolerance
+    return lambda equation: ImplicitWalk(equation, method, step, tolerance, plant.secants)
 
 
 def _check_maneuvers(
-    maneuver: Maneuver, arrays: dict[str, NDArray[np.float64]], axes: dict[str, int | None], runs: int
+    maneuver: Maneuver | FreeHub, arrays: dict[str, NDArray[np.float64]], axes: dict[str, int | None], runs: int
 ) -> None:
     """Let the maneuver itself refuse numbers that are out of range."""
     own = {name.removeprefix("maneuver."): name for name in arrays if name.startswith("maneuver.")}

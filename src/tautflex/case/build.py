@@ -13,7 +13,8 @@ from tautflex.motion.kinematics import Maneuver
 from tautflex.reduction.bases.basis import Basis
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.adaptive import Adaptive
-from tautflex.solvers.transient.methods.scheme import ExplicitMethod, ImplicitMethod
+from tautflex.solvers.transient.explicit import ExplicitMethod
+from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.model import Model
@@ -117,7 +118,7 @@ def build_maneuver(case: Case) -> Maneuver:
         return case.maneuver.build()
 
 
-def build_method(case: Case) -> ImplicitMethod | ExplicitMethod:
+def build_method(case: Case) -> Method | ExplicitMethod:
     """Build the integrator of a case."""
     return case.solver.build()
 

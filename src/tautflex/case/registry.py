@@ -23,7 +23,7 @@ from tautflex.motion.slew import Slew, SpinUp
 from tautflex.motion.tabulated import Tabulated
 from tautflex.motion.translation import BaseAcceleration
 from tautflex.reduction.bases.basis import ModalBasis
-from tautflex.solvers.transient.explicit import CentralDifference
+from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
 from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
 from tautflex.solvers.transient.methods.wilson import WilsonTheta

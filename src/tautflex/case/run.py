@@ -20,7 +20,8 @@ from tautflex.motion.kinematics import Maneuver
 from tautflex.reduction.polynomial.model import reduce
 from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
-from tautflex.solvers.transient.simulate import Run, simulate
+from tautflex.solvers.transient.simulate import simulate
+from tautflex.solvers.transient.status import Run
 
 Progress = Callable[[float, str], None]
 Figures = Callable[[xr.Dataset, xr.Dataset, Path], list[Path]]

@@ -4,13 +4,14 @@ from tautflex.elements.beam import Beam
 from tautflex.elements.block import ElementBlock, InertiaPoints
 from tautflex.elements.cable import Cable
 from tautflex.elements.element import ELEMENTS, Element, element_blocks, register_element
-from tautflex.elements.laws import Law, LawFunction, register_law
+from tautflex.elements.laws import LAWS, Law, LawFunction, register_law
 from tautflex.elements.quad4 import Quad4
 from tautflex.elements.triangle3 import Triangle3
 from tautflex.elements.triangle6 import Triangle6
 
 __all__ = [
     "ELEMENTS",
+    "LAWS",
     "Beam",
     "Cable",
     "Element",

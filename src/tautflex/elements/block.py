@@ -8,6 +8,7 @@ quadratic, ``strain = linear @ g + 1/2 g . quadratic . g``, and the point's ener
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from tautflex.structure.materials import Material
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+S = TypeVar("S", bound=np.generic)
 
 
 @dataclass(frozen=True)
@@ -98,15 +100,15 @@ class ElementBlock:
         """Whether the trial stress is the stress."""
         return self.law.function is None
 
-    def rows_of(self, values: NDArray[np.generic]) -> NDArray[np.generic]:
+    def rows_of(self, values: NDArray[S]) -> NDArray[S]:
         """Values of elements (element, ...) for their rows (row, ...)."""
         return values if self.owner is None else values[self.owner]
 
-    def elements_of(self, values: NDArray[np.generic], reduce: np.ufunc) -> NDArray[np.generic]:
+    def elements_of(self, values: NDArray[S], reduce: np.ufunc) -> NDArray[S]:
         """Values of rows (row, ...) reduced to elements (element, ...), as by ``numpy.minimum`` or ``numpy.add``."""
         if self.owner is None:
             return values
-        result: NDArray[np.generic] = reduce.reduceat(values, np.searchsorted(self.owner, np.arange(len(self.dofs))))
+        result: NDArray[S] = reduce.reduceat(values, np.searchsorted(self.owner, np.arange(len(self.dofs))))
         return result
 
 

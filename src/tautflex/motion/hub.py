@@ -105,12 +105,20 @@ class FreeHub:
         given = np.asarray(self.inertia, dtype=float)
         return checks.float_array("inertia", np.diag(given) if given.ndim == 1 else given, (3, 3))
 
-    def wrench(self, state: HubState) -> Array:
-        """Force [N] and torque [N m] in hub axes at a state, shape (6,)."""
+    @property
+    def feedback(self) -> bool:
+        """Whether force or torque is a function of time and motion."""
+        return callable(self.force) or callable(self.torque)
+
+    def wrench(self, state: HubState | None = None) -> Array:
+        """Force [N] and torque [N m] in hub axes at a state, shape (6,); without feedback they need none."""
         return np.concatenate([_evaluate("force", self.force, state), _evaluate("torque", self.torque, state)])
 
 
-def _evaluate(name: str, given: ArrayLike | Actuation | None, state: HubState) -> Array:
+def _evaluate(name: str, given: ArrayLike | Actuation | None, state: HubState | None) -> Array:
     if given is None:
         return np.zeros(3)
-    return checks.vector3(name, given(state.time, state) if callable(given) else given)
+    if not callable(given):
+        return checks.vector3(name, given)
+    assert state is not None, "a function needs a state"
+    return checks.vector3(name, given(state.time, state))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +90,7 @@ def split_segments(segments: tuple[Segment, ...], breaks: Iterable[float]) -> tu
     return tuple(pieces)
 
 
+@runtime_checkable
 class Maneuver(Protocol):
     """Anything with a steady start and segments that cover [0, infinity)."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from functools import cached_property
 from typing import Any
 
@@ -13,16 +13,15 @@ from scipy.sparse import csr_array
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.reduction.bases.basis import BasisVectors, ReferenceSolver
 from tautflex.reduction.polynomial.projection import Coefficients
-from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.problem import SteppingModel
 from tautflex.structure.model import Model
 
 Array = NDArray[np.float64]
 
 
-class OnBasis(ABC):
+class OnBasis(SteppingModel):
     """Structure on a basis; as it stands here, nothing follows the coordinates but their vectors."""
 
-    state: PrestressedState
     basis: BasisVectors
 
     @property
@@ -72,9 +71,3 @@ class OnBasis(ABC):
     def monomial_vectors(self) -> Array:
         """Displacement that follows each monomial, shape (m, size)."""
         return np.zeros((0, self.state.system.size))
-
-    def simulate(self, *args: Any, **options: Any) -> Any:
-        """`tautflex.simulate` of this model; same arguments, same result type."""
-        from tautflex.reduction.marching.simulation import simulate_reduced
-
-        return simulate_reduced(self, *args, **options)

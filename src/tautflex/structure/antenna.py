@@ -37,7 +37,7 @@ class AntennaLayout:
         Cables on each edge, evenly spaced, the first and last at the film's corners.
     distribution
         ``"equal"``: every cable carries the pretension; ``"tributary"``: corner cables carry half, which puts
-        a film with a cable at every edge node in exact equilibrium.
+        a film of linear elements with a cable at every edge node in exact equilibrium.
     support
         Clamped frame nodes: its ``"corners"``, ``"all"``, the two points on the x ``"axis"``, both
         ``"short-side"``s, or none (``"free"``).
@@ -176,7 +176,7 @@ def _film(
 
 
 def _nearest(nodes: NDArray[np.float64], point: tuple[float, float]) -> int:
-    return int(np.argmin(np.sum((nodes[:, :2] - point) ** 2, axis=1)))
+    return int(np.argmin((nodes[:, 0] - point[0]) ** 2 + (nodes[:, 1] - point[1]) ** 2))
 
 
 def _frame_points(

@@ -182,7 +182,9 @@ def _folded(shape: Shape, corner: NDArray[np.float64]) -> NDArray[np.bool_]:
     normal = np.cross(along[:, :, 0], along[:, :, 1])
     mean = normal.mean(axis=1)
     against = np.einsum("npk,nk->np", normal, mean).min(axis=1)
-    return np.asarray(against < -1e-9 * np.sum(mean**2, axis=1))
+    # Corners without an area are fine; halves that cancel each other are not.
+    largest = np.sum(normal**2, axis=2).max(axis=1)
+    return np.asarray((against < -1e-9 * largest) | (np.sum(mean**2, axis=1) < 1e-9 * largest))
 
 
 def check_joints(groups: list[tuple[Shape, NDArray[np.int64]]]) -> None:

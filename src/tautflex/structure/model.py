@@ -92,7 +92,7 @@ class Model(Numbering):
             If an argument has the wrong shape or value.
         """
         points = checks.float_array("nodes", nodes, (None, 3), error=MeshError)
-        film = _film_elements(triangles, quads, surfaces or {}, len(points))
+        film = _surface_elements(triangles, quads, surfaces or {}, len(points))
         count = sum(len(elements) for _, elements in film)
         names = " and ".join(dict.fromkeys(f"{shape.domain}s" for shape, _ in film))
         stress = checks.float_array(f"prestress of {names}", _spread(membrane_stress, count, 3), (count, 3))
@@ -139,15 +139,15 @@ class Model(Numbering):
     @cached_property
     def triangles(self) -> NDArray[np.int64]:
         """Linear triangles that stand for the film in pictures, shape (t, 3); its elements, where they are such."""
-        return self._split_film[0]
+        return self._split_surfaces[0]
 
     @cached_property
     def triangle_owner(self) -> NDArray[np.int64]:
         """Film element that each of `triangles` belongs to, numbered through `surfaces`, shape (t,)."""
-        return self._split_film[1]
+        return self._split_surfaces[1]
 
     @cached_property
-    def _split_film(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def _split_surfaces(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         cells, owners, first = [np.zeros((0, 3), dtype=np.int64)], [np.zeros(0, dtype=np.int64)], 0
         for group in self.surfaces:
             split, owner = group.shape.split_elements(group.connectivity)
@@ -157,7 +157,7 @@ class Model(Numbering):
         return np.concatenate(cells), np.concatenate(owners)
 
     @property
-    def film_elements(self) -> int:
+    def membrane_count(self) -> int:
         """Number of film elements."""
         return sum(len(group.connectivity) for group in self.surfaces)
 
@@ -208,7 +208,7 @@ class Model(Numbering):
         return replace(self, groups=tuple(groups))
 
 
-def _film_elements(
+def _surface_elements(
     triangles: ArrayLike | None, quads: ArrayLike | None, surfaces: Mapping[str, ArrayLike], node_count: int
 ) -> list[tuple[Shape, NDArray[np.int64]]]:
     """Checked node numbers of the film's elements by shape."""

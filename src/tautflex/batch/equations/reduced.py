@@ -157,7 +157,7 @@ class ReducedEquation:
         self._coupled = len(vectors) > 0
         if self._coupled:
             self._damping += jnp.einsum("kn,ki,kj->ijn", weights, vectors, vectors)
-            own = jnp.einsum("ki,ij...->kj...", vectors, self._phi)
+            own = _per_run(jnp.einsum("ki,ij...->kj...", vectors, self._phi))
             self._alpha = self._alpha + jnp.sum(weights[:, None] * own * own, axis=0)
         self._monomials, self._kept = plant.monomials, kept
 

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from tautflex.batch.output.response import Response
-from tautflex.solvers.transient.probes import ProbeSet
+from tautflex.solvers.transient.problem import TransientProblem
 from tautflex.solvers.transient.recorder import COMPONENTS
 from tautflex.solvers.transient.status import Status
 
@@ -19,10 +19,7 @@ def to_dataset(
     parameters: dict[str, NDArray[np.float64]],
     axes: dict[str, int | None],
     runs: int,
-    probes: ProbeSet,
-    method: Any,
-    maneuver: Any,
-    time_step: float,
+    problem: TransientProblem,
 ) -> xr.Dataset:
     """Dataset with dimensions run, time, probe and the variable names of `tautflex.simulate`.
 
@@ -34,9 +31,7 @@ def to_dataset(
         Numbers of the runs; those with axis 0 become coordinates of the runs.
     runs
         Number of runs.
-    probes
-        Measuring points.
-    method, maneuver, time_step
+    problem
         What the runs have in common.
     """
     data: dict[str, Any] = {}
@@ -63,10 +58,10 @@ def to_dataset(
     about = {"long_name": "end of the maneuver", "units": "s"}
     data["maneuver_end"] = ("run", np.asarray(record.maneuver_end), about)
     about = {"long_name": "reference position of the probe", "units": "m"}
-    data["probe_position"] = (("probe", "component"), probes.positions, about)
+    data["probe_position"] = (("probe", "component"), problem.placed.positions, about)
     coordinates: dict[str, Any] = {
         "time": ("time", np.asarray(record.time)[0], {"long_name": "time", "units": "s"}),
-        "probe": list(probes.names),
+        "probe": list(problem.placed.names),
         "component": COMPONENTS,
         "run": np.arange(runs),
     }
@@ -74,5 +69,5 @@ def to_dataset(
         if axes[name] == 0:
             dims = ("run",) if given.ndim == 1 else ("run", f"{name}.row")
             coordinates[name] = (dims, given)
-    attributes = {"method": method.name, "maneuver": repr(maneuver), "time_step": time_step}
+    attributes = {name: problem.attributes[name] for name in ("method", "maneuver", "time_step")}
     return xr.Dataset(data, coords=coordinates, attrs=attributes)

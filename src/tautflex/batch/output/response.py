@@ -54,8 +54,8 @@ class Walk(Protocol):
 
     block: int
     """Steps between two checks; reverse derivatives keep the state there and walk through one block at a time again."""
-    evaluation: float
-    """Part of a step after which its forces are evaluated."""
+    evaluations: tuple[float, ...]
+    """Parts of a step after which the forces of its stages are evaluated."""
 
     def start(self, q: Array, v: Array, spin: Spin) -> Any:
         """State at t = 0; has ``q``, ``v``, ``alive`` and ``iterations``."""
@@ -137,7 +137,7 @@ def response_function(
 
         def walk_block(at: Any, steps: Steps) -> Any:
             # What depends on time alone is found for all steps of a block at once.
-            these = each(lambda numbers, steps: instants(course, turn(numbers), steps, time_step, walk.evaluation))(
+            these = each(lambda numbers, steps: instants(course, turn(numbers), steps, time_step, walk.evaluations))(
                 numbers, steps
             )
             at = walk.check(at, jax.tree.map(lambda part: part[0], these))

@@ -61,7 +61,7 @@ class ExplicitWalk:
 
     # Steps between two looks at the stability.
     block = 32
-    evaluation = 1.0
+    evaluations: tuple[float, ...] = (1.0,)
 
     def __init__(self, equation: ExplicitEquation, time_step: float) -> None:
         self._equation, self._time_step = equation, time_step
@@ -84,22 +84,22 @@ class ExplicitWalk:
     def check(self, at: ExplicitWalker, first: Instants) -> ExplicitWalker:
         """Runs that have become too stiff, or too strongly damped, for their steps end."""
         e = self._equation
-        stable = e.follows(self._time_step, _STABLE_SHARE, at.q, e.predicted(at.q, at.v, first.spin))
+        stable = e.follows(self._time_step, _STABLE_SHARE, at.q, e.predicted(at.q, at.v, first.spins[0]))
         return at._replace(alive=at.alive & stable)
 
     def step(self, at: ExplicitWalker, step: Instants) -> ExplicitWalker:
         """One step; a step without length only lets the motion jump."""
-        e, h = self._equation, step.size
+        e, h, spin = self._equation, step.size, step.spins[0]
         half = at.v + 0.5 * h * at.a
         q = at.q + h * half
         moving = half + 0.5 * h * at.a
-        predicted = e.predicted(q, moving, step.spin)
+        predicted = e.predicted(q, moving, spin)
         internal = e.internal(q, moving, predicted)
         # Stiffness that this very step has felt, against what central differences can follow.
         felt = h * jnp.sum(half * (internal - at.forces), axis=0)
         limit = 4.0 * jnp.sum(half * e.mass(half), axis=0)
         alive = at.alive & ((felt <= limit * (1.0 + 1e-9) + 1e-300) | ~step.real)
-        a = e.end_acceleration(-internal - e.around(q, half, step.spin, predicted), 0.5 * h, step.spin)
+        a = e.end_acceleration(-internal - e.around(q, half, spin, predicted), 0.5 * h, spin)
         new = ExplicitWalker(q, half + 0.5 * h * a, a, internal, alive, at.iterations)
         old = at._replace(q=at.q + h * at.v, v=at.v + h * at.a, alive=alive)
         going = alive & step.real

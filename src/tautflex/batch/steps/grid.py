@@ -80,8 +80,8 @@ class Instants(NamedTuple):
         Length [s].
     real
         Whether it has any.
-    spin
-        Motion where the forces are evaluated.
+    spins
+        Motion where the forces of each stage are evaluated.
     jump
         Whether the motion may jump at the end.
     change
@@ -92,7 +92,7 @@ class Instants(NamedTuple):
 
     size: Array
     real: Array
-    spin: Spin
+    spins: tuple[Spin, ...]
     jump: Array
     change: Spin
     after: Spin
@@ -103,7 +103,9 @@ def spin_at(course: Course, numbers: Numbers, time: Any, inside: Any) -> Spin:
     return Spin(*(jnp.asarray(part, dtype=float) for part in course.spin(numbers, time, inside)))
 
 
-def instants(course: Course, numbers: Numbers, steps: Steps, time_step: float, evaluation: float) -> Instants:
+def instants(
+    course: Course, numbers: Numbers, steps: Steps, time_step: float, evaluations: tuple[float, ...]
+) -> Instants:
     """Motion of one run at its steps.
 
     Parameters
@@ -114,8 +116,8 @@ def instants(course: Course, numbers: Numbers, steps: Steps, time_step: float, e
         Some steps of the run.
     time_step
         Nominal step [s].
-    evaluation
-        Part of the step after which the forces are evaluated.
+    evaluations
+        Parts of the step after which the forces of its stages are evaluated.
     """
     slack = SLACK * time_step
 
@@ -123,9 +125,10 @@ def instants(course: Course, numbers: Numbers, steps: Steps, time_step: float, e
         real = size > slack
         edge = start + size
         middle = jnp.minimum(start + 0.5 * size, edge - slack)
-        spin = spin_at(course, numbers, start + evaluation * jnp.where(real, size, time_step), middle)
+        length = jnp.where(real, size, time_step)
+        spins = tuple(spin_at(course, numbers, start + part * length, middle) for part in evaluations)
         after = spin_at(course, numbers, edge, edge + slack)
         change = after.minus(spin_at(course, numbers, edge, middle))
-        return Instants(size, real, spin, jump, change, after)
+        return Instants(size, real, spins, jump, change, after)
 
     return jax.vmap(of)(*steps)

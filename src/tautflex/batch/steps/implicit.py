@@ -1,4 +1,4 @@
-"""Implicit one-step methods on a batch: any method of the NumPy model that gives a `StepScheme`."""
+"""Implicit methods on a batch: the stages of any method of the NumPy model that takes no average stress."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tautflex.batch.library import jax
 from tautflex.batch.steps.grid import Instants
 from tautflex.batch.steps.products import norm
 from tautflex.batch.steps.roots import Memory, empty_memory, find_root
-from tautflex.solvers.transient.methods.scheme import Combination, ImplicitMethod
+from tautflex.solvers.transient.methods.scheme import Combination, Method, Stage
 
 Array = jax.Array
 
@@ -33,7 +33,7 @@ class Walker(NamedTuple):
     largest: Array
     alive: Array
     iterations: Array
-    memory: Memory
+    memory: tuple[Memory, ...]
 
 
 def combine(c: Combination, d: Array, v: Array, a: Array) -> Array:
@@ -60,19 +60,21 @@ class ImplicitWalk:
 
     block = 64
 
-    def __init__(
-        self, equation: Equation, method: ImplicitMethod, time_step: float, tolerance: float, depth: int
-    ) -> None:
+    def __init__(self, equation: Equation, method: Method, time_step: float, tolerance: float, depth: int) -> None:
         self._equation, self._method = equation, method
         self._time_step, self._tolerance, self._depth = time_step, tolerance, depth
-        self.evaluation = method.scheme(time_step).evaluation
+        self._tangents = method.tangents
+        shares = [stage.share for stage in method.stages(time_step)]
+        starts = np.cumsum([0.0, *shares[:-1]])
+        stages = zip(starts, method.stages(time_step), strict=True)
+        self.evaluations = tuple(float(start + stage.share * stage.scheme.evaluation) for start, stage in stages)
 
     def start(self, q: Array, v: Array, spin: Spin) -> Walker:
         """Acceleration that balances all forces at t = 0."""
         e = self._equation
         forces = e.forces(q, v, spin, e.predicted(q, v, spin))
         zero = jnp.zeros(q.shape[1:])
-        memory = empty_memory(self._depth, q.shape)
+        memory = tuple(empty_memory(self._depth, q.shape) for _ in range(max(self._tangents) + 1))
         a = e.mass_solve(-forces.total)
         return Walker(q, v, a, jnp.zeros_like(q), forces.total, zero, jnp.ones(q.shape[1:], bool), zero, memory)
 
@@ -82,19 +84,41 @@ class ImplicitWalk:
 
     def step(self, at: Walker, step: Instants) -> Walker:
         """One step; a step without length only lets the motion jump."""
-        e, real = self._equation, step.real
-        h = jnp.where(real, step.size, self._time_step)
         # The coefficients are plain arithmetic of the step, which may be traced.
-        scheme = self._method.scheme(cast(float, h))
-        v_known = scheme.velocity.v * at.v + scheme.velocity.a * at.a
-        known = e.mass(scheme.inertia.v * at.v + scheme.inertia.a * at.a) + (1.0 - scheme.weight) * at.forces
+        stages = self._method.stages(cast(float, jnp.where(step.real, step.size, self._time_step)))
+        passed = [at]
+        for stage, tangent, spin in zip(stages, self._tangents, step.spins, strict=True):
+            passed.append(self._solve(passed, stage, tangent, spin, step))
+        end, h0, real = passed[-1], step.size, step.real
+        moved = end._replace(
+            q=jnp.where(real, end.q, at.q + h0 * at.v),
+            v=jnp.where(real, end.v, at.v + h0 * at.a),
+            a=jnp.where(real, end.a, at.a + h0 * at.jerk),
+            jerk=jnp.where(real, end.jerk, at.jerk),
+            forces=jnp.where(real, end.forces, at.forces),
+            largest=jnp.where(real, end.largest, at.largest),
+        )
+        jump = jump_of(self._equation, moved.q, moved.v, step)
+        return moved._replace(
+            a=moved.a + jump.acceleration,
+            jerk=jnp.where(jump.there, 0.0, moved.jerk),
+            forces=moved.forces + jump.forces,
+        )
+
+    def _solve(self, passed: list[Walker], stage: Stage, tangent: int, spin: Spin, step: Instants) -> Walker:
+        """State at the end of a stage; of a step without length only memory and counts are of use."""
+        e, at, scheme = self._equation, passed[-1], stage.scheme
+        h = stage.share * jnp.where(step.real, step.size, self._time_step)
+        start_v, start_a = stage.recalled(passed)
+        v_known = scheme.velocity.v * start_v + scheme.velocity.a * start_a
+        known = e.mass(scheme.inertia.v * start_v + scheme.inertia.a * start_a) + (1.0 - scheme.weight) * at.forces
         known_norm = norm(known)
         reach = scheme.evaluation * h
         guess = reach * at.v + 0.5 * reach**2 * at.a + reach**3 / 6.0 * at.jerk
-        predicted = e.predicted(at.q + guess, scheme.velocity.d * guess + v_known, step.spin)
+        predicted = e.predicted(at.q + guess, scheme.velocity.d * guess + v_known, spin)
 
         def residual(d: Array) -> tuple[Array, Array]:
-            forces = e.forces(at.q + d, scheme.velocity.d * d + v_known, step.spin, predicted)
+            forces = e.forces(at.q + d, scheme.velocity.d * d + v_known, spin, predicted)
             inertia = scheme.inertia.d * e.mass(d)
             scale = scheme.weight * jnp.maximum(forces.internal, forces.load)
             # Inertia forces of a tiny step cancel each other; nothing below their round-off can be asked for.
@@ -103,31 +127,24 @@ class ImplicitWalk:
             return inertia + known + scheme.weight * forces.total, jax.lax.stop_gradient(scale)
 
         inverse = e.inverse(scheme.inertia.d, scheme.weight * scheme.velocity.d, scheme.weight)
-        root = find_root(residual, guess, inverse, at.memory, self._tolerance, at.alive & real)
+        root = find_root(residual, guess, inverse, at.memory[tangent], self._tolerance, at.alive & step.real)
         d = root.x
         forces = at.forces
         if scheme.weight < 1.0:
             # At a root the residual has no derivative; its value keeps errors from adding up over the steps.
-            inertia_force = e.mass(combine(scheme.inertia, d, at.v, at.a))
+            inertia_force = e.mass(combine(scheme.inertia, d, start_v, start_a))
             forces = (root.residual - inertia_force - (1.0 - scheme.weight) * at.forces) / scheme.weight
-        a = combine(scheme.end_acceleration, d, at.v, at.a)
-        h0 = step.size
-        moved = Walker(
-            jnp.where(real, at.q + combine(scheme.end_displacement, d, at.v, at.a), at.q + h0 * at.v),
-            jnp.where(real, combine(scheme.end_velocity, d, at.v, at.a), at.v + h0 * at.a),
-            jnp.where(real, a, at.a + h0 * at.jerk),
-            jnp.where(real, (a - at.a) / h, at.jerk),
-            jnp.where(real, forces, at.forces),
-            jnp.where(real, jnp.maximum(at.largest, root.scale), at.largest),
-            at.alive & (root.converged | ~real),
+        a = combine(scheme.end_acceleration, d, start_v, start_a)
+        return Walker(
+            at.q + combine(scheme.end_displacement, d, start_v, start_a),
+            combine(scheme.end_velocity, d, start_v, start_a),
+            a,
+            (a - at.a) / h,
+            forces,
+            jnp.maximum(at.largest, root.scale),
+            at.alive & (root.converged | ~step.real),
             at.iterations + root.iterations,
-            root.memory,
-        )
-        jump = jump_of(e, moved.q, moved.v, step)
-        return moved._replace(
-            a=moved.a + jump.acceleration,
-            jerk=jnp.where(jump.there, 0.0, moved.jerk),
-            forces=moved.forces + jump.forces,
+            tuple(root.memory if n == tangent else memory for n, memory in enumerate(at.memory)),
         )
 
 

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numba
 import numpy as np
-from llvmlite import ir
+from llvmlite import ir  # type: ignore[import-untyped]
 from numba import types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
@@ -71,9 +71,7 @@ class LawFunction:
         return Point(stress[:, 0], tangent[:, :, 0], float(energy[0]))
 
 
-@intrinsic
-def call_law(context: Any, address: Any, stress: Any, tangent: Any, energy: Any, parameters: Any, count: Any) -> Any:
-    """Call the compiled function of a law by its address, inside compiled code; arguments as in `LawFunction`."""
+def _call_law(context: Any, address: Any, stress: Any, tangent: Any, energy: Any, parameters: Any, count: Any) -> Any:
     signature = types.void(types.int64, *_SIGNATURE.args)
 
     def generate(target: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -83,6 +81,10 @@ def call_law(context: Any, address: Any, stress: Any, tangent: Any, energy: Any,
         return target.get_dummy_value()
 
     return signature, generate
+
+
+call_law: Any = intrinsic(_call_law)
+"""``call_law(address, *arguments of a LawFunction)`` calls a law by its address, inside compiled code."""
 
 
 @numba.njit(cache=True)

@@ -41,9 +41,12 @@ class Modal(Damping):
         if np.ndim(self.ratio) > 0:
             given = checks.float_array("ratio", self.ratio, (None,)).tolist()
             object.__setattr__(self, "ratio", tuple(checks.between("ratio", each, 0.0, 1.0) for each in given))
-            if self.modes is not None or not given:
-                expected = "at least one ratio" if not given else "none beside a ratio per mode"
-                raise InputError(f"modes: expected {expected}, got {self.modes!r}; give one ratio for all of them")
+            if not given:
+                raise InputError("ratio: expected at least one ratio, got none; leave the damping out for none")
+            if self.modes is not None:
+                raise InputError(
+                    f"modes: expected none beside a ratio per mode, got {self.modes!r}; give one ratio for all of them"
+                )
         else:
             checks.between("ratio", self.ratio, 0.0, 1.0, remedy="0.01 is usual for films")
             if self.modes is not None:

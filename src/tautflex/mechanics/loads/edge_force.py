@@ -38,4 +38,4 @@ class EdgeForce(TimeInput):
         points = system.model.nodes[checked_nodes(system, self.nodes)]
         piece = np.linalg.norm(np.diff(points, axis=0), axis=1)
         share = 0.5 * (np.append(piece, 0.0) + np.insert(piece, 0, 0.0))
-        return PatternLoad(nodal_pattern(system, self.nodes, share), self.force, "force")
+        return PatternLoad(*nodal_pattern(system, self.nodes, share), self.force, "force")

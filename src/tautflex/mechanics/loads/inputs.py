@@ -27,6 +27,10 @@ class PreparedInput:
         """Force on the free unknowns [N, N m], shape (size,), or None."""
         return None
 
+    def held_wrench(self, time: float) -> Array | None:
+        """Force, and torque about the origin, that supported directions take up [N, N m], shape (6,), or None."""
+        return None
+
     def stress(self, time: float) -> dict[int, Array]:
         """Change of initial stress by block number, shapes (element, strain)."""
         return {}
@@ -82,6 +86,11 @@ class InputSet:
             if part is not None:
                 load += part
         return load
+
+    def held_wrench(self, time: float) -> Array:
+        """Force [N], and torque about the origin [N m], on supported directions at an instant [s], shape (6,)."""
+        held = [part for item in self._inputs if (part := item.held_wrench(time)) is not None]
+        return np.sum(held, axis=0) if held else np.zeros(6)
 
     def stress(self, time: float) -> dict[int, Array]:
         """Change of initial stress at an instant [s] by block number, shapes (element, strain)."""

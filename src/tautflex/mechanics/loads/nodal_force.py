@@ -32,4 +32,4 @@ class NodalForce(TimeInput):
 
     def prepare(self, system: StructuralSystem) -> PreparedInput:
         """Bind to a system."""
-        return PatternLoad(nodal_pattern(system, self.nodes, np.ones(len(self.nodes))), self.force, "force")
+        return PatternLoad(*nodal_pattern(system, self.nodes, np.ones(len(self.nodes))), self.force, "force")

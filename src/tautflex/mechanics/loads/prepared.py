@@ -25,15 +25,23 @@ def value_at(function: TimeFunction, time: float) -> Array:
 
 @dataclass(frozen=True)
 class PatternLoad(PreparedInput):
-    """Force whose nodal pattern is constant: ``pattern`` has shape (size, 3)."""
+    """Force whose nodal pattern is constant.
+
+    ``pattern`` gives the force on the free unknowns, shape (size, 3), ``held`` the wrench of the rest, shape (6, 3).
+    """
 
     pattern: Array
+    held: Array
     function: TimeFunction
     name: str
 
     def load(self, time: float) -> Array:
         """Force on the free unknowns [N, N m], shape (size,)."""
         return self.pattern @ checks.vector3(self.name, value_at(self.function, time))
+
+    def held_wrench(self, time: float) -> Array:
+        """Force, and torque about the origin, that supported directions take up [N, N m], shape (6,)."""
+        return self.held @ checks.vector3(self.name, value_at(self.function, time))
 
 
 @dataclass(frozen=True)
@@ -59,10 +67,12 @@ def checked_nodes(system: StructuralSystem, nodes: Sequence[int]) -> NDArray[np.
     return checks.index_array("nodes", np.reshape(np.asarray(nodes), (-1, 1)), 1, len(system.model.nodes))[:, 0]
 
 
-def nodal_pattern(system: StructuralSystem, nodes: Sequence[int], share: Array) -> Array:
-    """Pattern (size, 3) that gives each node its share of a force; supported directions drop out."""
-    pattern = np.zeros((system.size + 1, 3))
+def nodal_pattern(system: StructuralSystem, nodes: Sequence[int], share: Array) -> tuple[Array, Array]:
+    """Force on free unknowns and wrench of the others (`PatternLoad`), where each node gets its share."""
+    pattern, held = np.zeros((system.size + 1, 3)), np.zeros((6, 3))
     for node, part in zip(checked_nodes(system, nodes), share, strict=True):
-        for axis in range(3):
-            pattern[system.place[system.model.translation_dofs[node, axis]], axis] += part
-    return pattern[:-1]
+        place = system.place[system.model.translation_dofs[node]]
+        pattern[place, range(3)] += part
+        forces = part * np.diag(place == system.size)
+        held += np.concatenate([forces, np.cross(system.model.nodes[node], forces).T])
+    return pattern[:-1], held

@@ -64,7 +64,7 @@ class PressureLoad:
     """
 
     def __init__(self, system: StructuralSystem, pressure: ArrayLike) -> None:
-        count = system.model.film_elements
+        count = system.model.membrane_count
         if not count:
             raise InputError("pressure: expected a model with a film, got none; give triangles and a membrane section")
         given = np.asarray(pressure, dtype=float)

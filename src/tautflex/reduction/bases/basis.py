@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import xarray as xr
@@ -59,6 +59,7 @@ class BasisVectors:
     description: str
 
 
+@runtime_checkable
 class Basis(Protocol):
     """Anything that finds the vectors of a reduced model."""
 

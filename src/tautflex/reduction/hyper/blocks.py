@@ -34,7 +34,7 @@ def basis_blocks(system: StructuralSystem, vectors: Array) -> list[ElementBlock]
     Returns
     -------
     list of ElementBlock
-        With gradient matrices of shape (element, gradient, r).
+        With gradient matrices of shape (row, gradient, r); a row has no owner any more.
     """
     extended = np.concatenate([vectors, np.zeros((len(vectors), 1))], axis=1)
     return [
@@ -50,7 +50,7 @@ def basis_blocks(system: StructuralSystem, vectors: Array) -> list[ElementBlock]
 
 
 def chosen_blocks(blocks: list[ElementBlock], weights: Array) -> list[ElementBlock]:
-    """Elements with a positive weight, their measures times the weights (element,) of all blocks in order."""
+    """Rows with a positive weight, their measures times the weights (row,) of all blocks in order."""
     ends = np.cumsum([len(block.measure) for block in blocks])[:-1]
     result = []
     for block, weight in zip(blocks, np.split(weights, ends), strict=True):
@@ -79,7 +79,7 @@ def blocks_store(blocks: list[ElementBlock], apart: bool = False) -> Store:
     blocks
         Blocks on a basis of r vectors.
     apart
-        Give every element r unknowns of its own, so that the kernel's force is a list of element forces.
+        Give every row r unknowns of its own, so that the kernel's force is a list of forces of rows.
     """
     places, first = list[Slots](), 0
     for block in blocks:

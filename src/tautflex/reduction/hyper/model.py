@@ -23,9 +23,12 @@ from tautflex.reduction.hyper.basis import two_part_basis
 from tautflex.reduction.hyper.blocks import basis_blocks, blocks_store, chosen_blocks
 from tautflex.reduction.hyper.forces import HyperPlant
 from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights
+from tautflex.reduction.marching.simulation import solve_reduced
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.projection import Coefficients, project_moments
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.problem import Progress, TransientProblem
+from tautflex.solvers.transient.status import Run
 
 Array = NDArray[np.float64]
 
@@ -43,7 +46,7 @@ class HyperReducedModel(OnBasis):
     blocks
         Chosen elements; their unknowns are the coordinates, their measures are weighted.
     weights
-        Weight of every element of the structure, and the error of the training forces.
+        Weight of every integration point of the structure, and the error of the training forces.
     seconds
         What the reduction cost [s], without the training run.
     """
@@ -102,6 +105,10 @@ class HyperReducedModel(OnBasis):
             stresses,
         )
 
+    def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
+        """Answer a problem whose plant it is."""
+        return solve_reduced(self, problem, progress)
+
     @property
     def memory(self) -> int:
         """Bytes of basis and chosen elements."""
@@ -112,7 +119,7 @@ class HyperReducedModel(OnBasis):
     def __repr__(self) -> str:
         return (
             f"HyperReducedModel({self.size} coordinates for {self.state.system.size} unknowns: "
-            f"{self.basis.description}; {self.weights.chosen} of {len(self.weights.values)} elements, training error "
+            f"{self.basis.description}; {self.weights.chosen} of {len(self.weights.values)} points, training error "
             f"{self.weights.residual:.2g}; {self.memory / 1e6:.3g} MB, made in {self.seconds:.3g} s)"
         )
 

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.loads.inputs import InputSet
+from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import Frame
-
-if TYPE_CHECKING:
-    from tautflex.reduction.on_basis import OnBasis
 
 Array = NDArray[np.float64]
 

@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
-from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.loads.inputs import InputSet, TimeInput
-from tautflex.motion.coupling import Coupling
-from tautflex.motion.kinematics import Maneuver, RigidMotion, Segment
-from tautflex.reduction.marching import steps
+from tautflex.mechanics.loads.inputs import InputSet
+from tautflex.motion.hub import FreeHub
+from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
 from tautflex.reduction.marching.dispatch import internal_force, tangent
 from tautflex.reduction.marching.frame_terms import ReducedMoments, frame_at, frame_terms, sample
 from tautflex.reduction.marching.loads import InputLoads
 from tautflex.reduction.marching.schedule import Stretch, stretches
+from tautflex.reduction.marching.steps import march, march_explicit
+from tautflex.reduction.marching.work import EXPLICIT, StageNumbers, new_work, stage_numbers
+from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import Frame, companion_forces, rows_from, total_force
-from tautflex.solvers.transient.explicit import CentralDifference
-from tautflex.solvers.transient.methods.scheme import ExplicitMethod, ImplicitMethod
+from tautflex.solvers.transient.methods.central_difference import CentralDifference
+from tautflex.solvers.transient.methods.scheme import Method
+from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Statistics
-
-if TYPE_CHECKING:
-    from tautflex.reduction.on_basis import OnBasis
 
 Array = NDArray[np.float64]
 
@@ -33,50 +32,50 @@ Array = NDArray[np.float64]
 _LONGEST = 4096
 
 
-class ReducedFlight:
+class ReducedRun:
     """State and record of a run.
 
     Parameters
     ----------
     rom
         Reduced model.
-    method
-        Implicit method, or central differences.
-    damping, coupling, inputs
-        As for `simulate`.
-    tolerance
-        Newton tolerance; None takes the method's.
-    stored
-        Numbers of the grid instants whose coordinates are kept, sorted, the first is 0.
+    problem
+        What is asked of it.
+
+    Raises
+    ------
+    UnsupportedError
+        If a free hub, adaptive steps, changes of tension or an unknown explicit method are asked for.
     """
 
-    def __init__(
-        self,
-        rom: OnBasis,
-        method: ImplicitMethod | ExplicitMethod,
-        damping: Damping,
-        coupling: Coupling,
-        inputs: Sequence[TimeInput],
-        tolerance: float | None,
-        stored: NDArray[np.int64],
-    ) -> None:
-        self.rom, self.method, self.coupling, self.damping = rom, method, coupling, damping
-        self.plant = rom.plant(damping)
+    def __init__(self, rom: OnBasis, problem: TransientProblem) -> None:
+        self.rom, self.problem = rom, problem
+        if problem.adaptive is not None:
+            raise UnsupportedError("adaptive: expected None for a reduced model, whose steps cost next to nothing")
+        if isinstance(problem.maneuver, FreeHub):
+            raise UnsupportedError(
+                "maneuver: expected a prescribed motion for a reduced model, got a free hub; simulate the full state"
+            )
+        method = problem.method
+        if not isinstance(method, Method | CentralDifference):
+            raise UnsupportedError(f"method: expected an implicit method or CentralDifference(), got {method!r}")
+        self._method = method if isinstance(method, Method) else None
+        self.plant = rom.plant(problem.damping)
         c = rom.coefficients
         self.moments = ReducedMoments(
             np.concatenate([c.first, c.first_stress], axis=2), np.concatenate([c.zeroth, c.zeroth_stress], axis=1)
         )
-        self.inputs = InputLoads(rom, InputSet(rom.state.system, inputs))
-        self.explicit = not hasattr(method, "scheme")
-        if self.explicit and not isinstance(method, CentralDifference):
-            raise UnsupportedError(f"method: expected an implicit method or CentralDifference(), got {method!r}")
-        self.tolerance = tolerance or (1.0 if self.explicit else _implicit(method).scheme(1.0).tolerance)
-        self.stored = stored
-        self.eta, self.rate = np.zeros((2, len(stored), rom.size))
+        self.inputs = InputLoads(rom, InputSet(rom.state.system, problem.inputs))
+        self._began = problem.maneuver.start()
+        self.segments = split_segments(problem.maneuver.segments(), self.inputs.breaks)
+        self._tolerance = 1.0 if self._method is None else problem.tolerance or self._method.tolerance
+        # Numbers of the grid instants whose coordinates are kept, sorted; the first is 0.
+        fields = np.array(sorted(problem.field_steps), dtype=np.int64)
+        self.stored = np.union1d(np.arange(0, problem.count + 1, problem.every), fields)
+        self.eta, self.rate = np.zeros((2, len(self.stored), rom.size))
         self.reached = 0
-        r = rom.size
-        self._work = steps.new_work(r)
-        self._march = steps.march_explicit if self.explicit else steps.march
+        self._work = new_work(rom.size, (0,) if self._method is None else self._method.tangents)
+        self._march = march_explicit if self._method is None else march
         self._halvings = 0
 
     @property
@@ -85,50 +84,44 @@ class ReducedFlight:
         taken, iterations, renewals, evaluations = (int(count) for count in self._work.counts)
         return Statistics(taken, iterations, renewals, iterations, evaluations, self._halvings)
 
-    def start(self, maneuver: Maneuver, segments: tuple[Segment, ...], velocity: Array) -> None:
+    def start(self) -> None:
         """Steady spinning equilibrium, projected velocity, and the acceleration that follows."""
         work = self._work
-        work.q[:] = self._equilibrium(maneuver.start())
-        work.v[:] = self.rom.coordinates(velocity)
-        self._balance(self._frame(segments[0], 0.0))
+        work.q[:] = self._equilibrium(self._began)
+        work.v[:] = self.rom.coordinates(self.problem.velocity)
+        self._balance(self._frame(self.segments[0], 0.0))
         self.eta[0], self.rate[0] = work.q, work.v
+        if self._method is None:
+            self._check_step(self.problem.time_step)
 
-    def fly(
-        self,
-        segments: tuple[Segment, ...],
-        step: float,
-        count: int,
-        halvings: int,
-        progress: Callable[[float, str], None] | None,
-    ) -> bool:
+    def march(self, progress: Progress) -> bool:
         """Take all steps; whether the end was reached."""
+        segments, step, count = self.segments, self.problem.time_step, self.problem.count
         current = 0
         for stretch in stretches(segments, step, count, _LONGEST):
             while current < stretch.segment:
-                self._jump(segments, current, float(stretch.starts[0]))
+                self._jump(current, float(stretch.starts[0]))
                 current += 1
-            if not self._fly_stretch(segments[current], stretch, halvings):
+            if not self._march_stretch(segments[current], stretch):
                 return False
             if progress is not None:
                 progress(self.reached / count, f"t = {self.reached * step:.3g} s")
         if current + 1 < len(segments) and segments[current].end <= count * step * (1.0 + 1e-12):
-            self._jump(segments, current, count * step)
+            self._jump(current, count * step)
         return True
 
-    def _fly_stretch(self, segment: Segment, stretch: Stretch, halvings: int) -> bool:
+    def _march_stretch(self, segment: Segment, stretch: Stretch) -> bool:
         """Steps of equal size; those that fail are halved."""
-        scheme = self._scheme(stretch.size)
-        instants = stretch.starts + scheme.evaluation * stretch.size
-        frame = self.inputs.added(
-            frame_terms(self.coupling, self.moments, segment, instants, self.rom.size), instants, segment.end
-        )
+        stages = self._stages(stretch.size)
+        frame = self._frames(segment, stretch.starts, stages)
         rows = self._rows(stretch.grid)
-        first = 0
+        first, stored = 0, (self.eta, self.rate)
         while first < len(rows):
-            part, stored = rows_from(frame, first), (self.eta, self.rate)
-            first += self._march(self.plant, part, scheme, self._work, rows[first:], stored, self.tolerance)
+            part = rows_from(frame, first * len(stages))
+            first += self._march(self.plant, part, stages, self._work, rows[first:], stored, self._tolerance)
             if first < len(rows):
-                if not self._halve(segment, float(stretch.starts[first]), stretch.size, halvings):
+                start = float(stretch.starts[first])
+                if not self._halve(segment, start, stretch.size, self.problem.max_halvings):
                     self._note(stretch.grid[:first])
                     return False
                 if rows[first] >= 0:
@@ -150,27 +143,32 @@ class ReducedFlight:
         if left == 0:
             return False
         self._halvings += 1
-        scheme, stored = self._scheme(0.5 * size), (self.eta, self.rate)
+        stages, stored = self._stages(0.5 * size), (self.eta, self.rate)
         nowhere = np.full(1, -1)
         for begin in (start, start + 0.5 * size):
-            instant = np.array([begin + scheme.evaluation * 0.5 * size])
-            frame = frame_terms(self.coupling, self.moments, segment, instant, self.rom.size)
-            frame = self.inputs.added(frame, instant, segment.end)
-            done = self._march(self.plant, frame, scheme, self._work, nowhere, stored, self.tolerance)
+            frame = self._frames(segment, np.array([begin]), stages)
+            done = self._march(self.plant, frame, stages, self._work, nowhere, stored, self._tolerance)
             if not done and not self._halve(segment, begin, 0.5 * size, left - 1):
                 return False
         return True
 
-    def _scheme(self, size: float) -> steps.Coefficients:
-        return (
-            steps.EXPLICIT._replace(size=size)
-            if self.explicit
-            else steps.coefficients(_implicit(self.method).scheme(size), size)
-        )
+    def _stages(self, size: float) -> tuple[StageNumbers, ...]:
+        """Plain numbers of a step of a size [s]."""
+        if self._method is None:
+            return (EXPLICIT._replace(size=size, step=size),)
+        return stage_numbers(self._method, size)
+
+    def _frames(self, segment: Segment, starts: Array, stages: tuple[StageNumbers, ...]) -> Frame:
+        """Terms of the moving frame and inputs for every stage of steps inside one segment."""
+        into = np.cumsum([0.0, *(stage.size for stage in stages[:-1])])
+        offsets = into + np.array([stage.evaluation * stage.size for stage in stages])
+        instants = (starts[:, None] + offsets).ravel()
+        frame = frame_terms(self.problem.coupling, self.moments, segment, instants, self.rom.size)
+        return self.inputs.added(frame, instants, segment.end)
 
     def _frame(self, segment: Segment, time: float, before: float = np.inf) -> Frame:
         """Terms of the moving frame and inputs at one instant."""
-        frame = frame_at(self.coupling, self.moments, segment.motion(time), self.rom.size)
+        frame = frame_at(self.problem.coupling, self.moments, segment.motion(time), self.rom.size)
         return self.inputs.added(frame, np.array([time]), before)
 
     def _balance(self, frame: Frame) -> None:
@@ -178,16 +176,14 @@ class ReducedFlight:
         work = self._work
         total_force(self.plant, frame, 0, work.q, work.v, work.forces)
         work.a[:] = -np.linalg.solve(self.plant.mass, work.forces)
-        work.numbers[2] = 0.0
-        if self.explicit:
+        work.jerk[:] = 0.0
+        if self._method is None:
             stress, other = np.empty(len(self.plant.first)), np.empty(self.rom.size)
             companion_forces(self.plant, frame, 0, work.q, work.v, stress, other)
             internal_force(self.plant, work.q, work.v, stress, work.forces)
 
-    def check_step(self, time_step: float) -> None:
+    def _check_step(self, time_step: float) -> None:
         """Raise InputError if the step [s] of an explicit method is not stable at the start of the run."""
-        if not self.explicit:
-            return
         stiffness = tangent(self.plant, self._work.q, np.zeros(len(self.plant.first)))
         limit = 2.0 / float(np.sqrt(eigh(stiffness, self.plant.mass, eigvals_only=True)[-1]))
         if time_step > limit:
@@ -196,22 +192,22 @@ class ReducedFlight:
                 "use a smaller one, or an implicit method"
             )
 
-    def _jump(self, segments: tuple[Segment, ...], current: int, time: float) -> None:
-        """Let the rigid motion jump; the acceleration takes up the change of the forces."""
-        work = self._work
+    def _jump(self, current: int, time: float) -> None:
+        """Let the rigid motion jump behind a segment; the acceleration takes up the change of the forces."""
+        work, segments = self._work, self.segments
         before, after = np.empty(self.rom.size), np.empty(self.rom.size)
         total_force(self.plant, self._frame(segments[current], time, time), 0, work.q, work.v, before)
         total_force(self.plant, self._frame(segments[current + 1], time), 0, work.q, work.v, after)
         change = after - before
         if change.any():
-            if not self.explicit:
+            if self._method is not None:
                 work.forces[:] += change
             work.a[:] -= np.linalg.solve(self.plant.mass, change)
-            work.numbers[2] = 0.0
+            work.jerk[:] = 0.0
 
     def _equilibrium(self, motion: RigidMotion) -> Array:
         """Steady equilibrium of the coordinates under a constant motion, by Newton's method, shape (r,)."""
-        frame = frame_at(self.coupling, self.moments, motion, self.rom.size)
+        frame = frame_at(self.problem.coupling, self.moments, motion, self.rom.size)
         q, v = np.zeros(self.rom.size), np.zeros(self.rom.size)
         stress, other = np.empty(len(self.plant.first)), np.empty(self.rom.size)
         if not (frame.load.any() or frame.turns):
@@ -230,17 +226,17 @@ class ReducedFlight:
             "pretension"
         )
 
-    def frame_now(self, segments: tuple[Segment, ...], time: float) -> Frame:
+    def frame_now(self, time: float) -> Frame:
         """Terms of the moving frame and inputs at a sample."""
-        return self._frame(segments[int(_place(segments, np.array([time]))[0])], time)
+        return self._frame(self.segments[int(_place(self.segments, np.array([time]))[0])], time)
 
-    def motions(self, segments: tuple[Segment, ...], times: Array) -> Array:
+    def motions(self, times: Array) -> Array:
         """Angular velocity, angular acceleration and origin acceleration at instants, shape (time, 9)."""
         result = np.empty((len(times), 9))
-        place = _place(segments, times)
+        place = _place(self.segments, times)
         for number in np.unique(place):
             here = place == number
-            motion = segments[number].motion
+            motion = self.segments[number].motion
 
             def at(time: float, motion: Callable[[float], RigidMotion] = motion) -> Array:
                 now = motion(time)
@@ -252,7 +248,7 @@ class ReducedFlight:
     def pulled(self, motions: Array) -> Array:
         """Companions held off by the inertial load, shape (time, p)."""
         c = self.rom.coefficients
-        if not self.coupling.inertial_load or not motions.any():
+        if not self.problem.coupling.inertial_load or not motions.any():
             return np.zeros((len(motions), len(c.follow_linear)))
         spin, turn = _cross(motions[:, :3]), _cross(motions[:, 3:6])
         weight = turn + spin @ spin
@@ -264,10 +260,6 @@ class ReducedFlight:
             return np.zeros((len(eta), 2, 0, 3))
         place, speed = self.rom.seen(probes.map, eta, rate, self.pulled(motions))
         return np.stack([place, speed], axis=1).reshape(len(eta), 2, -1, 3)
-
-
-def _implicit(method: ImplicitMethod | ExplicitMethod) -> ImplicitMethod:
-    return cast(ImplicitMethod, method)
 
 
 def _place(segments: tuple[Segment, ...], times: Array) -> NDArray[np.int64]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.reduction.marching.dispatch import average_force, internal_force, tangent
+from tautflex.reduction.marching.work import StageNumbers, Work
 from tautflex.reduction.polynomial.forces import Frame, Plant, companion_forces, frame_matrices, jit, slopes
 
 Array = NDArray[np.float64]
@@ -21,81 +20,6 @@ _EPSILON = 2.220446049250313e-16
 _MOST_ITERATIONS = 40
 # Steps between two looks at the stability of an explicit method, and the part of its limit that is used.
 _CHECK_INTERVAL, _STABLE_SHARE = 32, 0.8
-
-
-class Coefficients(NamedTuple):
-    """A `StepScheme` as plain numbers; triples multiply (increment, velocity, acceleration)."""
-
-    evaluation: float
-    weight: float
-    inertia: tuple[float, float, float]
-    velocity: tuple[float, float, float]
-    end_displacement: tuple[float, float, float]
-    end_velocity: tuple[float, float, float]
-    end_acceleration: tuple[float, float, float]
-    average: bool
-    size: float
-
-
-class Work(NamedTuple):
-    """What survives from step to step.
-
-    Parameters
-    ----------
-    q, v, a, jerk, forces
-        State at the last instant; ``forces`` are all but inertia.
-    inverse
-        Inverse of an effective stiffness (or of an explicit method's effective mass), shape (r, r).
-    on_velocity, on_displacement
-        Matrices of the frame in this step, shape (r, r).
-    numbers
-        [largest scale so far, step size of ``inverse`` (0: none), 1 if ``jerk`` is known].
-    counts
-        [steps, iterations, factorizations, force evaluations].
-    """
-
-    q: Array
-    v: Array
-    a: Array
-    jerk: Array
-    forces: Array
-    inverse: Array
-    on_velocity: Array
-    on_displacement: Array
-    numbers: Array
-    counts: Indices
-
-
-def new_work(size: int) -> Work:
-    """Zeros for ``size`` coordinates."""
-    q, v, a, jerk, forces = (np.zeros(size) for _ in range(5))
-    inverse, on_velocity, on_displacement = (np.zeros((size, size)) for _ in range(3))
-    numbers, counts = np.zeros(3), np.zeros(4, dtype=np.int64)
-    return Work(q, v, a, jerk, forces, inverse, on_velocity, on_displacement, numbers, counts)
-
-
-def coefficients(scheme: Any, size: float) -> Coefficients:
-    """Plain numbers of a step scheme."""
-
-    def triple(c: Any) -> tuple[float, float, float]:
-        return float(c.d), float(c.v), float(c.a)
-
-    return Coefficients(
-        float(scheme.evaluation),
-        float(scheme.weight),
-        triple(scheme.inertia),
-        triple(scheme.velocity),
-        triple(scheme.end_displacement),
-        triple(scheme.end_velocity),
-        triple(scheme.end_acceleration),
-        bool(scheme.average_stress),
-        float(size),
-    )
-
-
-# What an explicit step needs of a scheme: frame terms at its end, and its size.
-_NOTHING = (0.0, 0.0, 0.0)
-EXPLICIT = Coefficients(1.0, 1.0, _NOTHING, _NOTHING, _NOTHING, _NOTHING, _NOTHING, False, 0.0)
 
 
 # Loops in place of array expressions: those make the compiler generate shape checks and error texts, half of its time.
@@ -127,21 +51,21 @@ def _dot(x: Array, y: Array) -> float:
 
 
 @jit
-def _invert(matrix: Array, size: float, work: Work) -> bool:
-    """Keep the inverse of a matrix for steps of a size; whether that was possible."""
+def _invert(matrix: Array, tangent: int, size: float, work: Work) -> bool:
+    """Keep the inverse of a numbered matrix for steps of a size; whether that was possible."""
     work.counts[2] += 1
     if not np.isfinite(matrix.sum()):
         return False
     inverse = np.linalg.inv(matrix)
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):
-            work.inverse[i, j] = inverse[i, j]
-    work.numbers[1] = size
+            work.inverse[tangent, i, j] = inverse[i, j]
+    work.sizes[tangent] = size
     return True
 
 
 @jit
-def _renew(plant: Plant, c: Coefficients, q: Array, given: Array, work: Work) -> bool:
+def _renew(plant: Plant, c: StageNumbers, q: Array, given: Array, work: Work) -> bool:
     """Invert the effective stiffness at q; whether that was possible."""
     matrix = tangent(plant, q, given)
     moved = plant.viscous @ slopes(plant, q)
@@ -151,17 +75,31 @@ def _renew(plant: Plant, c: Coefficients, q: Array, given: Array, work: Work) ->
             rate = work.on_velocity[i, j] + damping[i, j]
             stiffness = matrix[i, j] + work.on_displacement[i, j] + c.velocity[0] * rate
             matrix[i, j] = c.inertia[0] * plant.mass[i, j] + c.weight * stiffness
-    return _invert(matrix, c.size, work)
+    return _invert(matrix, c.tangent, c.step, work)
+
+
+@jit
+def _recall(c: StageNumbers, work: Work) -> tuple[Array, Array]:
+    """What a stage takes for velocity and acceleration at its start, see `Stage`."""
+    v, a = np.zeros(work.q.size), np.zeros(work.q.size)
+    for n in range(c.recalled.shape[0]):
+        on_v, on_a, state = c.recalled[n, 0], c.recalled[n, 1], work.passed[n]
+        for i in range(v.size):
+            back, speed, change = state[0, i] - work.q[i], state[1, i], state[2, i]
+            v[i] += on_v[0] * back + on_v[1] * speed + on_v[2] * change
+            a[i] += on_a[0] * back + on_a[1] * speed + on_a[2] * change
+    return v, a
 
 
 @jit
 def _residual(
-    plant: Plant, c: Coefficients, work: Work, d: Array, known: Array, given: Array, forces: Array, result: Array
-) -> tuple[float, float]:
+    plant: Plant, c: StageNumbers, work: Work, start: tuple[Array, Array], d: Array, known: Array, given: Array,
+    forces: Array, result: Array,
+) -> tuple[float, float]:  # fmt: skip
     """Fill residual and the part of the forces that depends on d; return norms of residual and internal force."""
     r = d.size
     place = _mix(1.0, work.q, 1.0, d, 0.0, d)
-    velocity = _mix(c.velocity[0], d, c.velocity[1], work.v, c.velocity[2], work.a)
+    velocity = _mix(c.velocity[0], d, c.velocity[1], start[0], c.velocity[2], start[1])
     if c.average:
         average_force(plant, work.q, _mix(1.0, work.q, 1.0 / c.evaluation, d, 0.0, d), velocity, given, forces)
     else:
@@ -177,65 +115,66 @@ def _residual(
 
 
 @jit
-def implicit_step(plant: Plant, frame: Frame, row: int, c: Coefficients, work: Work, tolerance: float) -> bool:
-    """One step; ``work`` holds the new state if it converged and the old one if not."""
+def implicit_step(plant: Plant, frame: Frame, row: int, c: StageNumbers, work: Work, tolerance: float) -> bool:
+    """One stage; ``work`` holds the new state if it converged and the old one if not."""
     r = work.q.size
+    start = work.v, work.a
+    if c.recalled.shape[0] > 0:
+        start = _recall(c, work)
     reach = c.evaluation * c.size
-    d = _mix(reach, work.v, 0.5 * reach * reach, work.a, work.numbers[2] * reach**3 / 6.0, work.jerk)
+    d = _mix(reach, work.v, 0.5 * reach * reach, work.a, reach**3 / 6.0, work.jerk)
     given, constant, known = np.empty(plant.first.size), np.empty(r), np.zeros(r)
-    speed = _mix(c.velocity[1], work.v, c.velocity[2], work.a, 0.0, work.a)
+    speed = _mix(c.velocity[1], start[0], c.velocity[2], start[1], 0.0, work.a)
     place, predicted = _mix(1.0, work.q, 1.0, d, 0.0, d), _mix(1.0, speed, c.velocity[0], d, 0.0, d)
     companion_forces(plant, frame, row, place, predicted, given, constant)
     frame_matrices(plant, frame, row, work.on_velocity, work.on_displacement)
     load = frame.load[row % frame.load.shape[0]]
     _add_times(1.0, work.on_velocity, speed, constant)
-    _add_times(1.0, plant.mass, _mix(c.inertia[1], work.v, c.inertia[2], work.a, 0.0, work.a), known)
+    _add_times(1.0, plant.mass, _mix(c.inertia[1], start[0], c.inertia[2], start[1], 0.0, work.a), known)
     for i in range(r):
         constant[i] += load[i]
         known[i] += c.weight * constant[i] + (1.0 - c.weight) * work.forces[i]
     lost = 100.0 * _EPSILON / tolerance * np.sqrt(_dot(known, known))
-    floor = max(c.weight * np.sqrt(_dot(load, load)), lost, _SCALE_FLOOR * work.numbers[0])
+    floor = max(c.weight * np.sqrt(_dot(load, load)), lost, _SCALE_FLOOR * work.scale[0])
     forces, residual, trial, trial_forces = np.empty(r), np.empty(r), np.empty(r), np.empty(r)
-    norm, size = _residual(plant, c, work, d, known, given, forces, residual)
+    norm, size = _residual(plant, c, work, start, d, known, given, forces, residual)
     fresh, count = False, 0
     while not norm <= tolerance * max(size, floor):
         count += 1
         if count > _MOST_ITERATIONS or not np.isfinite(norm):
             return False
-        if work.numbers[1] != c.size:
+        if work.sizes[c.tangent] != c.step:
             if not _renew(plant, c, _mix(1.0, work.q, 1.0, d, 0.0, d), given, work):
                 return False
             fresh = True
         move = np.zeros(r)
-        _add_times(-1.0, work.inverse, residual, move)
+        _add_times(-1.0, work.inverse[c.tangent], residual, move)
         work.counts[1] += 1
         fraction = 1.0
         while True:
             moved = _mix(1.0, d, fraction, move, 0.0, d)
-            after, after_size = _residual(plant, c, work, moved, known, given, trial_forces, trial)
+            after, after_size = _residual(plant, c, work, start, moved, known, given, trial_forces, trial)
             done = after <= tolerance * max(after_size, floor)
             if after < norm or done or not fresh or fraction < 1e-3:
                 break
             fraction *= 0.5
         if not (after < norm or done or fresh):
-            work.numbers[1] = 0.0
+            work.sizes[c.tangent] = 0.0
             continue
         if not (done or after <= _SLOW * norm):
-            work.numbers[1] = 0.0
+            work.sizes[c.tangent] = 0.0
         d, norm, size = moved, after, after_size
         residual, trial = trial, residual
         forces, trial_forces = trial_forces, forces
         fresh = False
-    work.numbers[0] = max(work.numbers[0], size, floor if lost < floor else 0.0)
+    work.scale[0] = max(work.scale[0], size, floor if lost < floor else 0.0)
     for i in range(r):
-        q, v, a = work.q[i], work.v[i], work.a[i]
+        q, v, a, before = work.q[i], start[0][i], start[1][i], work.a[i]
         work.q[i] = q + c.end_displacement[0] * d[i] + c.end_displacement[1] * v + c.end_displacement[2] * a
         work.v[i] = c.end_velocity[0] * d[i] + c.end_velocity[1] * v + c.end_velocity[2] * a
         work.a[i] = c.end_acceleration[0] * d[i] + c.end_acceleration[1] * v + c.end_acceleration[2] * a
-        work.jerk[i] = (work.a[i] - a) / c.size
+        work.jerk[i] = (work.a[i] - before) / c.size
         work.forces[i] = forces[i] + constant[i]
-    work.numbers[2] = 1.0
-    work.counts[0] += 1
     return True
 
 
@@ -247,13 +186,13 @@ def explicit_step(plant: Plant, frame: Frame, row: int, size: float, work: Work)
     the predicted velocity.
     """
     r = work.q.size
-    if work.numbers[1] != size or frame.turns:
+    if work.sizes[0] != size or frame.turns:
         frame_matrices(plant, frame, row, work.on_velocity, work.on_displacement)
         matrix = np.empty((r, r))
         for i in range(r):
             for j in range(r):
                 matrix[i, j] = plant.mass[i, j] + 0.5 * size * work.on_velocity[i, j]
-        if not _invert(matrix, 0.0 if frame.turns else size, work):
+        if not _invert(matrix, 0, 0.0 if frame.turns else size, work):
             return False
     half = _mix(1.0, work.v, 0.5 * size, work.a, 0.0, work.a)
     q = _mix(1.0, work.q, size, half, 0.0, half)
@@ -274,7 +213,7 @@ def explicit_step(plant: Plant, frame: Frame, row: int, size: float, work: Work)
     if frame.turns:
         _add_times(1.0, work.on_displacement, q, total)
     a = np.zeros(r)
-    _add_times(-1.0, work.inverse, total, a)
+    _add_times(-1.0, work.inverse[0], total, a)
     for i in range(r):
         work.q[i], work.v[i], work.a[i], work.forces[i] = q[i], half[i] + 0.5 * size * a[i], a[i], internal[i]
     work.counts[0] += 1
@@ -302,31 +241,57 @@ def _stable(plant: Plant, frame: Frame, row: int, size: float, work: Work) -> bo
 def march(
     plant: Plant,
     frame: Frame,
-    c: Coefficients,
+    stages: tuple[StageNumbers, ...],
     work: Work,
     rows: Indices,
     stored: tuple[Array, Array],
     tolerance: float,
 ) -> int:
-    """Steps of equal size; state is stored in ``rows[n]`` (-1: not). Returns the number of steps that converged."""
+    """Steps of equal size; state is stored in ``rows[n]`` (-1: not). Returns the number of steps that converged.
+
+    The frame has a row for every stage of every step.
+    """
     for n in range(rows.size):
-        if not implicit_step(plant, frame, n, c, work, tolerance):
-            return n
+        for place in range(len(stages)):
+            if len(stages) > 1:
+                _keep(work, place)
+            if not implicit_step(plant, frame, len(stages) * n + place, stages[place], work, tolerance):
+                if place > 0:
+                    _return(work)
+                return n
+        work.counts[0] += 1
         _store(work, rows[n], stored)
     return rows.size
+
+
+@jit
+def _keep(work: Work, place: int) -> None:
+    """Note the state at the start of a stage."""
+    for i in range(work.q.size):
+        work.passed[place, 0, i], work.passed[place, 1, i], work.passed[place, 2, i] = work.q[i], work.v[i], work.a[i]
+        work.passed[place, 3, i], work.passed[place, 4, i] = work.jerk[i], work.forces[i]
+
+
+@jit
+def _return(work: Work) -> None:
+    """Go back to the start of the step."""
+    for i in range(work.q.size):
+        work.q[i], work.v[i], work.a[i] = work.passed[0, 0, i], work.passed[0, 1, i], work.passed[0, 2, i]
+        work.jerk[i], work.forces[i] = work.passed[0, 3, i], work.passed[0, 4, i]
 
 
 @jit
 def march_explicit(
     plant: Plant,
     frame: Frame,
-    c: Coefficients,
+    stages: tuple[StageNumbers, ...],
     work: Work,
     rows: Indices,
     stored: tuple[Array, Array],
     tolerance: float,
 ) -> int:
     """As `march`, by central differences."""
+    c = stages[0]
     for n in range(rows.size):
         if n % _CHECK_INTERVAL == 0 and not _stable(plant, frame, n, c.size, work):
             return n

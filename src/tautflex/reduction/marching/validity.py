@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from tautflex.mechanics.membrane import StressSurvey
 from tautflex.mechanics.products import MassDamping
 from tautflex.mechanics.workspace import Workspace
-from tautflex.motion.kinematics import RigidMotion, Segment
-from tautflex.reduction.marching.run import ReducedFlight
+from tautflex.motion.kinematics import RigidMotion
+from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.polynomial.forces import total_force
 from tautflex.solvers.transient.compression import CompressionWatch
+from tautflex.solvers.transient.recorder import stress_scalars
 
 Array = NDArray[np.float64]
 
@@ -35,7 +36,7 @@ class Checked(NamedTuple):
     samples
         Numbers of the samples that were checked, shape (check,).
     scalars
-        Columns of `SCALARS` behind the energies, shape (check, column).
+        What stresses tell: name in `SCALARS` -> values, shape (check,).
     truncated
         Energy in truncated directions over the largest energy of the run, shape (check,).
     warnings
@@ -43,20 +44,12 @@ class Checked(NamedTuple):
     """
 
     samples: NDArray[np.int64]
-    scalars: Array
+    scalars: dict[str, Array]
     truncated: Array
     warnings: list[str]
 
 
-def check_validity(
-    flight: ReducedFlight,
-    segments: tuple[Segment, ...],
-    times: Array,
-    eta: Array,
-    rate: Array,
-    motions: Array,
-    energy: Array,
-) -> Checked:
+def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motions: Array, energy: Array) -> Checked:
     """Look at the full field at the largest motion of every window of a run.
 
     The force that the full equation of motion leaves unbalanced at the reduced solution is what the basis cannot
@@ -64,36 +57,35 @@ def check_validity(
 
     Parameters
     ----------
-    flight
+    run
         The run.
-    segments
-        Its maneuver.
     times, eta, rate, motions, energy
         Samples: instants [s], coordinates and rates (n, r), motion of the frame (n, 9), total energy [J].
     """
-    system, solver = flight.rom.state.system, flight.rom.reference
-    size = np.einsum("nr,nr->n", eta @ flight.plant.linear, eta)
+    system, solver = run.rom.state.system, run.rom.reference
+    size = np.einsum("nr,nr->n", eta @ run.plant.linear, eta)
     chosen = np.array(
         [part[np.argmax(size[part])] for part in np.array_split(np.arange(len(times)), _WINDOWS) if part.size]
     )
     workspace, watch = system.workspace(), CompressionWatch(system)
     survey = StressSurvey(system, workspace)
     inertia = system.inertia
-    state = flight.rom.state
+    state = run.rom.state
     damping = MassDamping(
-        system.pattern, inertia.mass_entries, state.tangent_entries, flight.damping.matrix(state.linear)
+        system.pattern, inertia.mass_entries, state.tangent_entries, run.problem.damping.matrix(state.linear)
     )
     scalars, left = [], []
-    for row, pulled in zip(chosen, flight.pulled(motions[chosen]), strict=True):
+    for row, pulled in zip(chosen, run.pulled(motions[chosen]), strict=True):
         motion = RigidMotion(motions[row, :3], motions[row, 3:6], motions[row, 6:])
         time = float(times[row])
-        unbalanced = _unbalanced(flight, workspace, segments, time, eta[row], rate[row], pulled, motion, damping)
+        unbalanced = _unbalanced(run, workspace, time, eta[row], rate[row], pulled, motion, damping)
         film = survey.membrane()
-        scalars.append((film.smallest, film.largest, film.wrinkled, film.slack, survey.slack_cables()))
+        scalars.append(stress_scalars(survey, film))
         watch.see(time, film, survey.cables)
         left.append(0.5 * float(unbalanced @ solver.solve(unbalanced)))
     truncated = np.array(left) / max(float(energy.max()), 1e-300)
-    return Checked(chosen, np.array(scalars), truncated, [*watch.warnings(), *_truncation_warning(truncated)])
+    named = {name: np.array([each[name] for each in scalars]) for name in scalars[0]}
+    return Checked(chosen, named, truncated, [*watch.warnings(), *_truncation_warning(truncated)])
 
 
 def _truncation_warning(truncated: Array) -> list[str]:
@@ -107,9 +99,8 @@ def _truncation_warning(truncated: Array) -> list[str]:
 
 
 def _unbalanced(
-    flight: ReducedFlight,
+    run: ReducedRun,
     workspace: Workspace,
-    segments: tuple[Segment, ...],
     time: float,
     eta: Array,
     rate: Array,
@@ -118,14 +109,14 @@ def _unbalanced(
     damping: MassDamping,
 ) -> Array:
     """Force that the full equation of motion leaves unbalanced [N, N m], shape (size,)."""
-    rom, plant, state = flight.rom, flight.plant, flight.rom.state
+    rom, plant, state, coupling = run.rom, run.plant, run.rom.state, run.problem.coupling
     inertia = state.system.inertia
     force = np.empty(rom.size)
-    total_force(plant, flight.frame_now(segments, time), 0, eta, rate, force)
+    total_force(plant, run.frame_now(time), 0, eta, rate, force)
     acceleration = np.asarray(-np.linalg.solve(plant.mass, force), dtype=np.float64)
     q, v, a = rom.motion(eta, rate, acceleration, pulled)
     result, _ = workspace.force(q)
     result = result - state.reference_force + inertia.mass_matrix @ a + damping.damping_product(v)
-    result += inertia.apply(flight.coupling.velocity_weight(motion), v)
-    result += inertia.apply(flight.coupling.displacement_weight(motion), q)
-    return result + flight.coupling.load(motion, inertia) - flight.inputs.full_load(time)
+    result += inertia.apply(coupling.velocity_weight(motion), v)
+    result += inertia.apply(coupling.displacement_weight(motion), q)
+    return result + coupling.load(motion, inertia) - run.inputs.full_load(time)

@@ -14,11 +14,14 @@ from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.reduction.bases.basis import Basis, BasisVectors, ModalBasis
+from tautflex.reduction.marching.simulation import solve_reduced
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import Plant
 from tautflex.reduction.polynomial.monomials import WEAK_FIELD, monomial_rates, monomials, pairs, stress_fields
 from tautflex.reduction.polynomial.projection import Coefficients, Pieces, assemble, project
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.problem import Progress, TransientProblem
+from tautflex.solvers.transient.status import Run
 
 Array = NDArray[np.float64]
 
@@ -93,6 +96,10 @@ class ReducedModel(OnBasis):
             stress_fields(0.25 * c.cubic, amplitude, self.weak_field),
             stress_fields(c.viscous, amplitude, _COARSER * self.weak_field),
         )
+
+    def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
+        """Answer a problem whose plant it is."""
+        return solve_reduced(self, problem, progress)
 
     @property
     def memory(self) -> int:
@@ -169,7 +176,7 @@ def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: floa
     """
     began = clock.perf_counter()
     basis = basis or ModalBasis()
-    if not hasattr(basis, "vectors"):
+    if not isinstance(basis, Basis):
         raise InputError(f"basis: expected an object such as ModalBasis(directions=('rx',)), got {basis!r}")
     checks.between("weak_field", weak_field, 0.0, 1e-2)
     laws = sorted({block.law.name for block in state.system.blocks if not block.is_elastic})

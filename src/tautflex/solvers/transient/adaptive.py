@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.motion.kinematics import Segment
-from tautflex.solvers.transient.driver import GridDriver
+from tautflex.solvers.transient.driver import GridDriver, ImplicitStep
 from tautflex.solvers.transient.equation import MotionState
-from tautflex.solvers.transient.implicit import Stepper
-from tautflex.solvers.transient.methods.scheme import Combination, ImplicitMethod
+from tautflex.solvers.transient.methods.scheme import Method, amplification
 
 Array = NDArray[np.float64]
 
@@ -79,7 +78,7 @@ class Adaptive:
         return low, high
 
 
-def error_constant(method: ImplicitMethod) -> float:
+def error_constant(method: Method) -> float:
     """Local error of a method over ``(angular frequency * step)^3`` for an undamped oscillator.
 
     Parameters
@@ -90,25 +89,11 @@ def error_constant(method: ImplicitMethod) -> float:
     Returns
     -------
     float
-        From the principal root of the method's amplification matrix at 0.1 rad per step, which it should turn by
-        ``exp(0.1 i)``; 1/12 for the trapezoidal rule. For a method of first order it grows like 1/step.
+        From the principal root of the method's amplification matrix at 0.1 rad per step, all stages of it, which it
+        should turn by ``exp(0.1 i)``; 1/12 for the trapezoidal rule. For a method of first order it grows like 1/step.
     """
     phase = 0.1
-    scheme = method.scheme(1.0)
-
-    def value(part: Combination, start: Array) -> float:
-        return part.v * float(start[1]) + part.a * float(start[2])
-
-    columns = []
-    for start in np.eye(3):
-        spring = phase**2
-        # P at the evaluation instant is spring * (q + d); the rest of the weight is the force at the start.
-        known = value(scheme.inertia, start) + spring * float(start[0])
-        increment = -known / (scheme.inertia.d + scheme.weight * spring)
-        parts = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
-        end = [part.d * increment + value(part, start) for part in parts]
-        columns.append([float(start[0]) + end[0], end[1], end[2]])
-    roots = np.linalg.eigvals(np.array(columns).T)
+    roots = np.linalg.eigvals(amplification(method, phase))
     exact = np.exp(1j * phase)
     return float(np.abs(roots - exact).min()) / phase**3
 
@@ -131,7 +116,7 @@ class AdaptiveDriver(GridDriver):
     """
 
     def __init__(
-        self, stepper: Stepper, segments: tuple[Segment, ...], step: float, end_time: float, control: Adaptive
+        self, stepper: ImplicitStep, segments: tuple[Segment, ...], step: float, end_time: float, control: Adaptive
     ) -> None:
         super().__init__(stepper, segments, step, 0)
         self._implicit, self._control, self._end_time = stepper, control, end_time
@@ -141,7 +126,7 @@ class AdaptiveDriver(GridDriver):
         self._now: MotionState | None = None
         self._last_step: tuple[MotionState, MotionState] | None = None
         self._last_ratio, self._last_size = 0.0, step
-        self._fastest, self._kick = 0.0, 0.0
+        self._fastest = self._kick = np.zeros(1)
 
     def segment_at(self, time: float) -> Segment:
         """Stretch of the maneuver that an instant of the grid belongs to; the later one at a discontinuity."""
@@ -153,9 +138,10 @@ class AdaptiveDriver(GridDriver):
         slack = 1e-9 * self._step
         if self._now is None:
             self._now = at
-            self._note_velocity(at.v)
+            self._first = at
+            self._note_velocity(at)
             # A run from rest has no velocity to compare with yet; what the first grid step will gain is a fair guess.
-            self._kick = self._step * self._norm(at.a)
+            self._kick = self._step * self._implicit.equation.pushes(at)
         while self._now.time < target - slack:
             reached = self._controlled_step(self._now, slack)
             if reached is None:
@@ -166,7 +152,7 @@ class AdaptiveDriver(GridDriver):
         if abs(self._now.time - target) <= slack:
             return self._now
         assert self._last_step is not None, "an instant between two states has a step around it"
-        return _between(*self._last_step, target)
+        return self._implicit.equation.between(*self._last_step, target)
 
     def _controlled_step(self, at: MotionState, slack: float) -> MotionState | None:
         """One accepted step, no longer than the segment or the run has left."""
@@ -189,7 +175,7 @@ class AdaptiveDriver(GridDriver):
                 continue
             self._statistics.beyond_tolerance += ratio > 1.0
             self._statistics.steps += 1
-            self._note_velocity(reached.v)
+            self._note_velocity(reached)
             self._choose_next(size, nominal, ratio)
             if abs(left - size) <= slack:
                 reached.time = at.time + left
@@ -201,18 +187,17 @@ class AdaptiveDriver(GridDriver):
         The third derivative comes from the accelerations [Zienkiewicz & Xie, Earthq. Eng. Struct. Dyn. 20 (1991)
         871]; the constant is the method's own.
         """
-        error = self._constant * size * (reached.a - at.a)
-        error = self._implicit.smoothed(error)
-        fastest = max(self._fastest, self._norm(reached.v), self._kick if at.time < self._step else 0.0)
-        allowed = self._control.tolerance * fastest
-        found = self._norm(error)
-        return found / allowed if allowed > 0.0 else np.inf if found > 0.0 else 0.0
+        found = self._implicit.errors(at, reached, self._constant * size)
+        fastest = np.maximum(self._fastest, self._implicit.equation.speeds(reached, self._first))
+        if at.time < self._step:
+            fastest = np.maximum(fastest, self._kick)
+        ratio = np.divide(
+            found, self._control.tolerance * fastest, out=np.full(found.size, np.inf), where=fastest > 0.0
+        )
+        return float(np.where(found > 0.0, ratio, 0.0).max())
 
-    def _norm(self, x: Array) -> float:
-        return float(np.sqrt(max(float(x @ (self._implicit.equation.inertia.mass_matrix @ x)), 0.0)))
-
-    def _note_velocity(self, v: Array) -> None:
-        self._fastest = max(self._fastest, self._norm(v))
+    def _note_velocity(self, at: MotionState) -> None:
+        self._fastest = np.maximum(self._fastest, self._implicit.equation.speeds(at, self._first))
 
     def _factor(self, ratio: float, last: float | None) -> float:
         """Change of the step size: proportional-integral control after a kept step, integral after a rejected one."""
@@ -248,14 +233,3 @@ def _landing(size: float, left: float) -> float:
     if left <= 1.1 * size:
         return left
     return 0.5 * left if left < 2.0 * size else size
-
-
-def _between(start: MotionState, end: MotionState, time: float) -> MotionState:
-    """Displacement and velocity inside a step, by cubic Hermite interpolation."""
-    step = end.time - start.time
-    s = (time - start.time) / step
-    slope = (end.q - start.q) / step
-    q = start.q + s * step * (slope + (1.0 - s) * ((1.0 - s) * (start.v - slope) - s * (end.v - slope)))
-    v = slope + (1.0 - s) * (1.0 - 3.0 * s) * (start.v - slope) + s * (3.0 * s - 2.0) * (end.v - slope)
-    a = start.a + s * (end.a - start.a)
-    return MotionState(time, q, v, a)

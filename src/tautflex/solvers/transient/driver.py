@@ -1,15 +1,18 @@
-"""Drivers: how a run's steps follow the time grid, the segments of the maneuver and the steps that fail."""
+"""Drivers: how steps follow the time grid, segments of the maneuver and failures, and stages make a step."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.motion.kinematics import Segment
+from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
+from tautflex.solvers.transient.methods.scheme import Method
 
 Array = NDArray[np.float64]
 
@@ -23,9 +26,70 @@ class OneStep(Protocol):
         """Advance inside one smooth segment; the outcome says whether the end is meaningful."""
         ...
 
-    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
-        """Same position and velocity under another rigid motion."""
+
+class ImplicitStep(OneStep, Protocol):
+    """What adaptive steps need besides: they solve an equation."""
+
+    method: Method
+
+    def errors(self, at: MotionState, end: MotionState, share: float) -> Array:
+        """Norms of ``share`` times the change of the accelerations over a step, less what it could not resolve."""
         ...
+
+
+class StageStep(ImplicitStep, Protocol):
+    """Steps that can be taken stage by stage."""
+
+    @property
+    def factors(self) -> tuple[SymmetricFactorization, ...]:
+        """Factorizations whose work counts."""
+        ...
+
+    def step(
+        self,
+        at: MotionState,
+        size: float,
+        segment: Segment,
+        place: int = 0,
+        recalled: tuple[Array, Array] | None = None,
+    ) -> tuple[MotionState, NewtonOutcome]:
+        """One stage of a step."""
+        ...
+
+
+class StagedStepper:
+    """Steps of several stages: one stepper for each effective stiffness, all of one equation of motion.
+
+    Parameters
+    ----------
+    method
+        Integrator.
+    steppers
+        One for each of the method's tangents, in order.
+    """
+
+    def __init__(self, method: Method, steppers: Sequence[StageStep]) -> None:
+        self.method, self._numbers, self._steppers = method, method.tangents, steppers
+        self.equation = steppers[0].equation
+
+    def step(self, at: MotionState, size: float, segment: Segment) -> tuple[MotionState, NewtonOutcome]:
+        """Advance by all stages of a step; the outcome is that of the last one that was tried."""
+        passed = [at]
+        for place, (stage, number) in enumerate(zip(self.method.stages(size), self._numbers, strict=True)):
+            recalled = stage.recalled(passed) if stage.velocity else None
+            reached, outcome = self._steppers[number].step(passed[-1], size, segment, place, recalled)
+            passed.append(reached)
+            if not outcome.converged:
+                break
+        return reached, outcome
+
+    def errors(self, at: MotionState, end: MotionState, share: float) -> Array:
+        """Norms of ``share`` times the change of the accelerations, less what the last stage could not resolve."""
+        return self._steppers[self._numbers[-1]].errors(at, end, share)
+
+    def collect_counts(self) -> None:
+        """Bring the solvers' counters into the statistics."""
+        self.equation.count(*(factor for stepper in self._steppers for factor in stepper.factors))
 
 
 class GridDriver:
@@ -78,7 +142,7 @@ class GridDriver:
             return at
         before = self.segment.motion(at.time)
         self._current += 1
-        return self._stepper.jump(at, before, self.segment.motion(at.time))
+        return self._stepper.equation.jump(at, before, self.segment.motion(at.time))
 
     def _attempt(self, at: MotionState, size: float) -> MotionState | None:
         """One step of the stepper; None if it fails."""

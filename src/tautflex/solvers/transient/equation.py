@@ -1,8 +1,14 @@
-"""The equation of motion (49): its forces, the start of a run and what a jump of the rigid motion changes."""
+"""The equation of motion (49): its forces in a step, the start of a run and what a jump of the rigid motion changes.
+
+`EquationOfMotion` is that of a prescribed floating frame, and what steppers, drivers and recorders ask of any other:
+`HubEquation` says the same of a frame on a free hub.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +17,16 @@ from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.mechanics.products import MassDamping
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.kinematics import RigidMotion
+from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.methods.scheme import Combination, Stage, StepScheme
 from tautflex.solvers.transient.status import Statistics
+from tautflex.solvers.transient.step_kernel import assemble_residual, begin_step, end_of_step, step_residual
 
 Array = NDArray[np.float64]
+
+_NONE = np.zeros(0)
 
 
 @dataclass
@@ -169,6 +179,53 @@ class EquationOfMotion:
         total = self.frame_forces(at.q, at.v, self.motion_terms(motion))
         return total + self.force(at.q) if self.inputs else total
 
+    def step_forces(
+        self, numbers: StepNumbers, at: MotionState, size: float, segment: Segment, diagonal: Array
+    ) -> StepForces:
+        """Forces of a step of this size [s] inside one smooth segment, see `StepForces`."""
+        instant = at.time + numbers.scheme.evaluation * size
+        terms = self.motion_terms(segment.motion(instant))
+        self.set_time(instant, segment.end)
+        return StepForces(self, numbers, terms, at, size, diagonal)
+
+    def correction(self, q: Array, scheme: StepScheme) -> tuple[Array, Array]:
+        """U, shape (rank, size), and D, (rank, rank), of the low-rank part ``U' D U`` of the effective stiffness."""
+        damping = self.products.matrix
+        return damping.vectors, np.diag(scheme.weight * scheme.velocity.d * damping.coefficients)
+
+    def motion(self, at: MotionState, segment: Segment) -> RigidMotion:
+        """Motion of the floating frame."""
+        return segment.motion(at.time)
+
+    def kinetic_energy(self, at: MotionState) -> float:
+        """Energy of the motion relative to the floating frame [J]."""
+        return 0.5 * self.products.mass_norm(at.v)
+
+    def between(self, start: MotionState, end: MotionState, time: float) -> MotionState:
+        """State at an instant between two states."""
+        q, v = hermite(start.time, end.time, time, (start.q, end.q), (start.v, end.v))
+        share = (time - start.time) / (end.time - start.time)
+        return MotionState(time, q, v, start.a + share * (end.a - start.a))
+
+    def mobile_mass(self, at: MotionState, vector: Array) -> Array:
+        """Mass that elastic motion alone moves, times a vector of shape (size,)."""
+        return self.products.mass_product(vector)
+
+    def speeds(self, at: MotionState, since: MotionState) -> Array:
+        """Norms ``sqrt(x' M x)`` of the velocities that adaptive steps control each error against."""
+        return np.array([self._norm(at.v)])
+
+    def pushes(self, at: MotionState) -> Array:
+        """The same norms of the accelerations."""
+        return np.array([self._norm(at.a)])
+
+    def errors(self, at: MotionState, end: MotionState, share: float, smoothed: Callable[[Array], Array]) -> Array:
+        """The same norms of ``share`` times the change of the accelerations, less what ``smoothed`` takes out."""
+        return np.array([self._norm(smoothed(share * (end.a - at.a)))])
+
+    def _norm(self, x: Array) -> float:
+        return float(np.sqrt(max(float(x @ (self.inertia.mass_matrix @ x)), 0.0)))
+
     def count(self, *factors: SymmetricFactorization) -> None:
         """Bring the counters of the mass factors and of others into the statistics."""
         every = (self._mass_factor, *factors)
@@ -180,3 +237,135 @@ class EquationOfMotion:
         if not self._mass_factor.ready:
             self._mass_factor.factorize(self.inertia.mass_entries)
         return self._mass_factor.solve(right)
+
+
+class StepNumbers:
+    """Stage of one step size as compiled code reads it.
+
+    Parameters
+    ----------
+    stage
+        Stage of the method.
+    equation
+        Equation of motion.
+    """
+
+    def __init__(self, stage: Stage, equation: EquationOfMotion) -> None:
+        self.scheme, self.share = stage.scheme, stage.share
+        scheme = stage.scheme
+        # Damping in proportion to stiffness resists in the axes of the reference: it does not turn with the structure.
+        self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.products.matrix.stiffness)
+        ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
+        self.end = np.array([(part.d, part.v, part.a) for part in ends])
+        inertia, velocity = scheme.inertia, scheme.velocity
+        self.known = np.array([scheme.weight, inertia.v, inertia.a, velocity.v, velocity.a, velocity.d])
+        self.linear = equation.products.combined(inertia.d, scheme.weight * velocity.d)
+        # The same in the pattern's upper triangle, for the effective stiffness.
+        constant = inertia.d * equation.inertia.mass_entries
+        if equation.products.spread:
+            constant += scheme.weight * velocity.d * equation.products.entries
+        self.constant_stiffness = constant[equation.system.pattern.upper[0]]
+
+
+class StepForces:
+    """All forces of one step as a function of its increment.
+
+    Parameters
+    ----------
+    equation
+        Equation of motion.
+    numbers
+        Scheme of the step.
+    terms
+        Rotating-frame terms at the evaluation instant.
+    at
+        Start of the step.
+    size
+        Step size [s].
+    diagonal
+        Diagonal of the stiffness, shape (size,).
+
+    Attributes
+    ----------
+    known_norm, stiff_norm
+        Norms of the forces that do not depend on the increment, and of ``diagonal * q`` [N].
+    displacement
+        Matrix Z of the frame's stiffness M(Z), shape (3, 3) [1/s^2].
+    """
+
+    def __init__(
+        self, equation: EquationOfMotion, numbers: StepNumbers, terms: MotionTerms, at: MotionState, size: float,
+        diagonal: Array,
+    ) -> None:  # fmt: skip
+        self.equation, self.numbers, self.at, self.size = equation, numbers, at, size
+        self.displacement = terms.displacement
+        self._scheme = scheme = numbers.scheme
+        products, pairs = equation.products, equation.inertia.pairs
+        load = terms.load - equation.input_load if equation.inputs else terms.load
+        known, turning, self.known_norm, self._load_norm, self.stiff_norm = begin_step(
+            products.start, products.column, products.mass, products.damping, products.spread, pairs,
+            numbers.known, terms.velocity, terms.displacement, load, diagonal, at.q, at.v, at.a,
+        )  # fmt: skip
+        if products.matrix.rank:
+            velocity = scheme.velocity
+            products.add_low_rank(scheme.weight, velocity.v * at.v + velocity.a * at.a, known)
+            self.known_norm = float(np.linalg.norm(known))
+        self._history = _NONE
+        if scheme.weight < 1.0:
+            if at.forces is None:
+                raise RuntimeError("the method needs the forces at the start of the step")
+            self._history = at.forces
+            known += (1.0 - scheme.weight) * at.forces
+            self.known_norm = float(np.linalg.norm(known))
+        self._fixed: Any = (
+            products.start, products.column, numbers.linear, pairs, turning, scheme.weight,
+            equation.state.reference_force, known,
+        )  # fmt: skip
+        self._elements: Any = equation.workspace.store, equation.workspace.stresses
+
+    def residual(self, x: Array) -> tuple[Array, float, float, float]:
+        """Residual of an increment [N], its norm, the norm of the forces it is measured against, that of inertia."""
+        if self._scheme.average_stress:
+            start = self.at.q
+            force = self.equation.workspace.average_force(start, start + x / self._scheme.evaluation)
+            residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
+        else:
+            residual, norm, internal, inertia = step_residual(x, self.at.q, *self._elements, *self._fixed)
+        products = self.equation.products
+        if products.matrix.rank:
+            products.add_low_rank(self._scheme.weight * self._scheme.velocity.d, x, residual)
+            norm = float(np.linalg.norm(residual))
+        return residual, norm, max(internal, self._load_norm), inertia
+
+    def end(self, x: Array, residual: Array) -> MotionState:
+        """State at the end of the step whose increment leaves this residual."""
+        q, v, a, jerk = end_of_step(self.numbers.end, self.size, x, self.at.q, self.at.v, self.at.a)
+        end = MotionState(self.at.time + self.size, q, v, a, jerk=jerk)
+        if self._scheme.weight < 1.0:
+            end.forces = self._balancing_forces(x, residual)
+        return end
+
+    def _balancing_forces(self, x: Array, residual: Array) -> Array:
+        """All forces but inertia at the evaluation instant, shape (size,)."""
+        scheme = self._scheme
+        inertia_force = self.equation.products.mass_product(combine(scheme.inertia, x, self.at))
+        forces: Array = (residual - inertia_force - (1.0 - scheme.weight) * self._history) / scheme.weight
+        return forces
+
+
+def combine(c: Combination, d: Array, at: MotionState) -> Array:
+    """Linear combination of increment, velocity and acceleration at the start of a step."""
+    return c.d * d + c.v * at.v + c.a * at.a
+
+
+def hermite(
+    start: float, end: float, time: float, values: tuple[Array, Array], slopes: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """Value and slope at ``time`` of the cubic that has these values and slopes at both ends."""
+    step = end - start
+    s = (time - start) / step
+    mean = (values[1] - values[0]) / step
+    first, last = slopes
+    value = values[0] + s * step * (mean + (1.0 - s) * ((1.0 - s) * (first - mean) - s * (last - mean)))
+    slope = mean + (1.0 - s) * (1.0 - 3.0 * s) * (first - mean) + s * (3.0 * s - 2.0) * (last - mean)
+    return value, slope

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import InputError
-from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.loads.inputs import InputSet
-from tautflex.motion.coupling import Coupling
-from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.motion.kinematics import Segment
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
-from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, MotionTerms
 from tautflex.solvers.transient.stability import largest_eigenvalue
 
@@ -27,31 +23,17 @@ _CHECK_INTERVAL, _STRESS_GROWTH = 100, 1.1
 _STIFFENED_SHARE = 0.5
 
 
-@dataclass(frozen=True)
-class CentralDifference:
-    """Explicit central differences with the consistent mass matrix [Bathe, Finite Element Procedures, 9.2.1].
-
-    Notes
-    -----
-    ``M a_n + (C + G) v_n + f(q_n) + K_T q_n + Q_T = 0`` at every step, with v_n the mean of the velocities half a
-    step before and after. Second order, no numerical damping, stable for ``h <= 2 / w_max`` with w_max the largest
-    angular frequency of (K_tangent, M), whatever the damping, because C v_n is solved for and not lagged. The mass
-    matrix, or ``M + h C / 2``, is factorized once.
-
-    A time step above the stable one is refused before the run; where the structure stiffens in the run, steps are
-    halved.
-    """
+class ExplicitMethod(ABC):
+    """Time-integration method whose steps solve with the mass matrix alone; a frozen dataclass."""
 
     @property
+    @abstractmethod
     def name(self) -> str:
         """Name in results."""
-        return "central difference"
 
-    def stepper(
-        self, state: PrestressedState, damping: Damping, coupling: Coupling, inputs: InputSet | None = None
-    ) -> ExplicitStepper:
+    @abstractmethod
+    def stepper(self, equation: EquationOfMotion) -> ExplicitStepper:
         """Stepper of one run."""
-        return ExplicitStepper(EquationOfMotion(state, damping, coupling, inputs=inputs))
 
 
 class ExplicitStepper:
@@ -71,14 +53,6 @@ class ExplicitStepper:
         self._stress = self._checked_stress = np.zeros(0)
         self._first_limit = 0.0
         self._vector: Array | None = None
-
-    def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> MotionState:
-        """State with the acceleration that balances all forces at ``time``."""
-        return self.equation.start(time, q, v, motion)
-
-    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
-        """Same position and velocity under another rigid motion."""
-        return self.equation.jump(at, before, after)
 
     def stable_step(self, q: Array) -> float:
         """Largest stable step [s] at free unknowns ``q``; infinite without any stiffness."""

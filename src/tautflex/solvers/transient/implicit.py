@@ -1,33 +1,21 @@
-"""One implicit step of the equation of motion (49), with everything that can be re-used kept."""
+"""One implicit step of an equation of motion, with everything that can be re-used kept."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.loads.inputs import InputSet
-from tautflex.motion.coupling import Coupling
-from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.motion.kinematics import Segment
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.anderson import SecantMemory
 from tautflex.solvers.nonlinear.newton import NewtonOutcome, relative_error, solve_newton
-from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.corotation import Corotation
-from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, MotionTerms
-from tautflex.solvers.transient.methods.scheme import Combination, ImplicitMethod, StepScheme
-from tautflex.solvers.transient.status import Statistics
-from tautflex.solvers.transient.step_kernel import (
-    assemble_residual,
-    begin_step,
-    end_of_step,
-    first_guess,
-    step_residual,
-)
+from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, StepForces, StepNumbers
+from tautflex.solvers.transient.methods.scheme import Method
+from tautflex.solvers.transient.step_kernel import first_guess
 
 Array = NDArray[np.float64]
 
@@ -41,103 +29,82 @@ _NONE = np.zeros(0)
 _ROUND_OFF = 100.0 * float(np.finfo(float).eps)
 
 
-@dataclass
 class Stepper:
     """Implicit steps of one run.
 
     Parameters
     ----------
-    state
-        Prestressed state.
+    equation
+        Equation of motion.
     method
         Integrator.
-    damping
-        Damping model.
-    coupling
-        Switches of the rotating-frame terms.
     tolerance
         Newton tolerance: residual norm over force scale.
     max_iterations
         Newton steps allowed in one step.
-    inputs
-        Forces, tensions and temperatures in time; None is none.
     """
 
-    state: PrestressedState
-    method: ImplicitMethod
-    damping: Damping
-    coupling: Coupling
-    tolerance: float
-    max_iterations: int = 25
-    inputs: InputSet | None = None
-
-    def __post_init__(self) -> None:
-        self.equation = EquationOfMotion(self.state, self.damping, self.coupling, inputs=self.inputs)
-        system = self.state.system
-        self._workspace, self._pattern, self._inertia = self.equation.workspace, system.pattern, system.inertia
+    def __init__(self, equation: EquationOfMotion, method: Method, tolerance: float, max_iterations: int = 25) -> None:
+        self.equation, self.method, self.tolerance, self._max_iterations = equation, method, tolerance, max_iterations
+        self._pattern = equation.system.pattern
         self._factor = SymmetricFactorization(self._pattern)
-        self._solver = LowRankUpdate(self._factor)
+        self.solver = LowRankUpdate(self._factor)
         self._factor_size, self._factor_inertia = 0.0, 0.0
         self._fewest_iterations, self._lost_iterations, self._judged = 0, 0, 0
         # Tangents that do not turn keep linear momentum to round-off at any tolerance, as conserving methods should.
-        self._corotation = None if self.method.scheme(1.0).average_stress else Corotation(system)
+        self._corotation = None if method.average_stress else Corotation(equation.system)
         self._refresh_cost = _REFRESH_COST_UNTURNED if self._corotation is None else _REFRESH_COST
         self._memory = SecantMemory(axes=self._corotation)
-        self._scheme: tuple[float, _Coefficients] | None = None
+        self._numbers: dict[int, tuple[float, StepNumbers]] = {}
         self._largest_scale = 0.0
-        self._diagonal = self.state.tangent_entries[self._pattern.diagonal]
+        self._diagonal = equation.state.tangent_entries[self._pattern.diagonal]
 
-    @property
-    def statistics(self) -> Statistics:
-        """Work done so far."""
-        return self.equation.statistics
-
-    def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> MotionState:
-        """State with the acceleration that balances all forces at ``time``."""
-        return self.equation.start(time, q, v, motion)
-
-    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
-        """Same position and velocity under another rigid motion."""
-        return self.equation.jump(at, before, after)
-
-    def step(self, at: MotionState, size: float, segment: Segment) -> tuple[MotionState, NewtonOutcome]:
-        """Advance by ``size`` inside one smooth segment.
+    def step(
+        self,
+        at: MotionState,
+        size: float,
+        segment: Segment,
+        place: int = 0,
+        recalled: tuple[Array, Array] | None = None,
+    ) -> tuple[MotionState, NewtonOutcome]:
+        """Advance by one stage of a step inside one smooth segment; a method of one stage is done then.
 
         Parameters
         ----------
         at
-            Start of the step.
+            Start of the stage.
         size
-            Step size [s].
+            Size of the whole step [s].
         segment
-            Stretch of the maneuver; evaluated at the method's evaluation instant.
+            Stretch of the maneuver; evaluated at the stage's evaluation instant.
+        place
+            Number of the stage.
+        recalled
+            What the stage takes for velocity and acceleration at its start, see `Stage`; None: those of ``at``.
 
         Returns
         -------
         tuple
-            The state at the end of the step (meaningless unless converged) and the Newton outcome.
+            The state at the end of the stage (its start unless converged) and the Newton outcome.
         """
-        coefficients = self.coefficients(size)
-        scheme = coefficients.scheme
-        instant = at.time + scheme.evaluation * size
-        terms = self.equation.motion_terms(segment.motion(instant))
-        self.equation.set_time(instant, segment.end)
-        problem = _StepProblem(self, coefficients, terms, at, size)
-        guess = first_guess(scheme.evaluation * size, at.v, at.a, _NONE if at.jerk is None else at.jerk)
+        numbers, statistics = self.numbers(size, place), self.equation.statistics
+        part = numbers.share * size
+        start = at if recalled is None else replace(at, v=recalled[0], a=recalled[1])
+        forces = self.equation.step_forces(numbers, start, part, segment, self._diagonal)
+        problem = _StepProblem(self, forces, size)
+        guess = first_guess(numbers.scheme.evaluation * part, at.v, at.a, _NONE if at.jerk is None else at.jerk)
         if self._corotation is not None:
-            self._corotation.follow(at.q + guess, coefficients.turning_share)
-        outcome = solve_newton(problem, guess, self.tolerance, self.max_iterations, self._memory)
-        self.statistics.iterations += outcome.iterations
-        self.statistics.force_evaluations += len(outcome.history)
-        q, v, a, jerk = end_of_step(coefficients.end, size, outcome.x, at.q, at.v, at.a)
-        end = MotionState(at.time + size, q, v, a, jerk=jerk)
-        if scheme.weight < 1.0 and outcome.converged:
-            inertia_force = self.equation.products.mass_product(_combine(scheme.inertia, outcome.x, at))
-            history = (1.0 - scheme.weight) * problem.history
-            end.forces = (outcome.residual - inertia_force - history) / scheme.weight
+            self._corotation.follow(at.q + guess, numbers.turning_share)
+        outcome = solve_newton(problem, guess, self.tolerance, self._max_iterations, self._memory)
+        statistics.iterations += outcome.iterations
+        statistics.force_evaluations += len(outcome.history)
         self._judge_factor(outcome.iterations)
-        if outcome.converged:
-            self._largest_scale = max(self._largest_scale, problem.scale)
+        if not outcome.converged:
+            return at, outcome
+        self._largest_scale = max(self._largest_scale, problem.scale)
+        end = forces.end(outcome.x, outcome.residual)
+        if recalled is not None:
+            end.jerk = (end.a - at.a) / part
         return end, outcome
 
     def _judge_factor(self, iterations: int) -> None:
@@ -151,31 +118,30 @@ class Stepper:
         if self._lost_iterations > self._refresh_cost:
             self._factor_size = 0.0
 
-    def coefficients(self, size: float) -> _Coefficients:
-        """What follows from the step size alone; kept while it stays."""
-        if self._scheme is None or self._scheme[0] != size:
-            self._scheme = size, _Coefficients(self.method.scheme(size), self.equation)
-        return self._scheme[1]
+    def numbers(self, size: float, place: int = 0) -> StepNumbers:
+        """What a stage knows from the step size alone; kept while it stays."""
+        if self._numbers.get(place, (0.0,))[0] != size:
+            self._numbers[place] = size, StepNumbers(self.method.stages(size)[place], self.equation)
+        return self._numbers[place][1]
 
-    def refresh(self, q: Array, scheme: StepScheme, terms: MotionTerms, size: float) -> None:
-        """Factorize the symmetric part of the effective stiffness at ``q``.
+    def refresh(self, forces: StepForces, x: Array, size: float) -> None:
+        """Factorize the symmetric part of the effective stiffness at an increment.
 
         The skew parts (gyroscopic, Euler) are small against the inertia of a resolved step and are left to the
         iteration.
         """
-        values = self._workspace.upper_tangent(q)
+        equation, numbers, q = self.equation, forces.numbers, forces.at.q + x
+        values = equation.workspace.upper_tangent(q)
         self._diagonal = values[self._pattern.upper_diagonal]
-        if scheme.weight != 1.0:
-            values *= scheme.weight
-        values += self.coefficients(size).constant_stiffness
-        symmetric = 0.5 * (terms.displacement + terms.displacement.T)
+        if numbers.scheme.weight != 1.0:
+            values *= numbers.scheme.weight
+        values += numbers.constant_stiffness
+        symmetric = 0.5 * (forces.displacement + forces.displacement.T)
         if symmetric.any():
-            values += scheme.weight * self._inertia.entries(symmetric)[self._pattern.upper[0]]
+            values += numbers.scheme.weight * equation.inertia.entries(symmetric)[self._pattern.upper[0]]
         self._factor.factorize_upper(values)
-        damping = self.equation.products.matrix
-        if damping.rank:
-            self._solver.correct(damping.vectors, scheme.weight * scheme.velocity.d * damping.coefficients)
-        self._factor_size, self._factor_inertia = size, scheme.inertia.d
+        self.solver.correct(*equation.correction(q, numbers.scheme))
+        self._factor_size, self._factor_inertia = size, numbers.scheme.inertia.d
         if self._corotation is not None:
             self._corotation.restart(q)
 
@@ -183,103 +149,53 @@ class Stepper:
         """Whether the last factors belong to this step size."""
         return self._factor.ready and self._factor_size == size
 
-    def smoothed(self, error: Array) -> Array:
-        """Error vector without what the step could not resolve anyway, shape (size,).
+    def errors(self, at: MotionState, end: MotionState, share: float) -> Array:
+        """Norms of ``share`` times the change of the accelerations over a step, less what it could not resolve anyway.
 
-        ``(c M + K)^-1 c M e`` with the factors at hand: unchanged for motion slower than the step, about zero for
-        faster motion, whose accelerations would otherwise pass for displacement errors [Hairer & Wanner, Solving
-        Ordinary Differential Equations II, IV.8].
+        Elastic ones go through ``(c M + K)^-1 c M`` with the factors at hand: unchanged for motion slower than the
+        step, about zero for faster motion, whose accelerations would otherwise pass for displacement errors [Hairer &
+        Wanner, Solving Ordinary Differential Equations II, IV.8].
         """
-        if not self._factor.ready:
-            return error
-        return self._solver.solve(self._factor_inertia * self.equation.products.mass_product(error))
+
+        def smoothed(error: Array) -> Array:
+            if not self._factor.ready:
+                return error
+            return self.solver.solve(self._factor_inertia * self.equation.mobile_mass(end, error))
+
+        return self.equation.errors(at, end, share, smoothed)
+
+    @property
+    def factors(self) -> tuple[SymmetricFactorization, ...]:
+        """Factorizations whose work counts."""
+        return (self._factor,)
 
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
-        self.equation.count(self._factor)
-
-
-class _Coefficients:
-    """Scheme of one step size as compiled code reads it."""
-
-    def __init__(self, scheme: StepScheme, equation: EquationOfMotion) -> None:
-        self.scheme = scheme
-        # Damping in proportion to stiffness resists in the axes of the reference: it does not turn with the structure.
-        self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.products.matrix.stiffness)
-        ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
-        self.end = np.array([(part.d, part.v, part.a) for part in ends])
-        inertia, velocity = scheme.inertia, scheme.velocity
-        self.known = np.array([scheme.weight, inertia.v, inertia.a, velocity.v, velocity.a, velocity.d])
-        self.linear = equation.products.combined(inertia.d, scheme.weight * velocity.d)
-        # The same in the pattern's upper triangle, for the effective stiffness.
-        constant = inertia.d * equation.inertia.mass_entries
-        if equation.products.spread:
-            constant += scheme.weight * velocity.d * equation.products.entries
-        self.constant_stiffness = constant[equation.system.pattern.upper[0]]
+        self.equation.count(*self.factors)
 
 
 class _StepProblem:
-    """Residual of one step as a function of the increment."""
+    """A step's forces against the scale that they are measured by."""
 
-    def __init__(
-        self, stepper: Stepper, coefficients: _Coefficients, terms: MotionTerms, at: MotionState, size: float
-    ) -> None:
-        self._stepper, self._at, self._size, self._terms = stepper, at, size, terms
-        self._scheme = scheme = coefficients.scheme
-        equation, pairs = stepper.equation, stepper._inertia.pairs
-        products = equation.products
-        load = terms.load - equation.input_load if equation.inputs else terms.load
-        known, turning, known_norm, load_norm, stiff_norm = begin_step(
-            products.start, products.column, products.mass, products.damping, products.spread, pairs,
-            coefficients.known, terms.velocity, terms.displacement, load, stepper._diagonal, at.q, at.v, at.a,
-        )  # fmt: skip
-        if products.matrix.rank:
-            velocity = scheme.velocity
-            products.add_low_rank(scheme.weight, velocity.v * at.v + velocity.a * at.a, known)
-            known_norm = float(np.linalg.norm(known))
-        self.history = _NONE
-        if scheme.weight < 1.0:
-            if at.forces is None:
-                raise RuntimeError("the method needs the forces at the start of the step")
-            self.history = at.forces
-            known += (1.0 - scheme.weight) * at.forces
-            known_norm = float(np.linalg.norm(known))
+    def __init__(self, stepper: Stepper, forces: StepForces, size: float) -> None:
+        self._stepper, self._forces, self._size = stepper, forces, size
         round_off = _ROUND_OFF / stepper.tolerance
         # Inertia forces of a tiny step cancel each other; nothing below their round-off can be asked for. Stiff
         # elements far from their reference position: the round-off of q alone makes forces of this size.
-        self._round_off, self._lost = round_off, round_off * (known_norm + 0.1 * stiff_norm)
-        self._least_scale, self._load_scale = _SCALE_FLOOR * stepper._largest_scale, load_norm
-        self._fixed: Any = (
-            products.start, products.column, coefficients.linear, pairs, turning, scheme.weight,
-            stepper.state.reference_force, known,
-        )  # fmt: skip
-        self._forces: Any = stepper._workspace.store, stepper._workspace.stresses
+        self._round_off, self._lost = round_off, round_off * (forces.known_norm + 0.1 * forces.stiff_norm)
+        self._least_scale = _SCALE_FLOOR * stepper._largest_scale
         self.scale = 0.0
 
     def residual(self, x: Array) -> tuple[Array, float]:
-        if self._scheme.average_stress:
-            start = self._at.q
-            force = self._stepper._workspace.average_force(start, start + x / self._scheme.evaluation)
-            residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
-        else:
-            residual, norm, internal, inertia = step_residual(x, self._at.q, *self._forces, *self._fixed)
-        products = self._stepper.equation.products
-        if products.matrix.rank:
-            products.add_low_rank(self._scheme.weight * self._scheme.velocity.d, x, residual)
-            norm = float(np.linalg.norm(residual))
-        self.scale = max(internal, self._load_scale)
+        residual, norm, self.scale, inertia = self._forces.residual(x)
         lost = self._lost + self._round_off * inertia
         return residual, relative_error(norm, max(self.scale, lost, self._least_scale))
 
     def refresh(self, x: Array) -> None:
-        self._stepper.refresh(self._at.q + x, self._scheme, self._terms, self._size)
+        self._stepper.refresh(self._forces, x, self._size)
 
     def ready(self) -> bool:
         return self._stepper.usable_factor(self._size)
 
     def solve(self, right: Array) -> Array:
-        return self._stepper._solver.solve(right)
-
-
-def _combine(c: Combination, d: Array, at: MotionState) -> Array:
-    return c.d * d + c.v * at.v + c.a * at.a
+        return self._stepper.solver.solve(right)

@@ -1,81 +1,235 @@
-"""Arguments of `simulate`: checks, and their translation into steps and vectors."""
+"""One question for every plant: what moves how, how it is integrated, and what is kept of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import KW_ONLY, MISSING, dataclass, fields
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
-from tautflex.errors import InputError
+from tautflex.errors import InputError, UnsupportedError
+from tautflex.mechanics.dampings.damping import Damping
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.mechanics.loads.inputs import TimeInput
+from tautflex.motion.coupling import Coupling
+from tautflex.motion.hub import FreeHub
+from tautflex.motion.kinematics import Maneuver
+from tautflex.motion.maneuvers import AtRest
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.adaptive import Adaptive
+from tautflex.solvers.transient.explicit import ExplicitMethod
+from tautflex.solvers.transient.methods.scheme import Method, check_stages
+from tautflex.solvers.transient.methods.wilson import WilsonTheta
+from tautflex.solvers.transient.probes import ProbeSet, place_probes
+from tautflex.solvers.transient.status import Run
 
 Array = NDArray[np.float64]
+InitialVelocity = Callable[[Array, Array], ArrayLike] | ArrayLike | None
+Progress = Callable[[float, str], None] | None
+
 # Beyond this the time axis alone would fill the memory.
 _MOST_STEPS = 1e9
-InitialVelocity = Callable[[Array, Array], ArrayLike] | ArrayLike | None
+# What None stands for.
+_MANEUVER, _METHOD, _DAMPING, _COUPLING = AtRest(), WilsonTheta(), Rayleigh(), Coupling()
+# What may stand there, and an example.
+_PARTS: tuple[tuple[str, Any, Any, str], ...] = (
+    ("maneuver", _MANEUVER, (Maneuver, FreeHub), "Stop(rate=0.628, duration=1.0)"),
+    ("method", _METHOD, (Method, ExplicitMethod), "WilsonTheta()"),
+    ("coupling", _COUPLING, Coupling, "Coupling()"),
+    ("damping", _DAMPING, Damping, "Rayleigh(0.001, 0.001)"),
+)
 
 
-def step_count(time_step: float, end_time: float, every: int) -> int:
-    """Steps of the grid that reaches ``end_time``."""
-    step = checks.positive("time_step", time_step)
-    if not checks.finite("end_time", end_time) >= step:
-        raise InputError(f"end_time: expected at least one time_step ({step:g} s), got {end_time!r}")
-    checks.whole("every", every, 1, remedy="1 stores every step")
-    count = end_time / step
-    if count > _MOST_STEPS:
-        raise InputError(
-            f"end_time: expected at most {_MOST_STEPS:g} steps, got {count:.3g}; run shorter or enlarge time_step"
-        )
-    return max(1, int(np.ceil(count - 1e-6)))
+class SteppingModel(ABC):
+    """A model of a prestressed state that brings its own time stepping."""
+
+    state: PrestressedState
+
+    @abstractmethod
+    def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
+        """Answer a problem whose plant it is; a step that fails is told by the status."""
 
 
-def check_parts(maneuver: object, method: object, coupling: object, damping: object, adaptive: object) -> None:
-    """Raise InputError where an argument is not what its name says."""
-    for name, value, needed, example in (
-        ("maneuver", maneuver, "segments", "Stop(rate=0.628, duration=1.0)"),
-        ("method", method, "scheme", "WilsonTheta()"),
-        ("coupling", coupling, "velocity_weight", "Coupling()"),
-        ("damping", damping, "matrix", "Rayleigh(0.001, 0.001)"),
-    ):
-        other = {"method": "stepper", "maneuver": "wrench"}.get(name, needed)
-        if not (hasattr(value, needed) or hasattr(value, other)):
-            raise InputError(f"{name}: expected an object such as {example}, got {value!r}")
-    if adaptive is not None and not hasattr(adaptive, "limits"):
-        raise InputError(f"adaptive: expected an object such as Adaptive(tolerance=1e-4), got {adaptive!r}")
+@dataclass(frozen=True, eq=False)
+class TransientProblem:
+    """Everything that decides a transient run, checked.
 
+    Parameters
+    ----------
+    plant
+        Prestressed state, or a reduced model of one (`reduce`); the run starts from its steady spinning equilibrium at
+        the maneuver's start.
+    maneuver
+        Prescribed rigid motion, or a `FreeHub` whose motion is part of the answer; None is none.
+    time_step, end_time
+        Step and duration [s]; discontinuities of the maneuver are stepped onto.
+    method
+        Integrator; None is `WilsonTheta()`.
+    adaptive
+        Error control of an implicit method's steps; ``time_step`` is then the spacing of the results and the first
+        trial step. None takes every step ``time_step`` long.
+    damping
+        `Rayleigh`, `Modal` or any other `Damping`; None is none.
+    coupling
+        Switches of the rotating-frame terms; None is all on.
+    inputs
+        Forces, cable tensions and film temperatures in time, see :mod:`tautflex.mechanics.loads.inputs`.
+    probes
+        Name -> (x, y) or (x, y, z) [m].
+    probe_reading
+        ``"interpolate"`` or ``"nearest-node"``.
+    initial_velocity
+        Function (x, y) -> transverse velocity [m/s], or array (node, 3) [m/s]; None is rest.
+    every
+        Store every n-th step.
+    fields
+        None or ``"none"``: no fields; ``"all"``: one per stored step; or times [s], rounded to steps.
+    tolerance
+        Newton tolerance: residual norm over the norm of the forces; None takes what the method needs, 1e-6 for most.
+    max_halvings
+        Times a step may be halved when Newton fails; an adaptive run goes down to its smallest step instead.
 
-def start_velocity(state: PrestressedState, given: InitialVelocity) -> Array:
-    """Velocities of the free unknowns; rotations of beam nodes start at rest."""
-    model = state.model
-    if given is None:
-        return np.zeros(state.system.size)
-    if callable(given):
-        x, y = model.nodes[:, 0], model.nodes[:, 1]
-        values = np.zeros((len(model.nodes), 3))
-        try:
-            values[:, 2] = np.broadcast_to(np.asarray(given(x, y), dtype=float), x.shape)
-        except (TypeError, ValueError) as error:
+    Raises
+    ------
+    InputError
+        If an argument is out of range.
+    UnsupportedError
+        If the structure could drift away as a rigid body under a maneuver.
+    """
+
+    plant: PrestressedState | SteppingModel
+    maneuver: Maneuver | FreeHub = _MANEUVER
+    _: KW_ONLY
+    time_step: float
+    end_time: float
+    method: Method | ExplicitMethod = _METHOD
+    adaptive: Adaptive | None = None
+    damping: Damping = _DAMPING
+    coupling: Coupling = _COUPLING
+    inputs: Sequence[TimeInput] = ()
+    probes: Mapping[str, ArrayLike] | None = None
+    probe_reading: str = "interpolate"
+    initial_velocity: InitialVelocity = None
+    every: int = 1
+    fields: str | Sequence[float] | None = None
+    tolerance: float | None = None
+    max_halvings: int = 8
+
+    @classmethod
+    def asked(cls, plant: Any, maneuver: Any, question: Mapping[str, Any]) -> TransientProblem:
+        """Problem from the keywords of a call; InputError for one that is unknown or missing."""
+        keywords = {item.name: item.default for item in fields(cls) if item.kw_only}
+        for name in question:
+            if name not in keywords:
+                raise InputError(f"{name}: expected one of the keywords {', '.join(keywords)}, got {name!r}")
+        for name, default in keywords.items():
+            if default is MISSING and name not in question:
+                raise InputError(f"{name}: expected a number of seconds, got nothing; give {name}=...")
+        return cls(plant, maneuver, **question)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.plant, PrestressedState | SteppingModel):
             raise InputError(
-                f"initial_velocity: expected a function (x, y) -> velocity of shape {x.shape}, got {error}"
-            ) from None
-    else:
-        values = np.asarray(given)
-    values = checks.float_array("initial_velocity", values, (len(model.nodes), 3))
-    full = np.zeros(model.dof_count)
-    full[model.translation_dofs] = values
-    return full[model.free_dofs]
+                f"state: expected a prestressed state or a reduced model, got {type(self.plant).__name__}; "
+                "solve_prestress(model) gives one"
+            )
+        _ = self.count
+        if self.tolerance is not None:
+            checks.positive("tolerance", self.tolerance)
+        checks.whole("max_halvings", self.max_halvings, 0)
+        for name, default, _, _ in _PARTS:
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, default)
+        free = self.state.model.rigid_freedom
+        if free and not isinstance(self.maneuver, AtRest):
+            raise UnsupportedError(
+                f"supports: expected a structure held against rigid motion, {free} rigid motion(s) are free; hold the "
+                "frame (frame.support = 'corners') or study its modes instead"
+            )
+        for name, _, kind, example in _PARTS:
+            if not isinstance(getattr(self, name), kind):
+                raise InputError(f"{name}: expected an object such as {example}, got {getattr(self, name)!r}")
+        if not isinstance(self.adaptive, Adaptive | None):
+            raise InputError(f"adaptive: expected an object such as Adaptive(tolerance=1e-4), got {self.adaptive!r}")
+        if isinstance(self.method, Method):
+            check_stages(self.method)
+        _ = self.placed, self.field_steps, self.velocity
 
+    @property
+    def state(self) -> PrestressedState:
+        """The structure."""
+        return self.plant if isinstance(self.plant, PrestressedState) else self.plant.state
 
-def field_steps(fields: str | Sequence[float] | None, step: float, count: int, every: int) -> set[int]:
-    """Steps of the grid whose whole field is stored."""
-    if fields is None or isinstance(fields, str):
-        checks.one_of("fields", fields or "none", ("none", "all"))
-        return set(range(0, count + 1, every)) if fields == "all" else set()
-    steps = set()
-    for time in checks.float_array("fields", fields, (None,)):
-        if not 0.0 <= time <= (count + 0.5) * step:
-            raise InputError(f"fields: expected times in [0, {count * step:g}] s, got {time:g}")
-        steps.add(round(time / step))
-    return steps
+    @cached_property
+    def count(self) -> int:
+        """Steps of the grid that reaches ``end_time``."""
+        step = checks.positive("time_step", self.time_step)
+        if not checks.finite("end_time", self.end_time) >= step:
+            raise InputError(f"end_time: expected at least one time_step ({step:g} s), got {self.end_time!r}")
+        checks.whole("every", self.every, 1, remedy="1 stores every step")
+        count = self.end_time / step
+        if count > _MOST_STEPS:
+            raise InputError(
+                f"end_time: expected at most {_MOST_STEPS:g} steps, got {count:.3g}; run shorter or enlarge time_step"
+            )
+        return max(1, int(np.ceil(count - 1e-6)))
+
+    @cached_property
+    def placed(self) -> ProbeSet:
+        """Probes on the structure."""
+        return place_probes(self.state.system, {} if self.probes is None else self.probes, self.probe_reading)
+
+    @cached_property
+    def field_steps(self) -> set[int]:
+        """Steps of the grid whose whole field is stored."""
+        step, count = self.time_step, self.count
+        if self.fields is None or isinstance(self.fields, str):
+            checks.one_of("fields", self.fields or "none", ("none", "all"))
+            return set(range(0, count + 1, self.every)) if self.fields == "all" else set()
+        steps = set()
+        for time in checks.float_array("fields", self.fields, (None,)):
+            if not 0.0 <= time <= (count + 0.5) * step:
+                raise InputError(f"fields: expected times in [0, {count * step:g}] s, got {time:g}")
+            steps.add(round(time / step))
+        return steps
+
+    @cached_property
+    def velocity(self) -> Array:
+        """Velocities of the free unknowns at the start, shape (size,); rotations of beam nodes start at rest."""
+        model, given = self.state.model, self.initial_velocity
+        if given is None:
+            return np.zeros(self.state.system.size)
+        values: Any = given
+        if callable(given):
+            x, y = model.nodes[:, 0], model.nodes[:, 1]
+            values = np.zeros((len(model.nodes), 3))
+            try:
+                values[:, 2] = np.broadcast_to(np.asarray(given(x, y), dtype=float), x.shape)
+            except (TypeError, ValueError) as error:
+                raise InputError(
+                    f"initial_velocity: expected a function (x, y) -> velocity of shape {x.shape}, got {error}"
+                ) from None
+        values = checks.float_array("initial_velocity", values, (len(model.nodes), 3))
+        full = np.zeros(model.dof_count)
+        full[model.translation_dofs] = values
+        return full[model.free_dofs]
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What a result says about its question."""
+        last = 0.0 if isinstance(self.maneuver, FreeHub) else self.maneuver.segments()[-1].start
+        return {
+            **({"maneuver_end": last} if last > 0.0 else {}),
+            **({"adaptive": repr(self.adaptive)} if self.adaptive is not None else {}),
+            "title": "rigid-flexible response of a tensioned membrane structure",
+            "method": self.method.name,
+            "maneuver": repr(self.maneuver),
+            "damping": repr(self.damping),
+            "coupling": repr(self.coupling),
+            "time_step": self.time_step,
+        }

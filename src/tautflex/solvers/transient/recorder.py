@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from tautflex.mechanics.membrane import MEMBRANE_STATES, StressSurvey
+from tautflex.mechanics.membrane import MEMBRANE_STATES, MembraneSurvey, StressSurvey
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.mechanics.workspace import Workspace
 from tautflex.motion.kinematics import RigidMotion
@@ -19,16 +19,16 @@ from tautflex.structure.model import Model
 
 Array = NDArray[np.float64]
 COMPONENTS = ["x", "y", "z"]
-# Scalars of every sample: name, units, long name.
-SCALARS = (
-    ("kinetic_energy", "J", "kinetic energy of the elastic motion"),
-    ("strain_energy", "J", "strain energy above the reference"),
-    ("min_principal_resultant", "N m-1", "smallest principal film resultant"),
-    ("max_principal_resultant", "N m-1", "largest principal film resultant"),
-    ("wrinkled_fraction", "1", "part of the film's area that is wrinkled (would be, with the elastic law)"),
-    ("slack_fraction", "1", "part of the film's area that is slack (would be, with the elastic law)"),
-    ("slack_cables", "1", "number of cables without tension"),
-)
+# Scalars of every sample: name -> units, long name.
+SCALARS = {
+    "kinetic_energy": ("J", "kinetic energy of the elastic motion"),
+    "strain_energy": ("J", "strain energy above the reference"),
+    "min_principal_resultant": ("N m-1", "smallest principal film resultant"),
+    "max_principal_resultant": ("N m-1", "largest principal film resultant"),
+    "wrinkled_fraction": ("1", "part of the film's area that is wrinkled (would be, with the elastic law)"),
+    "slack_fraction": ("1", "part of the film's area that is slack (would be, with the elastic law)"),
+    "slack_cables": ("1", "number of cables without tension"),
+}
 
 
 class Samples(NamedTuple):
@@ -42,8 +42,8 @@ class Samples(NamedTuple):
         Displacement and velocity of the probes [m, m/s], shape (sample, 2, probe, 3).
     spin
         Angular velocity and acceleration of the frame, shape (sample, 2, 3).
-    scalar
-        Columns of `SCALARS`, shape (sample, column).
+    scalars
+        Name in `SCALARS` -> values, shape (sample,).
     fields
         Time [s], displacement of all nodes (node, 3) [m] and state of the film's elements, of every stored field.
     """
@@ -51,8 +51,19 @@ class Samples(NamedTuple):
     time: Array
     probe: Array
     spin: Array
-    scalar: Array
+    scalars: dict[str, Array]
     fields: list[tuple[float, Array, NDArray[np.int8]]]
+
+
+def stress_scalars(survey: StressSurvey, film: MembraneSurvey) -> dict[str, float]:
+    """Scalars of a sample that stresses tell, by their names."""
+    return {
+        "min_principal_resultant": film.smallest,
+        "max_principal_resultant": film.largest,
+        "wrinkled_fraction": film.wrinkled,
+        "slack_fraction": film.slack,
+        "slack_cables": survey.slack_cables(),
+    }
 
 
 class Recorder:
@@ -80,20 +91,22 @@ class Recorder:
         self._time = np.zeros(samples)
         self._probe = np.zeros((samples, 2, len(probes.names), 3))
         self._spin = np.zeros((samples, 2, 3))
-        self._scalar = np.zeros((samples, len(SCALARS)))
+        self._scalars = {name: np.zeros(samples) for name in SCALARS}
         self._fields: list[tuple[float, Array, NDArray[np.int8]]] = []
         self._watch = CompressionWatch(system)
         self._count = 0
 
-    def store(self, time: float, q: Array, v: Array, motion: RigidMotion, energies: tuple[float, float]) -> None:
-        """Store one sample; the workspace's stresses must belong to ``q``."""
+    def store(self, time: float, q: Array, v: Array, motion: RigidMotion, kinetic: float, strain: float) -> None:
+        """Store one sample with its energies [J]; the workspace's stresses must belong to ``q``."""
         row = self._count
         self._time[row] = time
         probe, spin = self._probe[row], self._spin[row]
         probe[0], probe[1] = self._probes.read(q), self._probes.read(v)
         spin[0], spin[1] = motion.angular_velocity, motion.angular_acceleration
-        film, slack = self._survey.membrane(), self._survey.slack_cables()
-        self._scalar[row] = *energies, film.smallest, film.largest, film.wrinkled, film.slack, slack
+        film = self._survey.membrane()
+        scalars = stress_scalars(self._survey, film) | {"kinetic_energy": kinetic, "strain_energy": strain}
+        for name, value in scalars.items():
+            self._scalars[name][row] = value
         self._watch.see(time, film, self._survey.cables)
         self._count += 1
 
@@ -106,7 +119,8 @@ class Recorder:
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""
         n = self._count
-        samples = Samples(self._time[:n], self._probe[:n], self._spin[:n], self._scalar[:n], self._fields)
+        scalars = {name: values[:n] for name, values in self._scalars.items()}
+        samples = Samples(self._time[:n], self._probe[:n], self._spin[:n], scalars, self._fields)
         return run_dataset(
             self._system.model, self._probes, samples, {**attributes, "warnings": self._watch.warnings()}
         )
@@ -124,8 +138,8 @@ def run_dataset(model: Model, probes: ProbeSet, samples: Samples, attributes: di
     for kind, (name, units) in enumerate((("angular_velocity", "rad s-1"), ("angular_acceleration", "rad s-2"))):
         about = {"long_name": name.replace("_", " ") + " of the floating frame", "units": units}
         data[name] = (("time", "component"), samples.spin[:, kind], about)
-    for column, (name, units, words) in enumerate(SCALARS):
-        data[name] = ("time", samples.scalar[:, column], {"long_name": words, "units": units})
+    for name, (units, words) in SCALARS.items():
+        data[name] = ("time", samples.scalars[name], {"long_name": words, "units": units})
     fields = np.array([field for _, field, _ in samples.fields]).reshape(-1, len(model.nodes), 3)
     about = {"long_name": "elastic displacement of all nodes", "units": "m"}
     data["displacement"] = (("field_time", "node", "component"), fields, about)

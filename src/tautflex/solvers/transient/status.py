@@ -1,10 +1,12 @@
-"""How a run ended, and what it cost."""
+"""What a run leaves: its record, how it ended, and what it cost."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass
 from enum import Enum
+
+import xarray as xr
 
 
 class Status(Enum):
@@ -63,3 +65,28 @@ class Statistics:
     def to_json(self) -> str:
         """All numbers as one JSON object."""
         return json.dumps(asdict(self))
+
+
+@dataclass(frozen=True)
+class Run:
+    """Result of `tautflex.simulate`.
+
+    Parameters
+    ----------
+    data
+        Time histories at the probes, energies, stored fields and the mesh.
+    status
+        How the run ended.
+    stats
+        What it cost.
+    reached
+        Last instant that was reached [s].
+    history
+        Residual norms of the step that failed, newest last; empty if none did, or a reduced model's did.
+    """
+
+    data: xr.Dataset
+    status: Status
+    stats: Statistics
+    reached: float
+    history: tuple[float, ...] = ()

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tautflex.solvers.transient.methods.scheme import Combination, StepScheme
+from tautflex.solvers.transient.methods.scheme import Combination, OneStageMethod, StepScheme
 
 
 @dataclass(frozen=True)
-class EnergyConserving:
+class EnergyConserving(OneStageMethod):
     """Mid-point rule with internal forces ``G' V B(g_mid)' (sigma_0 + sigma_1)/2`` [theory.md 8].
 
     Notes

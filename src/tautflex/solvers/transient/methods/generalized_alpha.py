@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.solvers.transient.methods.scheme import Combination, StepScheme
+from tautflex.solvers.transient.methods.scheme import Combination, OneStageMethod, StepScheme
 
 
 def alpha_scheme(step: float, alpha_m: float, alpha_f: float, beta: float, gamma: float) -> StepScheme:
@@ -41,7 +41,7 @@ def alpha_scheme(step: float, alpha_m: float, alpha_f: float, beta: float, gamma
 
 
 @dataclass(frozen=True)
-class GeneralizedAlpha:
+class GeneralizedAlpha(OneStageMethod):
     """Second-order method with chosen damping at high frequency [Chung & Hulbert 1993].
 
     Parameters
@@ -75,7 +75,7 @@ class GeneralizedAlpha:
 
 
 @dataclass(frozen=True)
-class Newmark:
+class Newmark(OneStageMethod):
     """Newmark's method [Newmark 1959]; the default is the trapezoidal (average acceleration) rule.
 
     Parameters
@@ -111,7 +111,7 @@ class Newmark:
 
 
 @dataclass(frozen=True)
-class HHT:
+class HHT(OneStageMethod):
     """Hilber-Hughes-Taylor method [Hilber, Hughes & Taylor 1977].
 
     Parameters

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tautflex.errors import InputError
-from tautflex.solvers.transient.methods.scheme import Combination, StepScheme
+from tautflex.solvers.transient.methods.scheme import Combination, OneStageMethod, StepScheme
 
 
 @dataclass(frozen=True)
-class WilsonTheta:
+class WilsonTheta(OneStageMethod):
     """Linear acceleration over theta h, equilibrium at t + theta h [Wilson, Farhoomand & Bathe 1973].
 
     Parameters

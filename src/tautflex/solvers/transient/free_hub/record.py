@@ -10,14 +10,11 @@ from numpy.typing import NDArray
 
 from tautflex.errors import InputError
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment
-from tautflex.motion.rotations import matrix
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
-from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.driver import GridDriver
 from tautflex.solvers.transient.equation import MotionState
-from tautflex.solvers.transient.free_hub.stepper import HubMotion, HubStepper
+from tautflex.solvers.transient.free_hub.equation import HubEquation, HubMotion
 from tautflex.solvers.transient.recorder import COMPONENTS, Recorder
 
 Array = NDArray[np.float64]
@@ -28,6 +25,9 @@ _HISTORIES = (
     ("linear_momentum", "kg m s-1", "total linear momentum, inertial axes"),
     ("angular_momentum", "kg m2 s-1", "total angular momentum about the inertial origin, inertial axes"),
 )
+
+
+_REST = RigidMotion(np.zeros(3), np.zeros(3), np.zeros(3))
 
 
 def check_coupling(coupling: Coupling) -> None:
@@ -41,32 +41,25 @@ class HubFlight:
 
     Parameters
     ----------
-    state
-        Prestressed state.
-    hub
-        The hub.
-    stepper
-        Its stepper.
+    equation
+        Equation of motion.
     """
 
-    def __init__(self, state: PrestressedState, hub: FreeHub, stepper: HubStepper) -> None:
-        self._state, self._hub, self._stepper = state, hub, stepper
+    def __init__(self, equation: HubEquation) -> None:
+        self._equation = equation
         self._samples: list[tuple[Array, Array, float]] = []
 
     def segments(self) -> tuple[Segment, ...]:
         """One segment: the motion is not known beforehand."""
-        rest = RigidMotion(np.zeros(3), np.zeros(3), np.zeros(3))
-        return (Segment(0.0, np.inf, lambda time: rest),)
+        return (Segment(0.0, np.inf, lambda time: _REST),)
 
     def start(self, velocity: Array) -> HubMotion:
         """Spinning equilibrium for the hub's angular velocity with the centre of mass unaccelerated."""
-        spin = np.asarray(self._hub.angular_velocity, dtype=float)
-        inertia = self._state.system.inertia
-        center = inertia.mass_moment + self._hub.mass * np.asarray(self._hub.center, dtype=float)
-        center = center / (inertia.mass + self._hub.mass)
+        equation = self._equation
+        spin, center = np.asarray(equation.hub.angular_velocity, dtype=float), equation.body[10] / equation.body[9]
         motion = RigidMotion(spin, np.zeros(3), -np.cross(spin, np.cross(spin, center)))
-        q = spinning_equilibrium(self._state, motion, Coupling())
-        return self._stepper.start(0.0, q, velocity)
+        q = spinning_equilibrium(equation.state, motion, Coupling())
+        return equation.start(0.0, q, velocity, motion)
 
     def record(self, recorder: Recorder, driver: GridDriver, at: MotionState, step: int, every: int) -> None:
         """Store the sample and the field of a grid step."""
@@ -74,13 +67,13 @@ class HubFlight:
         recorder.store_field(step, at.time, at.q)
         if step % every:
             return
-        self._stepper.equation.set_time(at.time)
-        energy = self._stepper.equation.workspace.strain_energy(at.q)
-        strain = energy - float(self._state.reference_force @ at.q)
-        motion = RigidMotion(at.twist[3:], at.rates[3:], at.rates[:3])
-        recorder.store(at.time, at.q, at.v, motion, (self._stepper.energy(at), strain))
-        vectors = np.array([at.position, matrix(at.attitude) @ at.twist[:3], at.momentum[:3], at.momentum[3:]])
-        self._samples.append((at.attitude, vectors, at.work))
+        equation, hub = self._equation, at.hub
+        equation.set_time(at.time)
+        strain = equation.workspace.strain_energy(at.q) - float(equation.state.reference_force @ at.q)
+        motion = equation.motion(at, driver.segment_at(at.time))
+        recorder.store(at.time, at.q, at.v, motion, equation.kinetic_energy(at), strain)
+        vectors = np.array([hub.position, at.velocity, hub.momentum[:3], hub.momentum[3:]])
+        self._samples.append((hub.attitude, vectors, at.work))
 
     def complete(self, data: xr.Dataset) -> xr.Dataset:
         """Dataset with the hub's motion, momenta and work added; kinetic energy is that of the whole spacecraft."""
@@ -91,7 +84,7 @@ class HubFlight:
         attitude = np.array([sample[0] for sample in self._samples]).reshape(-1, 4)
         about = {"long_name": "attitude quaternion, scalar first, floating frame to inertial frame", "units": "1"}
         variables["attitude"] = (("time", "quaternion"), attitude, about)
-        about = {"long_name": "work of hub force and torque since the start", "units": "J"}
+        about = {"long_name": "work of all external forces since the start", "units": "J"}
         variables["work"] = ("time", np.array([sample[2] for sample in self._samples]), about)
         data = data.assign(variables).assign_coords(component=COMPONENTS, quaternion=["w", "x", "y", "z"])
         data["kinetic_energy"].attrs["long_name"] = "kinetic energy of hub and structure, inertial frame"

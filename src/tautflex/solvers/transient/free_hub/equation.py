@@ -1,0 +1,374 @@
+r"""Equation of motion of a structure on a free hub [theory.md 9], for the steps of any method.
+
+The elastic unknowns are those of any run. With M and P of the structure alone, r = (a0, dw) the hub's accelerations
+and B(q), R(q) of `tautflex.solvers.transient.free_hub.momentum`,
+
+    M ddq + B' r + P(q, dq, w) = 0,    R r = W - B ddq - c(q, dq, w),
+
+so that the mass that moves, M - B' R^-1 B, depends on q. A scheme's inertia M a_s and its weighted forces are written
+for a constant mass. They keep their order if the weighted forces hold the *true* accelerations of an instant, which
+balance all forces there, and the scheme's own ones serve as their running mean alone [Arnold & Bruls, Multibody Syst.
+Dyn. 18 (2007) 185]. With forces ``F = P + B' r`` weighted (g, 1 - g) between the evaluation instant e and the start n,
+``M a_s + g F_e + (1 - g) F_n = 0`` and ``F = -M ddq`` at both give
+
+    a_s = g ddq_e + (1 - g) ddq_n,    ddq_e = (a_s - (1 - g) ddq_n) / g,
+
+and ddq_e is what enters r_e. Where the forces are those of one instant (g = 1) it is a_s itself.
+
+The hub's velocities are not integrated but follow from the momenta, which external forces alone change: by their
+impulse, with the trapezoidal rule, which is of second order like the methods. So free flight keeps linear and angular
+momentum to round-off, whatever step, method and tolerance. W is the wrench of all external forces: those on the hub,
+on the nodes of the structure and on its held nodes.
+
+The effective stiffness loses ``c B' R^-1 B``, with c the factor of M in it for every g: a correction of rank six.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from tautflex.motion import rotations
+from tautflex.motion.hub import FreeHub, HubState
+from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.numeric import Array, cross_matrix
+from tautflex.solvers.linear.low_rank import LowRankUpdate
+from tautflex.solvers.transient.equation import (
+    EquationOfMotion,
+    MotionState,
+    MotionTerms,
+    StepForces,
+    StepNumbers,
+    hermite,
+)
+from tautflex.solvers.transient.free_hub.balance import (
+    RigidState,
+    add_forces_at_rates,
+    add_hub_forces,
+    end_hub,
+    inertial,
+    motion_at,
+    rigid_parts,
+)
+from tautflex.solvers.transient.free_hub.momentum import Body, rigid_blocks
+from tautflex.solvers.transient.methods.scheme import StepScheme
+from tautflex.solvers.transient.probes import ProbeSet
+
+_NONE = np.zeros(0)
+
+
+@dataclass
+class HubMotion(MotionState):
+    """State of the structure and of the hub at one instant.
+
+    Parameters
+    ----------
+    rigid
+        The hub, shape (31,), see `RigidState`.
+    balanced
+        Elastic acceleration that balances all forces, shape (size,), where it is not ``a``.
+    power, work
+        Power of all external forces [W], and their work since the start [J].
+    """
+
+    rigid: Array = field(kw_only=True)
+    balanced: Array = field(default_factory=lambda: _NONE, kw_only=True)
+    power: float = field(default=0.0, kw_only=True)
+    work: float = field(default=0.0, kw_only=True)
+
+    @property
+    def hub(self) -> RigidState:
+        """The hub."""
+        return rigid_parts(self.rigid)
+
+    @property
+    def true(self) -> Array:
+        """Elastic acceleration that balances all forces, shape (size,)."""
+        return self.balanced if self.balanced.size else self.a
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity of the floating frame's origin, inertial axes [m/s], shape (3,)."""
+        velocity: Array = rotations.matrix(self.hub.attitude) @ self.hub.twist[:3]
+        return velocity
+
+
+@dataclass
+class HubEquation(EquationOfMotion):
+    """Forces of a structure on a free hub for one run.
+
+    Parameters
+    ----------
+    hub
+        The hub.
+    probes
+        Measuring points that feedback laws may read.
+    """
+
+    hub: FreeHub = field(kw_only=True)
+    probes: ProbeSet = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.body: tuple[Any, ...] = tuple(Body.of(self.inertia, self.hub))
+        size = self.system.size
+        self._at_rest = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(size))
+        self._mobile = LowRankUpdate(self._mass_factor)
+        self._constant = None if self.hub.feedback else self.hub.wrench()
+        self._held = np.zeros(6)
+        model = self.system.model
+        dofs, turning = model.translation_dofs, np.flatnonzero(np.diff(model.dof_offset) == 6)
+        self._moves = self.system.place[dofs]
+        self._turns = self.system.place[model.dof_offset[turning][:, None] + np.arange(3, 6)]
+
+    def set_time(self, time: float, before: float = np.inf) -> None:
+        """Apply the inputs of an instant, those on held nodes too; a jump at ``before`` is not met yet."""
+        super().set_time(time, before)
+        if self.inputs:
+            self._held = self.inputs.held_wrench(min(time, float(np.nextafter(before, -np.inf))))
+
+    def nodal_wrench(self, q: Array) -> Array:
+        """Force, and torque about O, of the inputs at the instant that is set, hub axes, shape (6,)."""
+        if not self.input_load.any():
+            return self._held
+        load, moved = np.append(self.input_load, 0.0), np.append(q, 0.0)
+        forces, arms = load[self._moves], self.system.model.nodes + moved[self._moves]
+        torque = np.cross(arms, forces).sum(axis=0) + load[self._turns].sum(axis=0)
+        return self._held + np.concatenate([forces.sum(axis=0), torque])
+
+    def wrench(self, time: float, rigid: Array, q: Array, v: Array) -> Array:
+        """Force, and torque about O, of everything outside at an instant, hub axes, shape (6,)."""
+        nodal = self.nodal_wrench(q)
+        if self._constant is not None:
+            return self._constant + nodal
+        attitude, position, twist = rigid_parts(rigid)[:3]
+        velocity = rotations.matrix(attitude) @ twist[:3]
+        reading = self.probes.read(q), self.probes.read(v)
+        return self.hub.wrench(HubState(time, attitude, twist[3:], position, velocity, *reading)) + nodal
+
+    def blocks(self, q: Array) -> tuple[Array, Array]:
+        """R(q), shape (6, 6), and B(q), shape (6, size)."""
+        blocks: tuple[Array, Array] = rigid_blocks(self.body, q)
+        return blocks
+
+    def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> HubMotion:
+        """State at the start of a run with the hub's given attitude and velocities; ``motion`` is not looked at."""
+        mass, coupling = self.blocks(q)
+        rigid = np.zeros(31)
+        hub = rigid_parts(rigid)
+        hub.attitude[:] = np.asarray(self.hub.attitude) / np.linalg.norm(self.hub.attitude)
+        hub.twist[:3] = rotations.matrix(hub.attitude).T @ np.asarray(self.hub.velocity, dtype=float)
+        hub.twist[3:] = self.hub.angular_velocity
+        hub.momentum[:] = inertial(hub.attitude, hub.position, mass @ hub.twist + coupling @ v)
+        hub.wrench[:] = self.wrench(time, rigid, q, v)
+        self.set_time(time)
+        return self._balanced(HubMotion(time, q, v, np.zeros_like(q), rigid=rigid))
+
+    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
+        """Same positions and velocities under another wrench or other inputs; only the change is solved for."""
+        assert isinstance(at, HubMotion)
+        self.set_time(at.time, at.time)
+        old, rigid = self._balanced(at), at.rigid.copy()
+        self.set_time(at.time)
+        hub = rigid_parts(rigid)
+        hub.wrench[:] = self.wrench(at.time, rigid, at.q, at.v)
+        new = self._balanced(replace(at, rigid=rigid))
+        change = new.a - old.a
+        if np.array_equal(old.rigid, new.rigid) and not change.any():
+            return at
+        hub.rates[:] += new.hub.rates - old.hub.rates
+        forces = None if at.forces is None else at.forces - self.products.mass_product(change)
+        balanced = at.balanced + change if at.balanced.size else _NONE
+        return replace(at, a=at.a + change, forces=forces, jerk=None, rigid=rigid, balanced=balanced, power=new.power)
+
+    def _balanced(self, at: HubMotion) -> HubMotion:
+        """The state with the accelerations that balance all forces of the instant that is set."""
+        mass, coupling = self.blocks(at.q)
+        forces = self.force(at.q) - self.input_load
+        if self.products.damped:
+            forces += self.products.damping_product(at.v)
+        add_forces_at_rates(self.body, at.q, at.v, np.zeros_like(at.q), at.rigid, forces)
+        if not self._mass_factor.ready:
+            self._mass_factor.factorize(self.inertia.mass_entries)
+        self._mobile.correct(coupling, -np.asarray(np.linalg.inv(mass), dtype=np.float64))
+        a = self._mobile.solve(-forces)
+        rigid = add_forces_at_rates(self.body, at.q, at.v, a, at.rigid, forces)
+        forces = -self.products.mass_product(a)
+        return HubMotion(at.time, at.q, at.v, a, forces, rigid=rigid, power=self.power(rigid, at.v))
+
+    def power(self, rigid: Array, v: Array) -> float:
+        """Power of all external forces [W]."""
+        hub = rigid_parts(rigid)
+        return float(hub.wrench @ hub.twist + self.input_load @ v)
+
+    def step_forces(
+        self, numbers: StepNumbers, at: MotionState, size: float, segment: Segment, diagonal: Array
+    ) -> StepForces:
+        """Forces of a step of this size [s] inside one smooth segment, see `HubForces`."""
+        assert isinstance(at, HubMotion)
+        self.set_time(at.time + numbers.scheme.evaluation * size, segment.end)
+        return HubForces(self, numbers, self._at_rest, at, size, diagonal, segment.end)
+
+    def correction(self, q: Array, scheme: StepScheme) -> tuple[Array, Array]:
+        """With what the free hub takes from the effective stiffness, ``-c B' R^-1 B``."""
+        (mass, coupling), (vectors, core) = self.blocks(q), super().correction(q, scheme)
+        taken = -scheme.inertia.d * np.linalg.inv(mass)
+        return np.concatenate([coupling, vectors.reshape(-1, q.size)]), block_diag(taken, core)
+
+    def motion(self, at: MotionState, segment: Segment) -> RigidMotion:
+        """Motion of the floating frame."""
+        assert isinstance(at, HubMotion)
+        return RigidMotion(at.hub.twist[3:], at.hub.rates[3:], at.hub.rates[:3])
+
+    def kinetic_energy(self, at: MotionState) -> float:
+        """Energy of hub and structure in the inertial frame [J]."""
+        assert isinstance(at, HubMotion)
+        mass, coupling = self.blocks(at.q)
+        twist = at.hub.twist
+        return float(twist @ (0.5 * mass @ twist + coupling @ at.v)) + super().kinetic_energy(at)
+
+    def between(self, start: MotionState, end: MotionState, time: float) -> MotionState:
+        """State at an instant between two states; what has a known rate follows a cubic, the rest a line."""
+        assert isinstance(start, HubMotion)
+        assert isinstance(end, HubMotion)
+        elastic, share = super().between(start, end, time), (time - start.time) / (end.time - start.time)
+        rigid = start.rigid + share * (end.rigid - start.rigid)
+        values = np.append(start.rigid[:19], start.work), np.append(end.rigid[:19], end.work)
+        cubic, _ = hermite(start.time, end.time, time, values, (_slopes(start), _slopes(end)))
+        rigid[:19] = cubic[:-1]
+        rigid[:4] /= np.linalg.norm(rigid[:4])
+        return HubMotion(time, elastic.q, elastic.v, elastic.a, rigid=rigid, work=float(cubic[-1]))
+
+    def mobile_mass(self, at: MotionState, vector: Array) -> Array:
+        """Mass that elastic motion alone moves, ``M - B' R^-1 B``, times a vector of shape (size,)."""
+        mass, coupling = self.blocks(at.q)
+        product: Array = self.products.mass_product(vector) - coupling.T @ np.linalg.solve(mass, coupling @ vector)
+        return product
+
+    def speeds(self, at: MotionState, since: MotionState) -> Array:
+        """Norms that adaptive steps control each error against.
+
+        Kinetic energy splits into that of the elastic motion about the momenta and that of the momenta. Errors of the
+        former are measured by itself, as under a prescribed motion, those of the latter by what the run has changed.
+        """
+        assert isinstance(at, HubMotion)
+        assert isinstance(since, HubMotion)
+        gained = at.hub.twist - since.hub.twist
+        gained[:3] = rotations.matrix(at.hub.attitude).T @ (at.velocity - since.velocity)
+        elastic, rigid = self._norms(at.q, gained, at.v)
+        return np.array([elastic, max(elastic, rigid)])
+
+    def pushes(self, at: MotionState) -> Array:
+        """The same norms of the accelerations."""
+        assert isinstance(at, HubMotion)
+        elastic, rigid = self._norms(at.q, at.hub.rates, at.true)
+        return np.array([elastic, max(elastic, rigid)])
+
+    def errors(self, at: MotionState, end: MotionState, share: float, smoothed: Callable[[Array], Array]) -> Array:
+        """The same norms of the errors; those of the momenta are left as they are."""
+        assert isinstance(at, HubMotion)
+        assert isinstance(end, HubMotion)
+        rigid = self._norms(end.q, share * (end.hub.rates - at.hub.rates), share * (end.true - at.true))[1]
+        return np.array([self._norms(end.q, np.zeros(6), smoothed(share * (end.a - at.a)))[0], rigid])
+
+    def _norms(self, q: Array, rigid: Array, elastic: Array) -> tuple[float, float]:
+        """Norms of an elastic motion about the momenta, and of the momenta of both, in the metric of kinetic energy."""
+        mass, coupling = self.blocks(q)
+        relative = coupling @ elastic
+        carried = np.linalg.solve(mass, relative)
+        square = self.products.mass_norm(elastic) - float(carried @ relative)
+        whole = rigid + carried
+        return float(np.sqrt(max(square, 0.0))), float(np.sqrt(whole @ mass @ whole))
+
+
+def _slopes(at: HubMotion) -> Array:
+    """Rates of attitude, position, twist, momentum and work, shape (20,)."""
+    hub = at.hub
+    twist = hub.rates.copy()
+    twist[:3] -= np.cross(hub.twist[3:], hub.twist[:3])
+    attitude = 0.5 * rotations.product(hub.attitude, np.append(0.0, hub.twist[3:]))
+    return np.concatenate([attitude, at.velocity, twist, inertial(hub.attitude, hub.position, hub.wrench), [at.power]])
+
+
+class HubForces(StepForces):
+    """Forces of one step on a free hub as a function of its elastic increment.
+
+    Parameters
+    ----------
+    equation, numbers, terms, at, size, diagonal
+        As of `StepForces`, with the terms of a frame at rest: those of the hub follow from the increment.
+    before
+        Jump that is not met yet [s].
+    """
+
+    equation: HubEquation
+    at: HubMotion
+
+    def __init__(
+        self, equation: HubEquation, numbers: StepNumbers, terms: MotionTerms, at: HubMotion, size: float,
+        diagonal: Array, before: float,
+    ) -> None:  # fmt: skip
+        super().__init__(equation, numbers, terms, at, size, diagonal)
+        scheme, spin = numbers.scheme, cross_matrix(at.hub.twist[3:])
+        self.displacement = spin @ spin
+        self._before, self._reach = before, scheme.evaluation * size
+        velocity, inertia, weight = scheme.velocity, scheme.inertia, scheme.weight
+        factors = (velocity.d, velocity.v, velocity.a, inertia.d / weight, inertia.v / weight, inertia.a / weight)
+        self._factors = np.array([*factors, 1.0 - 1.0 / weight])
+        self._start = at.q, at.v, at.a, at.true if weight < 1.0 else _NONE
+        self._rigid, self._point = self._guess(self._reach), _NONE
+
+    def _guess(self, reach: float) -> Array:
+        """Hub with the twist that the rates at the start lead to."""
+        rigid = self.at.rigid.copy()
+        rigid[7:13] += reach * rigid[25:]
+        return rigid
+
+    def residual(self, x: Array) -> tuple[Array, float, float, float]:
+        """As of `StepForces`, with the forces of the hub's motion that balances the momenta of the increment."""
+        residual, _, scale, inertia = super().residual(x)
+        q, v, a = motion_at(self._factors, x, *self._start)
+        wrench = self._settled(self._reach, q, v, a, self._rigid)
+        self._rigid, load, norm = add_hub_forces(
+            self.equation.body, q, v, a, self.at.rigid, self._reach, wrench, self._rigid[7:13], self._scheme.weight,
+            residual,
+        )  # fmt: skip
+        self._point = x
+        return residual, norm, max(scale, load), inertia
+
+    def _settled(self, reach: float, q: Array, v: Array, a: Array, rigid: Array) -> Array:
+        """Wrench at ``reach`` [s] after the start where it agrees with the motion that it leads to, shape (6,)."""
+        equation, time = self.equation, min(self.at.time + reach, float(np.nextafter(self._before, -np.inf)))
+        wrench, last = equation.wrench(time, rigid, q, v), np.inf
+        while equation.hub.feedback:
+            rigid = end_hub(equation.body, q, v, a, self.at.rigid, reach, wrench, rigid[7:13])
+            before, wrench = wrench, equation.wrench(time, rigid, q, v)
+            change = float(np.abs(wrench - before).max())
+            # Down to round-off, where the changes stop falling.
+            if not 1e-16 * float(np.abs(wrench).max()) < change < last:
+                break
+            last = change
+        return wrench
+
+    def end(self, x: Array, residual: Array) -> HubMotion:
+        """State at the end of the step whose increment leaves this residual."""
+        equation, at, weight, size = self.equation, self.at, self._scheme.weight, self.size
+        elastic = super().end(x, residual)
+        q, v, a = elastic.q, elastic.v, elastic.a
+        rigid, balanced = self._rigid, _NONE
+        if weight < 1.0:
+            balanced = a = motion_at(self._factors, x, *self._start)[2]
+        if self._scheme.evaluation != 1.0 or x is not self._point:
+            equation.set_time(elastic.time, self._before)
+            guess = self._guess(size)
+            wrench = self._settled(size, q, v, a, guess)
+            rigid = end_hub(equation.body, q, v, a, at.rigid, size, wrench, guess[7:13])
+        power = equation.power(rigid, v)
+        return HubMotion(
+            elastic.time, q, v, elastic.a, elastic.forces, elastic.jerk, rigid=rigid, balanced=balanced,
+            power=power, work=at.work + 0.5 * size * (at.power + power),
+        )  # fmt: skip
