@@ -18,7 +18,7 @@ import numpy as np
 import tautflex as tf
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.maneuvers import Stop
+from tautflex.motion.fixed_axis import Stop
 from tautflex.solvers.transient.driver import GridDriver
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.implicit import Stepper

@@ -9,7 +9,7 @@ import tautflex as tf
 
 @tf.register
 @dataclass(frozen=True)
-class BackwardEuler:
+class BackwardEuler(tf.OneStageMethod):
     """Backward differences of velocity and acceleration: v1 = (q1 - q0)/h, a1 = (v1 - v0)/h.
 
     Parameters

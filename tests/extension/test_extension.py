@@ -241,3 +241,14 @@ def test_a_case_file_alone_imports_nothing_and_an_installed_package_is_found(tmp
     alone, installed = load(), load(tmp_path / "site")
     assert "expected one of 'stop'" in alone.stderr
     assert installed.stdout == "Coning(rate=0.3, transverse_rate=0.2, coning_rate=7.0)\n"
+
+
+def test_a_batch_varies_its_numbers():
+    pytest.importorskip("jax")
+    rom = tf.reduce(tf.solve_prestress(tf.build_model(parse_case(FILM))))
+    options = {"time_step": 5e-3, "end_time": 0.1, "probes": {"A": (0.2, 0.1)}, "tolerance": 1e-10}
+    make, stop, ratios = DAMPINGS["two-ratios"], tf.Stop(0.5, 0.02), [0.01, 0.1]
+    many = tf.Batch(rom).simulate({"damping.ratio": ratios}, stop, damping=make(0.02, 1.0, 5.0), **options)
+    for run, ratio in enumerate(ratios):
+        one = tf.simulate(rom, stop, damping=make(ratio, 1.0, 5.0), **options).data["w"].values
+        np.testing.assert_allclose(many["w"].isel(run=run).values, one, atol=1e-8 * np.abs(one).max())

@@ -9,7 +9,7 @@ import pytest
 
 import tautflex as tf
 from tautflex.errors import InputError
-from tautflex.reduction.bases.basis import BasisVectors
+from tautflex.reduction.bases.vectors import BasisVectors
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.steps import march
 from tautflex.solvers.transient.adaptive import error_constant

@@ -10,7 +10,7 @@ import pytest
 import tautflex as tf
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.membrane import membrane_states
-from tautflex.reduction.bases.basis import BasisVectors, ritz
+from tautflex.reduction.bases.vectors import BasisVectors, ritz
 from tautflex.reduction.hyper.blocks import basis_blocks
 from tautflex.reduction.hyper.model import HyperReducedModel
 from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights
@@ -111,7 +111,7 @@ def test_at_rest_it_has_the_stiffness_of_the_reference(antenna):
 def test_elastic_elements_are_the_polynomial(verification_row):
     state = tf.solve_prestress(small_antenna((6, 4), scale=0.1))
 
-    class Given:
+    class Given(tf.Basis):
         def vectors(self, state):
             return BasisVectors(vectors, np.zeros((0, state.system.size)), np.ones(len(vectors)), "given")
 

@@ -14,10 +14,9 @@ from tautflex.elements.laws import TensionField
 from tautflex.elements.laws.tension_field import tension_field
 from tautflex.errors import PrestressError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.mechanics.loads.pressure import nodal_load
 from tautflex.mechanics.membrane import membrane_state, membrane_states, principal_resultants
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.motion.maneuvers import Stop
+from tautflex.motion.fixed_axis import Stop
 from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.equilibrium import solve_static
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
@@ -139,7 +138,7 @@ def test_cable_goes_slack(verification_row):
     )
     state = solve_prestress(model)
     for pull, expected in ((3.0, 3.0 / (2 * stiffness)), (load, (load - tension) / stiffness)):
-        q = solve_static(state, -nodal_load(state.system, [[0, 0, 0], [pull, 0, 0], [0, 0, 0]]))
+        q = solve_static(state, forces=[[0, 0, 0], [pull, 0, 0], [0, 0, 0]])
         assert q[0] == pytest.approx(expected, rel=1e-5)
     found = 1e-6 * state.system.stress(q)[0][:, 0]
     np.testing.assert_allclose(found, [load, 0.0], atol=1e-5)

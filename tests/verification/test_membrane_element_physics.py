@@ -7,7 +7,7 @@ import pytest
 
 import tautflex as tf
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.reduction.bases.basis import BasisVectors, ritz
+from tautflex.reduction.bases.vectors import BasisVectors, ritz
 from tautflex.reduction.hyper.blocks import basis_blocks, chosen_blocks
 from tautflex.reduction.hyper.forces import element_force
 from tautflex.reduction.hyper.model import HyperReducedModel
@@ -35,7 +35,8 @@ def blow(x, y):
 
 def antenna(element: str, *, law: str = "elastic", scale: float = 1.0, cells: tuple[int, int] = (4, 2)) -> Model:
     """Coarse version of the paper's antenna with tensions in balance."""
-    layout = AntennaLayout(2.0, 1.0, cells, "regular", 2.5, 1.5, cells[0] + 1, cells[1] + 1, element=element)
+    ends = [n + 1 if element == "quad4" else 2 * n + 1 for n in cells]  # a cable at every node of an edge
+    layout = AntennaLayout(2.0, 1.0, cells, "regular", 2.5, 1.5, *ends, element=element)
     return build_antenna(
         layout,
         MembraneSection(FILM, THICKNESS, law=law),

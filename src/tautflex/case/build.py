@@ -10,7 +10,7 @@ from tautflex.case.schema import Case
 from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Maneuver
-from tautflex.reduction.bases.basis import Basis
+from tautflex.reduction.bases.vectors import Basis
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.adaptive import Adaptive
 from tautflex.solvers.transient.explicit import ExplicitMethod

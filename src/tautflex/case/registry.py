@@ -17,12 +17,13 @@ from tautflex.mechanics.loads.cable_tension import CableTension
 from tautflex.mechanics.loads.edge_force import EdgeForce
 from tautflex.mechanics.loads.membrane_temperature import MembraneTemperature
 from tautflex.mechanics.loads.nodal_force import NodalForce
-from tautflex.motion.maneuvers import AtRest, Stop
+from tautflex.motion.fixed_axis import Slew, SpinUp, Stop
+from tautflex.motion.kinematics import AtRest
 from tautflex.motion.sequence import Sequence
-from tautflex.motion.slew import Slew, SpinUp
 from tautflex.motion.tabulated import Tabulated
 from tautflex.motion.translation import BaseAcceleration
-from tautflex.reduction.bases.basis import ModalBasis
+from tautflex.reduction.bases.modal_basis import ModalBasis
+from tautflex.solvers.transient.methods.bathe import Bathe
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
 from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
@@ -89,11 +90,12 @@ MANEUVERS = Registry(
 )
 METHODS = Registry(
     "method",
-    (("scheme",), ("stages",), ("stepper",)),
+    (("stages",), ("stepper",)),
     WilsonTheta,
     GeneralizedAlpha,
     Newmark,
     HHT,
+    Bathe,
     EnergyConserving,
     CentralDifference,
 )
@@ -107,9 +109,10 @@ def register(cls: Class) -> Class:
     """Make a class of yours known: to case files, and an element or a constitutive law to models.
 
     May stand as a decorator. What the class is, is seen from its methods: a maneuver has ``start`` and ``segments``,
-    a time integrator ``scheme``, an input in time ``prepare``, a damping ``matrix``. Its name in a case file is that
-    of the class in small letters with hyphens, or its attribute ``kind``; its fields are the keys, its docstring is
-    their help, and an `InputError` of its ``__post_init__`` is the message about a wrong value.
+    a time integrator ``stages`` (`OneStageMethod` asks for ``scheme`` only), an input in time ``prepare``, a damping
+    ``matrix``. Its name in a case file is that of the class in small letters with hyphens, or its attribute ``kind``;
+    its fields are the keys, its docstring is their help, and an `InputError` of its ``__post_init__`` is the message
+    about a wrong value.
 
     Parameters
     ----------

@@ -13,8 +13,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.elements.laws.law import FASTMATH, call_law
+from tautflex.elements.laws.law import call_law
 from tautflex.mechanics.store import ELASTIC, block_data
+from tautflex.numeric import FASTMATH
 
 Array = NDArray[np.float64]
 

@@ -20,9 +20,9 @@ from tautflex.batch.equations.rate_history import Course, Numbers, Spin
 from tautflex.batch.gather import collect, gather_table, multiply, shared_rows
 from tautflex.batch.library import jax
 from tautflex.errors import UnsupportedError
-from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.maneuvers import unit_axis
+from tautflex.motion.kinematics import unit_axis
+from tautflex.numeric import cross_matrix
 from tautflex.reduction.polynomial.projection import prestress_fields
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.probes import ProbeSet

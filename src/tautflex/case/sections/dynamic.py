@@ -13,6 +13,7 @@ from tautflex.case.section import Count, NonNegative, Number, Positive, Section
 from tautflex.errors import CaseError, InputError
 from tautflex.motion import coupling
 from tautflex.solvers.transient.adaptive import Adaptive
+from tautflex.solvers.transient.explicit import ExplicitMethod
 
 
 class Damping(Chosen):
@@ -67,7 +68,7 @@ class Solver(Chosen):
         """Raise CaseError if the class refuses the values, or they contradict each other."""
         super().check_values()
         given = [name for name in ("adaptive_tolerance", "min_step", "max_step") if getattr(self, name) is not None]
-        if given and hasattr(self.made_from, "stepper"):
+        if given and issubclass(self.made_from or object, ExplicitMethod):
             text = f"{given[0]}: expected no value with {self.choice()}, got {getattr(self, given[0]):g}"
             raise CaseError(f"{text}; its step is limited by stability, remove it or use an implicit method")
         if given and self.adaptive_tolerance is None:

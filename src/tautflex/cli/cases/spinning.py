@@ -20,7 +20,7 @@ def solve_single(case: Case, state: PrestressedState, request: SpinRequest, coun
     import numpy as np
 
     from tautflex.case.build import build_coupling, build_damping
-    from tautflex.motion.maneuvers import unit_axis
+    from tautflex.motion.kinematics import unit_axis
     from tautflex.solvers.modal.spinning import solve_spinning_modes
 
     assert request.rate is not None

@@ -17,15 +17,10 @@ import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
 from numba import types
 from numba.extending import intrinsic
-from numpy.typing import NDArray
 
 from tautflex.errors import InputError
+from tautflex.numeric import FASTMATH, Array
 from tautflex.structure.materials import LAW_NAMES, Material, Section
-
-Array = NDArray[np.float64]
-
-# Re-association lets reductions vectorise; NaN and infinity keep their meaning.
-FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
 
 _STRESS, _TANGENT, _VECTOR = types.float64[:, ::1], types.float64[:, :, ::1], types.float64[::1]
 _SIGNATURE = types.void(_STRESS, _TANGENT, _VECTOR, _VECTOR, types.int64)

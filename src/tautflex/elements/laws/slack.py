@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from tautflex.elements.laws.law import Array, LawFunction, TensionOnly, register_law
+from tautflex.elements.laws.law import LawFunction, TensionOnly, register_law
+from tautflex.numeric import Array
 from tautflex.structure.materials import Material
 
 

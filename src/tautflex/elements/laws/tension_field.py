@@ -13,7 +13,8 @@ from typing import ClassVar
 import numba
 import numpy as np
 
-from tautflex.elements.laws.law import FASTMATH, Array, LawFunction, TensionOnly, register_law
+from tautflex.elements.laws.law import LawFunction, TensionOnly, register_law
+from tautflex.numeric import FASTMATH, Array
 from tautflex.structure.materials import Material
 
 

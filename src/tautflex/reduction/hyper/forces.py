@@ -11,8 +11,9 @@ from tautflex.elements.laws.law import call_law
 from tautflex.mechanics.kernel import add_average_forces, add_forces, pack_strain, pack_stress
 from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.mechanics.tangent import PACK, pack_core
+from tautflex.numeric import jit
 from tautflex.reduction.marching.dispatch import KERNELS, PlantKernels
-from tautflex.reduction.polynomial.forces import energies, jit
+from tautflex.reduction.polynomial.forces import energies
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -23,7 +24,7 @@ class HyperPlant(NamedTuple):
 
     Parameters
     ----------
-    first, second, viscous, turning_companions
+    first, second, viscous, turning_derivatives
         As in `Plant`, but empty: nothing is condensed.
     mass, damping, linear, turning
         As in `Plant`; ``linear`` is the stiffness of the reference.
@@ -44,7 +45,7 @@ class HyperPlant(NamedTuple):
     linear: Array
     viscous: Array
     turning: Array
-    turning_companions: Array
+    turning_derivatives: Array
     store: tuple[NDArray[Any], ...]
     gradient: Array
     reference: Array

@@ -20,7 +20,7 @@ from tautflex.reduction.marching.schedule import Stretch, stretches
 from tautflex.reduction.marching.steps import march, march_explicit
 from tautflex.reduction.marching.work import EXPLICIT, StageNumbers, new_work, stage_numbers
 from tautflex.reduction.on_basis import OnBasis
-from tautflex.reduction.polynomial.forces import Frame, companion_forces, rows_from, total_force
+from tautflex.reduction.polynomial.forces import Frame, derivative_forces, rows_from, total_force
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
@@ -62,9 +62,7 @@ class ReducedRun:
         self._method = method if isinstance(method, Method) else None
         self.plant = rom.plant(problem.damping)
         c = rom.coefficients
-        self.moments = ReducedMoments(
-            np.concatenate([c.first, c.first_stress], axis=2), np.concatenate([c.zeroth, c.zeroth_stress], axis=1)
-        )
+        self.moments = ReducedMoments(c.first, c.zeroth)
         self.inputs = InputLoads(rom, InputSet(rom.state.system, problem.inputs))
         self._began = problem.maneuver.start()
         self.segments = split_segments(problem.maneuver.segments(), self.inputs.breaks)
@@ -179,7 +177,7 @@ class ReducedRun:
         work.jerk[:] = 0.0
         if self._method is None:
             stress, other = np.empty(len(self.plant.first)), np.empty(self.rom.size)
-            companion_forces(self.plant, frame, 0, work.q, work.v, stress, other)
+            derivative_forces(self.plant, frame, 0, work.q, work.v, stress, other)
             internal_force(self.plant, work.q, work.v, stress, work.forces)
 
     def _check_step(self, time_step: float) -> None:
@@ -219,7 +217,7 @@ class ReducedRun:
             scale = max(float(np.linalg.norm(frame.load)), 1e-300)
             if float(np.linalg.norm(force)) <= 1e-9 * scale:
                 return q
-            companion_forces(self.plant, frame, 0, q, v, stress, other)
+            derivative_forces(self.plant, frame, 0, q, v, stress, other)
             q = q - np.linalg.solve(tangent(self.plant, q, stress) + turning, force)
         raise NotConvergedError(
             "spinning equilibrium of the reduced model: Newton's method failed; reduce the angular rate or raise the "

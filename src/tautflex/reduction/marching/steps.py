@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.numeric import jit
 from tautflex.reduction.marching.dispatch import average_force, internal_force, tangent
 from tautflex.reduction.marching.work import StageNumbers, Work
-from tautflex.reduction.polynomial.forces import Frame, Plant, companion_forces, frame_matrices, jit, slopes
+from tautflex.reduction.polynomial.forces import Frame, Plant, derivative_forces, frame_matrices, slopes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -126,7 +127,7 @@ def implicit_step(plant: Plant, frame: Frame, row: int, c: StageNumbers, work: W
     given, constant, known = np.empty(plant.first.size), np.empty(r), np.zeros(r)
     speed = _mix(c.velocity[1], start[0], c.velocity[2], start[1], 0.0, work.a)
     place, predicted = _mix(1.0, work.q, 1.0, d, 0.0, d), _mix(1.0, speed, c.velocity[0], d, 0.0, d)
-    companion_forces(plant, frame, row, place, predicted, given, constant)
+    derivative_forces(plant, frame, row, place, predicted, given, constant)
     frame_matrices(plant, frame, row, work.on_velocity, work.on_displacement)
     load = frame.load[row % frame.load.shape[0]]
     _add_times(1.0, work.on_velocity, speed, constant)
@@ -198,7 +199,7 @@ def explicit_step(plant: Plant, frame: Frame, row: int, size: float, work: Work)
     q = _mix(1.0, work.q, size, half, 0.0, half)
     given, total, internal, inertia = np.empty(plant.first.size), np.empty(r), np.empty(r), np.zeros(r)
     predicted = _mix(1.0, half, 0.5 * size, work.a, 0.0, half)
-    companion_forces(plant, frame, row, q, predicted, given, total)
+    derivative_forces(plant, frame, row, q, predicted, given, total)
     internal_force(plant, q, predicted, given, internal)
     work.counts[3] += 1
     # Stiffness that this very step has felt, against what central differences can follow.
@@ -227,7 +228,7 @@ def _stable(plant: Plant, frame: Frame, row: int, size: float, work: Work) -> bo
     Coordinates are mass-normalised, so eigenvalues of the tangent are squared frequencies.
     """
     given, other = np.empty(plant.first.size), np.empty(work.q.size)
-    companion_forces(plant, frame, row, work.q, work.v, given, other)
+    derivative_forces(plant, frame, row, work.q, work.v, given, other)
     stiffest = np.linalg.eigvalsh(tangent(plant, work.q, given))[-1]
     moved = plant.viscous @ slopes(plant, work.q)
     lagged = 0.0

@@ -22,10 +22,6 @@ Array = NDArray[np.float64]
 _WINDOWS = 8
 # Part of the run's energy beyond which the truncated directions are worth a warning.
 _NOTABLE = 0.05
-ABOUT = {
-    "long_name": "strain energy that the unbalanced force would have outside the basis, over the run's largest energy",
-    "units": "1",
-}
 
 
 class Checked(NamedTuple):

@@ -15,13 +15,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array, Indices
 from tautflex.reduction.polynomial.monomials import packed, pairs
-
-Array = NDArray[np.float64]
 
 _CHUNK_NUMBERS = 4_000_000  # doubles in the largest temporary of one chunk of elements
 
@@ -48,7 +46,7 @@ class _Chunk:
 
     index: int
     part: slice
-    places: NDArray[np.int64]
+    places: Indices
     gradient: Array
     linear: Array
     slope: Array
@@ -130,7 +128,7 @@ def quadratic_forces(system: StructuralSystem, vectors: Array) -> Array:
     return total.T
 
 
-def _scatter(forces: Array, places: NDArray[np.int64], size: int) -> Array:
+def _scatter(forces: Array, places: Indices, size: int) -> Array:
     """Sum element forces (element, dof, m) on the free unknowns, shape (size, m)."""
     flat = places.ravel()
     selection = csr_array((np.ones(flat.size), (flat, np.arange(flat.size))), shape=(size + 1, flat.size))

@@ -24,7 +24,11 @@ class Problem(NamedTuple):
 
 
 def find_problems(
-    system: StructuralSystem, tension: Array, resultants: Array, states: NDArray[np.int8]
+    system: StructuralSystem,
+    tension: Array,
+    resultants: Array,
+    states: NDArray[np.int8],
+    fractions: tuple[float, float],
 ) -> list[Problem]:
     """Slack cables and film that is compressed, wrinkled or slack.
 
@@ -38,9 +42,11 @@ def find_problems(
         Smaller and larger principal resultant of each film element [N/m], shape (t, 2).
     states
         0 taut, 1 wrinkled, 2 slack, per film element, shape (t,).
+    fractions
+        Parts of the film's area that are wrinkled and slack.
     """
     wrinkles = any(block.kind == "membrane" and block.law.tension_only for block in system.blocks)
-    film = _wrinkled_film(system.model, states) if wrinkles else _compressed_film(system.model, resultants)
+    film = _wrinkled_film(system.model, states, fractions) if wrinkles else _compressed_film(system.model, resultants)
     return _slack_cables(system, tension) + film
 
 
@@ -84,12 +90,11 @@ def _compressed_film(model: Model, values: Array) -> list[Problem]:
     return [Problem(text, bool(given or values[worst, 0] < -_COMPRESSION_ALLOWED * largest))]
 
 
-def _wrinkled_film(model: Model, states: NDArray[np.int8]) -> list[Problem]:
+def _wrinkled_film(model: Model, states: NDArray[np.int8], fractions: tuple[float, float]) -> list[Problem]:
     index = np.flatnonzero(states)
     if not index.size:
         return []
-    area = np.concatenate([group.shape.measure(model.nodes[group.connectivity]) for group in model.surfaces])
-    wrinkled, slack = (float(area[states == state].sum() / area.sum()) for state in (1, 2))
+    wrinkled, slack = fractions
     place = place_of(model, "membrane", int(index[np.argmax(states[index])]))
     text = f"part of the film is not taut: {wrinkled:.1%} of its area is wrinkled, {slack:.1%} slack, e.g. at {place}"
     if (states == 2).all():

@@ -169,7 +169,8 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     residual = float(np.abs(reference).max(initial=0.0))
     state = PrestressedState(system, reference, residual, residual / largest_force(system, workspace.stress), 0)
     resultants = principal_resultants(system, state.stress)
-    problems = find_problems(system, state.cable_tension, resultants, state.membrane_states)
+    fractions = state.wrinkled_fraction, state.slack_fraction
+    problems = find_problems(system, state.cable_tension, resultants, state.membrane_states, fractions)
     unstable = count_unstable(state)
     if unstable:
         problems.append(Problem(instability_text(model, unstable), True))
