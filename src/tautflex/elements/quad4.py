@@ -1,7 +1,7 @@
 """Four-node membrane quadrilateral: bilinear interpolation, strains at 2 x 2 points [theory.md 14].
 
 Corners may lie in no common plane; every point then has the axes of the warped surface there. Frequencies converge at
-order two, as the triangle's do, with about half its error on the same nodes.
+order two, as those of triangles do, with half to five sixths of their error on the same nodes.
 """
 
 from __future__ import annotations
