@@ -8,7 +8,7 @@ CHECKED := src tests benchmarks examples tools
 PYTEST := $(BIN)/pytest --numprocesses=auto --maxprocesses=4 --dist=loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo quick test verification lint format rooms benchmark benchmark-peers dolfinx clean
+.PHONY: help demo quick test verification lint reference format rooms benchmark benchmark-peers dolfinx clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -31,6 +31,9 @@ lint: $(VENV)/tools ## check format, lint rules, types and the import contract
 	$(BIN)/ruff check $(CHECKED)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+reference: $(VENV)/installed ## write docs/case.md, the keys of the case file, from the classes
+	$(BIN)/tautflex keys --markdown > docs/case.md
 
 format: $(VENV)/tools ## rewrite the sources in the house format
 	$(BIN)/ruff format $(CHECKED)

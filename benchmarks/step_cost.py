@@ -18,7 +18,7 @@ import numpy as np
 import tautflex as tf
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.maneuvers import Stop
+from tautflex.motion.fixed_axis import Stop
 from tautflex.solvers.transient.driver import GridDriver
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.implicit import Stepper
@@ -60,12 +60,14 @@ def antenna(name: str, divisions: tuple[int, int]) -> tf.Model:
 def measure(name: str, divisions: tuple[int, int], rate: float, duration: float, seconds: float, step: float):
     """Time a run slice by slice beside back-substitutions with its own factors."""
     state = tf.solve_prestress(antenna(name, divisions))
-    stepper = Stepper(EquationOfMotion(state, Rayleigh(0.001, 0.001), Coupling()), tf.WilsonTheta(), 1e-6)
+    equation = EquationOfMotion(state, Rayleigh(0.001, 0.001), Coupling())
+    stepper = Stepper(equation, tf.WilsonTheta(), 1e-6)
     maneuver = Stop(rate, duration)
     driver = GridDriver(stepper, maneuver.segments(), step, 8)
-    flight = _Flight(state, maneuver, stepper, Coupling())
+    flight = _Flight(equation, maneuver)
     count = round(seconds / step)
-    recorder = Recorder(state.system, place_probes(state.system, {"A": (0.7036, 0.4267)}), count + 1, set())
+    probes = place_probes(state.system, {"A": (0.7036, 0.4267)})
+    recorder = Recorder(state.system, equation.workspace, probes, count + 1, set())
     at = flight.start(np.zeros(state.system.size))
     vector = np.random.default_rng(0).standard_normal(state.system.size)
     stepping, substitution = [], []

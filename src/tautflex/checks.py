@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from tautflex.errors import InputError
 
+# Remedies that fit any number; who knows what the number means may say more.
+VAGUE_REMEDIES = ("give a positive value in SI units", "give zero or a positive value in SI units")
+
 
 def _fail(name: str, expected: str, got: object, remedy: str, error: type[InputError]) -> InputError:
     text = f"{name}: expected {expected}, got {got!r}"
@@ -20,7 +23,7 @@ def positive(name: str, value: Any, *, remedy: str = "", error: type[InputError]
     """Return ``value`` as a float > 0, or raise ``error``."""
     number = finite(name, value, remedy=remedy, error=error)
     if number <= 0.0:
-        raise _fail(name, "a number > 0", value, remedy or "give a positive value in SI units", error)
+        raise _fail(name, "a number > 0", value, remedy or VAGUE_REMEDIES[0], error)
     return number
 
 
@@ -28,7 +31,7 @@ def non_negative(name: str, value: Any, *, remedy: str = "", error: type[InputEr
     """Return ``value`` as a float >= 0, or raise ``error``."""
     number = finite(name, value, remedy=remedy, error=error)
     if number < 0.0:
-        raise _fail(name, "a number >= 0", value, remedy or "give zero or a positive value in SI units", error)
+        raise _fail(name, "a number >= 0", value, remedy or VAGUE_REMEDIES[1], error)
     return number
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tautflex.elements.cable import line_axes
-from tautflex.elements.membrane import film_axes
+from tautflex.elements.axes import film_axes, line_axes
 
 UP = np.array([0.0, 0.0, 1.0])
 ALONG_X = np.array([1.0, 0.0, 0.0])
@@ -43,6 +42,7 @@ def test_axes_of_lines(span, expected):
     ],
 )
 def test_axes_of_films(corners, area, expected, order):
-    axes, got = film_axes(np.array(corners, dtype=float)[None, order], ALONG_X)
+    points = np.array(corners, dtype=float)[order]
+    axes, stretch = film_axes((points[1:] - points[0])[None], ALONG_X)
     np.testing.assert_allclose(axes[0], expected, atol=1e-15)
-    assert got[0] == pytest.approx(area, rel=1e-14)
+    assert stretch[0] == pytest.approx(2.0 * area, rel=1e-14)

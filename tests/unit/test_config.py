@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import tomllib
 
 import pytest
@@ -71,6 +72,21 @@ def test_case_built_in_code_equals_the_same_file(tmp_path):
     path = tmp_path / "film.toml"
     path.write_text(case.to_toml(), encoding="utf-8")
     assert load_case(path) == case
+
+
+def test_case_travels_to_other_processes():
+    """Sections of classes are made on the fly; worker processes make them again."""
+    case = parse_case(M2_TEMPLATE, ["reduction.count=6", "solver.method=newmark"])
+    assert pickle.loads(pickle.dumps(case)) == case
+
+
+def test_cases_written_by_earlier_versions_are_read():
+    """They state the axis of a frame that does not turn, and a damping without kind."""
+    maneuver = {"kind": "none", "axis": [1.0, 0.0, 0.0], "origin": [0.0, 0.0, 0.0]}
+    case = Case(membrane=FIXED, maneuver=maneuver, damping={"alpha": 0.1, "beta": 0.0})
+    assert case == Case(membrane=FIXED, damping={"alpha": 0.1})
+    thrust = {"kind": "base-acceleration", "acceleration": 0.1, "origin": [0.0, 0.0, 0.0]}
+    assert Case(membrane=FIXED, maneuver=thrust).maneuver.acceleration == 0.1
 
 
 def test_default_prestress_mode_follows_the_edges():

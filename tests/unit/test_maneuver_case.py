@@ -12,8 +12,6 @@ from hypothesis import strategies as st
 from tautflex import AtRest, BaseAcceleration, Sequence, Slew, SpinUp, Stop, Tabulated
 from tautflex.case import Case, Maneuver, load_case, parse_case
 from tautflex.case.build import build_maneuver
-from tautflex.case.motion import describe_maneuver
-from tautflex.case.sections.maneuver import KEYS_OF_KIND
 from tautflex.cli import main
 from tautflex.errors import CaseError
 
@@ -109,7 +107,7 @@ def test_each_kind_means_its_maneuver(name):
         here, there = one.motion(one.start + 0.1), other.motion(one.start + 0.1)
         np.testing.assert_array_equal(here.angular_velocity, there.angular_velocity)
         np.testing.assert_array_equal(here.origin_acceleration, there.origin_acceleration)
-    assert describe_maneuver(case.maneuver) == words
+    assert case.maneuver.describe() == words
     assert parse_case(case.to_toml()) == case
 
 
@@ -120,14 +118,14 @@ BAD = {
         'kind = "stop"\nduration = 1.0',
         ["maneuver.rate: missing", "before t = 0 [rad/s]", "add it"],
     ),
-    "spin-up without rate": ('kind = "spin-up"\nduration = 1.0', ["maneuver.rate: missing", "to reach [rad/s]"]),
+    "spin-up without rate": ('kind = "spin-up"\nduration = 1.0', ["maneuver.rate: missing", "to reach"]),
     "slew without angle": ('kind = "slew"\nduration = 1.0', ["maneuver.angle: missing", "'slew'", "[rad]"]),
     "slew with rate": (
         'kind = "slew"\nangle = 1.0\nduration = 1.0\nrate = 2.0',
         ["maneuver.rate", "no value with kind = 'slew'", "got 2.0", "remove it or set kind = 'stop'"],
     ),
     "rest with a rate": ('kind = "none"\nrate = 2.0', ["maneuver.rate", "kind = 'none'", "got 2.0", "'stop'"]),
-    "rest about an axis": ('kind = "none"\naxis = [0, 1, 0]', ["maneuver.axis", "kind = 'none'", "[0.0, 1.0, 0.0]"]),
+    "rest about an axis": ('kind = "none"\naxis = [0, 1, 0]', ["maneuver.axis", "kind = 'none'", "[0, 1, 0]"]),
     "stop with an angle": ('kind = "stop"\nrate = 1\nduration = 1\nangle = 1', ["maneuver.angle", "set kind = 'slew'"]),
     "origin of a translation": (
         'kind = "base-acceleration"\nacceleration = 1\norigin = [0, 1, 0]',
@@ -185,10 +183,10 @@ BAD = {
     ),
     "sequence with a rate": (
         STEP + 'kind = "slew"\nangle = 1\nduration = 1\nrate = 3',
-        ["maneuver.steps.0.rate", "3.0"],
+        ["maneuver.steps.0.rate", "got 3"],
     ),
     "sequence in a sequence": (STEP + 'kind = "sequence"', ["maneuver.steps.0.kind", "'sequence'", "'slew'"]),
-    "step without kind": (STEP + "angle = 1", ["maneuver.steps.0.kind: missing", "kind = 'slew'"]),
+    "step without kind": (STEP + "angle = 1", ["maneuver.steps.0.kind: missing", "'slew'"]),
     "negative hold": (STEP + 'kind = "slew"\nangle = 1\nduration = 1\nhold = -1', ["maneuver.steps.0.hold", ">= 0"]),
     "hold at the end": (
         STEP + 'kind = "slew"\nangle = 1\nduration = 1\nhold = 1',
@@ -213,6 +211,7 @@ def test_mistakes_are_one_line_that_names_the_key(name):
         assert word in message
 
 
+KEYS = Maneuver.all_keys() - {"kind"}
 numbers = st.integers(-3, 3) | st.floats() | st.sampled_from([1e-320, 1e-200, 1e200, 10**400])
 anything = st.recursive(
     numbers | st.booleans() | st.text(max_size=4) | st.sampled_from(["versine", "slew", "ZV", "rest", "nowhere.csv"]),
@@ -223,14 +222,16 @@ anything = st.recursive(
 
 @given(
     kind=st.sampled_from(["stop", "spin-up", "slew", "tabulated", "base-acceleration", "sequence"]),
-    values=st.dictionaries(st.sampled_from(sorted(set(Maneuver.model_fields) - {"kind"})), anything, max_size=4),
+    values=st.dictionaries(st.sampled_from(sorted(KEYS)), anything, max_size=4),
     sensible=st.booleans(),
 )
 @settings(max_examples=300, deadline=None)
 def test_no_maneuver_section_raises_anything_but_a_one_line_case_error(kind, values, sensible):
     """Sections of random values, half of them on top of what the kind needs."""
     needed = {"rate": 0.5, "duration": 1.0, "angle": 0.3, "acceleration": 0.1, "times": [0, 1], "rates": [0, 1]}
-    wanted = {"tabulated": ("times", "rates")}.get(kind, KEYS_OF_KIND[kind][0])
+    wanted = {"tabulated": ("times", "rates")}.get(
+        kind, [name for name, key in Maneuver.of_kind(kind).model_fields.items() if key.is_required()]
+    )
     base = {name: needed[name] for name in wanted if name in needed} if sensible else {}
     built, message = None, ""
     try:
@@ -255,7 +256,7 @@ def test_a_table_beside_the_case_file_is_found(tmp_path, monkeypatch):
     built = build_maneuver(case)
     assert repr(built) == repr(Tabulated([0.0, 0.1, 0.1, 0.2], [0.0, 0.3, 0.3, 0.0]))
     assert built.segments()[1].motion(0.15).angular_velocity[0] == pytest.approx(0.15)
-    assert describe_maneuver(case.maneuver) == "tabulated motion (slew.csv)"
+    assert case.maneuver.describe() == "tabulated motion (slew.csv)"
     # An override is typed where the program runs.
     (tmp_path / "other.csv").write_text("time,rate_x,rate_y,rate_z\n0,0,1,0\n1,0,0,2\n", encoding="utf-8")
     other = build_maneuver(load_case("there/case.toml", ["maneuver.file=other.csv"]))

@@ -16,6 +16,7 @@ from tautflex.files.mesh import MeshData, read_mesh
 from tautflex.files.mesh import gmsh as gmsh_reader
 from tautflex.files.mesh.numerals import integer, real
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
+from tautflex.structure.shapes import QUAD4, TRIANGLE6
 from verification.builders import CABLE, FILM, FRAME, THICKNESS, antenna
 
 needs_gmsh = pytest.mark.skipif(not mesh_files.gmsh_starts(), reason="needs Gmsh, of the extra tautflex[mesh]")
@@ -159,6 +160,45 @@ gmsh.write("square.msh")
     assert len(mesh.groups["membrane again"]["triangles"]) == len(mesh.triangles)
 
 
+@needs_gmsh
+@pytest.mark.parametrize(("order", "recombine", "kind"), [(2, 0, "triangles"), (1, 1, "quads")])
+@pytest.mark.parametrize("version", [2.2, 4.1])
+def test_curved_triangles_and_quads_of_gmsh(order, recombine, kind, version, tmp_path):
+    """A quarter disc, whose round side is held; its area converges as the sides bend or the cells shrink."""
+    script = f"""
+import gmsh
+gmsh.initialize([], readConfigFiles=False, interruptible=False)
+gmsh.option.setNumber("General.Terminal", 0)
+centre, a, b, tip = [gmsh.model.geo.addPoint(x, y, 0, 0.2) for x, y in ((0, 0), (1, 0), (0, 1), (-1, 0))]
+round = gmsh.model.geo.addCircleArc(a, centre, b)
+sides = [gmsh.model.geo.addLine(centre, a), round, gmsh.model.geo.addLine(b, centre)]
+strut = gmsh.model.geo.addLine(centre, tip)
+gmsh.model.geo.mesh.setTransfiniteCurve(strut, 2)
+film = gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop(sides)])
+gmsh.model.geo.synchronize()
+gmsh.model.addPhysicalGroup(2, [film], name="membrane")
+gmsh.model.addPhysicalGroup(1, [round], name="pinned rim")
+gmsh.model.addPhysicalGroup(1, [strut], name="beam")
+gmsh.option.setNumber("Mesh.RecombineAll", {recombine})
+gmsh.model.mesh.generate(2)
+gmsh.model.mesh.setOrder({order})
+gmsh.option.setNumber("Mesh.MshFileVersion", {version})
+gmsh.write("disc.msh")
+"""
+    subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True, timeout=60)
+    mesh = read_mesh(tmp_path / "disc.msh")
+    elements, shape = getattr(mesh, kind), {"triangles": TRIANGLE6, "quads": QUAD4}[kind]
+    assert elements.shape[1] == len(shape.nodes)
+    assert len(mesh.groups["membrane"][kind]) == len(elements)
+    assert mesh.beams.shape == (order, 2)  # with a node in its middle, it is two
+    rim = mesh.nodes[list(mesh.supports[0].nodes)]
+    np.testing.assert_allclose(np.linalg.norm(rim, axis=1), 1.0, rtol=1e-9)
+    model = mesh.model(
+        membrane=MembraneSection(Material(1.0, 1.0), 1.0), beam=BeamSection(Material(1.0, 1e-9), 1.0, 1.0, 1.0, 1.0)
+    )
+    assert model.mass == pytest.approx(0.25 * np.pi, rel=1e-4 if order == 2 else 1e-2)
+
+
 def test_element_types_decide_in_abaqus_and_names_hold_nodes(read):
     mesh = read(".inp", INP)
     assert mesh.triangles.tolist() == [[0, 1, 2]]
@@ -290,7 +330,7 @@ def test_wrong_files_are_one_line(suffix, text, words, read):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("1 2 2 1 1 1 2 3", "1 3 2 1 1 1 2 3 4", ["'skin'", "Quadrilateral", "order 1"]),
+        ("1 2 2 1 1 1 2 3", "1 16 2 1 1 1 2 3 4 1 2 3 4", ["'skin'", "Quadrilateral", "order 1"]),
         ("$Elements\n3\n", "$Elements\n-5\n", ["mesh.msh"]),
         ("$Nodes\n4\n", "$Nodes\n999999999999\n", ["Gmsh"]),
         ("4 2 2 0", "4 nan 2 0", ["mesh.msh"]),

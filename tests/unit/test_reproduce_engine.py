@@ -118,17 +118,17 @@ def test_another_case_is_another_result_and_equal_cases_are_performed_once(tmp_p
 
 def test_a_failed_run_is_named_and_the_others_are_kept(tmp_path, monkeypatch):
     """Steps that are not allowed a single iteration fail; that is forced for one of two runs."""
-    simulate = work._simulate
+    run_case = work.run_case
 
-    def without_iterations(given, progress):
+    def without_iterations(given, progress, *, throw):
         with monkeypatch.context() as patch:
-            if given.name == "film/1":
+            if given == spec(1).case:
                 patch.setattr(
                     implicit, "solve_newton", lambda problem, start, *rest: NewtonOutcome(start, history=[1.0])
                 )
-            return simulate(given, progress)
+            return run_case(given, progress, throw=throw)
 
-    monkeypatch.setattr(work, "_simulate", without_iterations)
+    monkeypatch.setattr(work, "run_case", without_iterations)
     with pytest.raises(NotConvergedError, match="film/1"):
         perform([spec(1), spec(0)], tmp_path, workers=1)
     assert len(list(tmp_path.glob("*.nc"))) == 1

@@ -10,7 +10,7 @@ import pytest
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
 from tautflex.files import netcdf
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.maneuvers import Stop
+from tautflex.motion.fixed_axis import Stop
 from tautflex.solvers.static.prestress import solve_prestress
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark

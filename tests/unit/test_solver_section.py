@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 import tautflex as tf
-from tautflex.case.build import METHODS, build_adaptive, build_method
-from tautflex.case.sections.dynamic import Solver
+from tautflex.case.build import build_adaptive, build_method
+from tautflex.case.registry import METHODS
+from tautflex.case.sections.dynamic import Damping, Solver
 from tautflex.errors import CaseError
 
 
@@ -43,12 +44,45 @@ def test_adaptive_keys_become_error_control():
         ({"adaptive_tolerance": 0.5}, "adaptive_tolerance"),
         ({"min_step": 1e-5}, "add adaptive_tolerance"),
         ({"max_step": 1e-2}, "add adaptive_tolerance"),
-        ({"adaptive_tolerance": 1e-3, "min_step": 1e-2, "max_step": 1e-3}, "max_step"),
+        ({"adaptive_tolerance": 1e-3, "min_step": 1e-2, "max_step": 1e-3}, "min_step.*max_step"),
         ({"adaptive_tolerance": 1e-3, "max_step": 1e-9}, "max_step"),
         ({"adaptive_tolerance": 1e-3, "method": "central-difference"}, "implicit method"),
-        ({"theta": 1.4, "method": "energy-conserving"}, "uses no options"),
+        ({"theta": 1.4, "method": "energy-conserving"}, "set method = 'wilson-theta'"),
     ],
 )
 def test_contradictions_are_named(keys, words):
     with pytest.raises(CaseError, match=words):
         Solver(**keys)
+
+
+@pytest.mark.parametrize(
+    ("keys", "meant"),
+    [
+        ({}, tf.Rayleigh()),
+        ({"alpha": 0.1}, tf.Rayleigh(0.1)),
+        ({"kind": "rayleigh", "beta": 1e-3}, tf.Rayleigh(0.0, 1e-3)),
+        ({"kind": "modal", "ratio": 0.01}, tf.Modal(0.01)),
+        ({"kind": "modal", "ratio": 0.01, "modes": 4}, tf.Modal(0.01, 4)),
+        ({"kind": "modal", "ratio": [0.01, 0.02]}, tf.Modal((0.01, 0.02))),
+    ],
+)
+def test_each_damping_can_be_stated_in_a_case(keys, meant):
+    section = Damping(**keys)
+    assert section.build() == meant
+    assert Damping(**section.model_dump(exclude_none=True)) == section
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"kind": "viscous"}, r"kind: expected one of 'rayleigh' or 'modal', got 'viscous'"),
+        ({"kind": "modal"}, r"ratio: missing, kind = 'modal' expects the ratio of critical damping"),
+        ({"kind": "modal", "ratio": 2.0}, r"ratio: expected a number in \[0, 1\], got 2\.0"),
+        ({"kind": "modal", "ratio": "much"}, r"^ratio: expected a number, got 'much'"),
+        ({"ratio": 0.01}, r"ratio: expected no value with kind = 'rayleigh', got 0\.01; .* set kind = 'modal'"),
+        ({"alpha": -1.0}, r"alpha: expected a number >= 0, got -1\.0; write the mass factor"),
+    ],
+)
+def test_dampings_out_of_range_are_named(keys, words):
+    with pytest.raises(CaseError, match=words):
+        Damping(**keys)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import tautflex as tf
+from tautflex.mechanics.system import Layout
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.reduction.polynomial.projection import Moments, prestress_fields
 from tautflex.reduction.polynomial.strains import HigherDegrees
@@ -33,31 +34,31 @@ def changed_state(state: PrestressedState, numbers: dict[str, float]) -> Prestre
         )
         for block in system.blocks
     )
-    twin = system.with_initial_stress(stress, blocks)
-    twin.__dict__.pop("inertia", None)
+    # The layout holds the inertia.
+    twin = replace(system, blocks=blocks, initial_stress=tuple(stress), layout=Layout(system.model, blocks))
     reference, _ = twin.force(0.0 * state.reference_force)
     return PrestressedState(twin, reference, state.residual, state.relative_residual, 0)
 
 
 def changed_rom(rom: ReducedModel, numbers: dict[str, float]) -> ReducedModel:
     """Reduced model on the same basis with other parameters."""
-    pieces, young = rom.pieces, {kind: factor(numbers, f"youngs_modulus.{kind}") for kind in KINDS}
+    projection, young = rom.projection, {kind: factor(numbers, f"youngs_modulus.{kind}") for kind in KINDS}
     x, y = factor(numbers, "tension_x"), factor(numbers, "tension_y")
     tension = {"x": x, "y": y, "xy": (x * y) ** 0.5}
     inertia = {}
-    for kind, part in pieces.inertia.items():
+    for kind, part in projection.inertia.items():
         rho = factor(numbers, f"density.{kind}")
         inertia[kind] = Moments(rho * part.pair, rho * part.first, rho * part.zeroth)
     return replace(
         rom,
-        pieces=replace(
-            pieces,
-            elastic={kind: young[kind] * part for kind, part in pieces.elastic.items()},
+        projection=replace(
+            projection,
+            elastic={kind: young[kind] * part for kind, part in projection.elastic.items()},
             higher={
                 kind: HigherDegrees(young[kind] * part.quadratic, young[kind] * part.cubic)
-                for kind, part in pieces.higher.items()
+                for kind, part in projection.higher.items()
             },
-            stress={name: tension[name] * part for name, part in pieces.stress.items()},
+            stress={name: tension[name] * part for name, part in projection.stress.items()},
             inertia=inertia,
         ),
     )

@@ -60,7 +60,7 @@ def line_elements(elements: int) -> NDArray[np.int64]:
 
 def strains(block: ElementBlock, q: Array) -> Array:
     """Strains of each element of a block at all unknowns ``q`` of the model, shape (element, strain)."""
-    g = np.einsum("nij,nj->ni", block.gradient, q[block.dofs])
+    g = np.einsum("nij,nj->ni", block.gradient, q[block.rows_of(block.dofs)])
     return g @ block.linear.T + 0.5 * np.einsum("sij,ni,nj->ns", block.quadratic, g, g)
 
 

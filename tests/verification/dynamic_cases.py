@@ -6,8 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tautflex.motion.kinematics import RigidMotion, Segment
-from tautflex.motion.maneuvers import AtRest
+from tautflex.motion.kinematics import AtRest, Maneuver, RigidMotion, Segment
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
@@ -93,7 +92,7 @@ def _own_direction(kind: str, orientation: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Release:
+class Release(Maneuver):
     """A frame that moves steadily until t = 0 and then rests: initial displacement, no initial velocity."""
 
     spin: RigidMotion
@@ -106,7 +105,7 @@ class Release:
 
 
 @dataclass(frozen=True)
-class SuddenSpin:
+class SuddenSpin(Maneuver):
     """A frame at rest until t = 0 whose motion is then that of another maneuver."""
 
     then: object = field()

@@ -9,7 +9,7 @@ import pytest
 
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.motion.maneuvers import Stop
+from tautflex.motion.fixed_axis import Stop
 from tautflex.solvers.transient.adaptive import Adaptive, error_constant
 from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
 from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark

@@ -50,7 +50,7 @@ def _options(**more):
 
 
 def _single(plant, numbers, options):
-    changed = changed_rom if hasattr(plant, "pieces") else changed_state
+    changed = changed_rom if hasattr(plant, "projection") else changed_state
     return tf.simulate(changed(plant, numbers), stop_of(numbers), damping=damping_of(numbers), **options).data
 
 

@@ -12,7 +12,8 @@ from scipy.linalg import eigh
 from tautflex.errors import InputError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.maneuvers import AtRest, Stop
+from tautflex.motion.fixed_axis import Stop
+from tautflex.motion.kinematics import AtRest
 from tautflex.solvers.static.prestress import solve_prestress
 from tautflex.solvers.transient.adaptive import Adaptive
 from tautflex.solvers.transient.equation import EquationOfMotion

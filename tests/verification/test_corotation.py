@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.mechanics.inertia import cross_matrix
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import cross_matrix
 from tautflex.solvers.transient.corotation import Corotation, rotation_operator
 from tautflex.structure.mesh import rectangle_mesh
 

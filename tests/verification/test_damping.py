@@ -14,7 +14,7 @@ import tautflex as tf
 from tautflex.errors import InputError
 from tautflex.mechanics.products import MassDamping
 from tautflex.motion.coupling import Coupling
-from tautflex.reduction.bases.basis import BasisVectors
+from tautflex.reduction.bases.vectors import BasisVectors
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.transient.implicit import Stepper

@@ -9,10 +9,10 @@ import pytest
 from scipy.linalg import eigvals
 
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.coupling import Coupling
+from tautflex.motion.fixed_axis import Stop
 from tautflex.motion.kinematics import RigidMotion, fixed_axis_motion
-from tautflex.motion.maneuvers import Stop
+from tautflex.numeric import cross_matrix
 from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress

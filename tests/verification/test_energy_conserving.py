@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.motion.maneuvers import Stop
+from tautflex.motion.fixed_axis import Stop
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
 from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark

@@ -165,7 +165,7 @@ def test_a_force_off_the_centre_turns_the_spacecraft(antenna, verification_row):
 def test_tension_and_temperature_keep_the_momenta(antenna):
     """They are internal: structure and hub move otherwise, their momenta do not."""
     reel = tf.CableTension(lambda t: 0.2 * np.sin(40 * t))
-    heat = tf.FilmTemperature(lambda t: 0.02 * min(t / 0.02, 1.0), 2e-5)
+    heat = tf.MembraneTemperature(lambda t: 0.02 * min(t / 0.02, 1.0), 2e-5)
     given = {"method": tf.HHT(0.05), "time_step": 1e-3, "end_time": 0.03, "initial_velocity": throw}
     still, driven = (tf.simulate(antenna, tf.FreeHub(**HUB), inputs=i, **given).data for i in ((), [reel, heat]))
     for name in ("linear_momentum", "angular_momentum"):

@@ -9,8 +9,8 @@ import pytest
 
 import tautflex as tf
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.mechanics.membrane import film_states
-from tautflex.reduction.bases.basis import BasisVectors, ritz
+from tautflex.mechanics.membrane import membrane_states
+from tautflex.reduction.bases.vectors import BasisVectors, ritz
 from tautflex.reduction.hyper.blocks import basis_blocks
 from tautflex.reduction.hyper.model import HyperReducedModel
 from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights
@@ -76,7 +76,7 @@ def test_all_elements_give_the_projected_force(antenna, verification_row):
     rom = all_elements(antenna, mixed_vectors(antenna))
     eta = 2e-4 * np.random.default_rng(1).standard_normal(rom.size)
     q = eta @ rom.basis.kept
-    states = film_states(antenna, q)
+    states = membrane_states(antenna, q)
     assert {0, 1} <= set(states.tolist()), "the state must mix taut and wrinkled film"
     full, energy = antenna.system.force(q)
     expected = rom.basis.kept @ (full - antenna.reference_force)
@@ -91,7 +91,7 @@ def test_all_elements_give_the_projected_force(antenna, verification_row):
 def test_force_is_the_gradient_of_the_energy_and_the_tangent_its_derivative(antenna):
     rom = all_elements(antenna, mixed_vectors(antenna))
     plant, eta = rom.plant(Rayleigh()), 2e-4 * np.random.default_rng(2).standard_normal(rom.size)
-    assert np.any(film_states(antenna, eta @ rom.basis.kept) > 0)
+    assert np.any(membrane_states(antenna, eta @ rom.basis.kept) > 0)
     still, step = np.zeros((1, rom.size)), 1e-9
     force, matrix = force_at(plant, eta), tangent(plant, eta, np.zeros(0))
     for move in step * np.eye(rom.size):
@@ -111,7 +111,7 @@ def test_at_rest_it_has_the_stiffness_of_the_reference(antenna):
 def test_elastic_elements_are_the_polynomial(verification_row):
     state = tf.solve_prestress(small_antenna((6, 4), scale=0.1))
 
-    class Given:
+    class Given(tf.Basis):
         def vectors(self, state):
             return BasisVectors(vectors, np.zeros((0, state.system.size)), np.ones(len(vectors)), "given")
 

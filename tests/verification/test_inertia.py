@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tautflex.mechanics.inertia import InertiaOperator, cross_matrix
+from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import cross_matrix
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.model import Model
 from verification.builders import antenna, beam_line, rotation

@@ -85,7 +85,7 @@ def test_temperature_relaxes_the_film(verification_row):
     given = {"method": tf.Newmark(), "time_step": 2e-3, "end_time": 0.2, "fields": "all"}
     velocity = {"initial_velocity": lambda x, y: 0.02 * np.cos(np.pi * x / 2) * np.cos(np.pi * y)}
     wanted = tf.simulate(film(4e3 - drop), **given, **velocity).data.displacement.values
-    inputs = [tf.FilmTemperature(change, expansion)]
+    inputs = [tf.MembraneTemperature(change, expansion)]
     found = tf.simulate(film(), inputs=inputs, **given, **velocity).data.displacement.values
     gap = float(np.abs(found - wanted).max() / np.abs(wanted).max())
     assert gap < 1e-9
@@ -113,7 +113,9 @@ def test_inputs_add_up_and_are_taken_back():
     system, zero = state.system, np.zeros(state.system.size)
     before = system.force(zero)[0]
     pulls = [tf.NodalForce([8], (0.0, 0.0, 2.0)), tf.NodalForce([8], lambda time: (0.0, 0.0, time))]
-    inputs = InputSet(system, [*pulls, tf.FilmTemperature(lambda time: time, 2e-6), tf.FilmTemperature(1.0, 1e-6)])
+    inputs = InputSet(
+        system, [*pulls, tf.MembraneTemperature(lambda time: time, 2e-6), tf.MembraneTemperature(1.0, 1e-6)]
+    )
     load, workspace = inputs.load(3.0), system.workspace()
     workspace.change_initial_stress(inputs.stress(3.0))
     assert load.sum() == pytest.approx(5.0)
@@ -133,7 +135,7 @@ def test_inputs_add_up_and_are_taken_back():
         (lambda: tf.NodalForce([8], (0.0, 1.0)), "force"),
         (lambda: tf.EdgeForce([1], (0.0, 0.0, 1.0)), "two nodes"),
         (lambda: tf.CableTension(1.0), "cables"),
-        (lambda: tf.FilmTemperature(np.nan, 1e-6), "finite"),
+        (lambda: tf.MembraneTemperature(np.nan, 1e-6), "finite"),
         (lambda: "pull", "inputs"),
     ],
 )

@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.attitude import attitude
-from tautflex.motion.maneuvers import AtRest, Stop
+from tautflex.motion.fixed_axis import Slew, SpinUp, Stop
+from tautflex.motion.kinematics import AtRest
+from tautflex.motion.profiles import Stretch
 from tautflex.motion.rotations import matrix
 from tautflex.motion.sequence import Sequence
 from tautflex.motion.shaping import shaper_impulses
-from tautflex.motion.slew import Slew, SpinUp
 from tautflex.motion.tabulated import Tabulated
 from tautflex.motion.translation import BaseAcceleration
+from tautflex.numeric import cross_matrix
 from verification.builders import observed_order
 
 SHAPING = "Singer & Seering 1990"
@@ -67,6 +68,12 @@ MANEUVERS = {
 
 def inner_limits(segment, end: float = 3.0) -> tuple[float, float]:
     return segment.start, min(segment.end, max(end, segment.start + 1.0))
+
+
+def stretches(slew: Slew) -> list[Stretch]:
+    """Angle over the whole angle, and its derivatives, between the instants where they jump."""
+    step = slew.formula(slew.numbers).step
+    return [Stretch(start, end, step.around(0.5 * (start + end))) for start, end in pairwise(step.edges)]
 
 
 def turned_angle(maneuver, order: int = 24) -> float:
@@ -147,7 +154,7 @@ def test_a_shifted_axis_gives_the_acceleration_of_the_origin(name):
 def test_a_slew_turns_by_its_angle_and_rests(name, angle, verification_row):
     slew = Slew(angle, 2.0, **SLEWS[name], **ABOUT)
     assert turned_angle(slew) == pytest.approx(angle, abs=1e-12)
-    assert slew.steps()[-1].values(2.0)[0] == pytest.approx(1.0, abs=1e-14)
+    assert stretches(slew)[-1].values(2.0)[0] == pytest.approx(1.0, abs=1e-14)
     last = slew.segments()[-1]
     # The delays of a shaper are part of the duration.
     assert last.start == pytest.approx(2.0, abs=1e-14)
@@ -165,7 +172,7 @@ def test_versine_slew_and_spin_up_are_the_published_functions(verification_row):
     """theta = angle (t/T - sin(2 pi t/T)/(2 pi)); Kane: theta' = 6/15 (t - 15/(2 pi) sin(2 pi t/15))."""
     slew, time = Slew(0.7, 2.0, axis=(0.0, 0.0, 1.0)), 0.83
     exact = 0.7 * (time / 2.0 - np.sin(np.pi * time) / (2.0 * np.pi))
-    assert slew.steps()[0].values(time)[0] * 0.7 == pytest.approx(exact, rel=1e-14)
+    assert stretches(slew)[0].values(time)[0] * 0.7 == pytest.approx(exact, rel=1e-14)
     kane = SpinUp(6.0, 15.0, axis=(0.0, 0.0, 1.0))
     moving = kane.segments()[0].motion(4.7)
     rate = 6.0 / 15.0 * (4.7 - 15.0 / (2.0 * np.pi) * np.sin(2.0 * np.pi * 4.7 / 15.0))
@@ -182,7 +189,7 @@ def test_attitude_of_a_slew_is_its_angle_about_its_axis(name):
     slew, times = Slew(2.5, 2.0, **SLEWS[name], **ABOUT), np.linspace(0.0, 3.0, 13)
     axis = np.asarray(AXIS) / np.linalg.norm(AXIS)
     angle = np.full(len(times), 2.5)
-    for piece in slew.steps():
+    for piece in stretches(slew):
         inside = (times >= piece.start) & (times <= piece.end)
         angle[inside] = [2.5 * piece.values(time)[0] for time in times[inside]]
     exact = np.column_stack([np.cos(angle / 2.0), np.outer(np.sin(angle / 2.0), axis)])
@@ -306,7 +313,7 @@ def residual_vibration(slew, frequency: float, ratio: float) -> float:
     pole = root * complex(-ratio, np.sqrt(1.0 - ratio**2))
     points, weights = np.polynomial.legendre.leggauss(48)
     total = 0.0j
-    for piece in slew.steps():
+    for piece in stretches(slew):
         half = 0.5 * (piece.end - piece.start)
         for point, weight in zip(points, weights, strict=True):
             time = piece.start + half * (1.0 + point)

@@ -10,9 +10,10 @@ import pytest
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.files.appendage import save_appendage
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.mechanics.inertia import cross_matrix
+from tautflex.numeric import cross_matrix
 from tautflex.solvers.modal.natural import Modes, solve_modes
-from tautflex.solvers.modal.participation import appendage_data, dynamic_mass, rigid_loads, rigid_mass
+from tautflex.solvers.modal.participation import appendage_data, dynamic_mass
+from tautflex.solvers.modal.rigid import rigid_loads, rigid_mass
 from tautflex.solvers.static.prestress import solve_prestress
 from tautflex.structure.materials import BeamSection, Material
 from tautflex.structure.model import Model, Support

@@ -15,6 +15,7 @@ from tautflex.solvers.static.equilibrium import solve_static
 from tautflex.structure.materials import CableSection, Material, MembraneSection
 from tautflex.structure.mesh import rectangle_mesh
 from tautflex.structure.model import Model, Support
+from tautflex.structure.shapes import QUAD4, TRIANGLE3, TRIANGLE6, Shape
 from verification.builders import disc_mesh, observed_order, unstressed
 
 Array = NDArray[np.float64]
@@ -63,9 +64,44 @@ def test_pressure_on_a_closed_surface_has_no_resultant(verification_row):
     assert grown == pytest.approx(7.0 * abs(np.linalg.det(edges)) / 6.0)  # twice the size, eight times the volume
 
 
-@pytest.mark.parametrize("name", ["closed", "held", "symmetry planes"])
+def held(shape: Shape) -> Model:
+    """Rectangular film of any elements, held all around."""
+    nodes, elements = rectangle_mesh(np.linspace(0.0, 1.0, 4), np.linspace(0.0, 0.7, 3), shape=shape)
+    inside = (nodes[:, 0] % 1.0 > 1e-9) & (nodes[:, 1] % 0.7 > 1e-9)
+    section = MembraneSection(Material(1.0, 1.0, 0.3), 1.0)
+    edge = Support.pinned(np.flatnonzero(~inside))
+    return Model.from_mesh(nodes, surfaces={shape.name: elements}, membrane=section, supports=(edge,))
+
+
+@pytest.mark.parametrize("shape", [TRIANGLE3, TRIANGLE6, QUAD4], ids=lambda shape: shape.name)
+def test_pressure_on_a_curved_film_of_any_shape(shape, verification_row):
+    """On ``z = d + b x + c y + e x y + f x^2 + g y^2`` over a rectangle, of which each shape takes its share exactly.
+
+    The normal times dA is ``(-z_x, -z_y, 1) dx dy``; the cones to the origin hold ``(z - x z_x - y z_y) / 3``.
+    """
+    model = held(shape)
+    x, y, _ = model.nodes.T
+    a, h, p = 1.0, 0.7, 3.0
+    d, b, c = 0.2, 0.3, -0.4
+    e = 0.0 if shape is TRIANGLE3 else 0.5
+    f, g = (0.6, -0.7) if shape is TRIANGLE6 else (0.0, 0.0)
+    free = Model(model.nodes, model.groups)
+    system = StructuralSystem.from_model(free)
+    q = np.zeros((len(x), 3))
+    q[:, 2] = d + b * x + c * y + e * x * y + f * x**2 + g * y**2
+    load = PressureLoad(system, p)
+    total = load.force(q.ravel()).reshape(-1, 3).sum(axis=0)
+    exact = p * a * h * np.array([-(b + e * h / 2 + f * a), -(c + e * a / 2 + g * h), 1.0])
+    volume = a * h * (d - e * a * h / 4 - f * a**2 / 3 - g * h**2 / 3) / 3.0
+    error = max(np.abs(total / exact - 1.0).max(), abs(load.work(q.ravel()) / (p * volume) - 1.0))
+    assert error < 1e-13
+    verification_row(f"pressure on a curved film, {shape.name}: resultant and volume", 0.0, error, "closed form")
+
+
+@pytest.mark.parametrize("name", ["closed", "held", "held triangle6", "held quad4", "symmetry planes"])
 def test_pressure_is_the_gradient_of_its_work(name, verification_row):
     model = {"closed": tetrahedron, "held": lambda: disc(2, "von-karman"), "symmetry planes": lambda: quarter(2, 0.4)}
+    model |= {"held triangle6": lambda: held(TRIANGLE6), "held quad4": lambda: held(QUAD4)}
     system = StructuralSystem.from_model(model[name]())
     load, rng, step = PressureLoad(system, 2.0), np.random.default_rng(1), 1e-3
     q = 0.1 * rng.standard_normal(system.size)

@@ -1,4 +1,4 @@
-"""Reduced models: exact polynomials, condensed companions, parameters, stepping."""
+"""Reduced models: exact polynomials, condensed static derivatives, parameters, stepping."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ import tautflex as tf
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import fixed_axis_motion
-from tautflex.reduction.bases.basis import BasisVectors, ReferenceSolver, add_companions, ritz
+from tautflex.reduction.bases.static_derivatives import add_static_derivatives
+from tautflex.reduction.bases.vectors import Basis, BasisVectors, ReferenceSolver, ritz
 from tautflex.reduction.marching.frame_terms import frame_at
 from tautflex.reduction.marching.run import ReducedRun
-from tautflex.reduction.polynomial.forces import companion_forces, energies, internal_force, slopes, tangent
+from tautflex.reduction.polynomial.condensation import Factors, assemble
+from tautflex.reduction.polynomial.forces import derivative_forces, energies, internal_force, slopes, tangent
 from tautflex.reduction.polynomial.monomials import monomial_rates, monomials
-from tautflex.reduction.polynomial.projection import Factors, assemble, project
+from tautflex.reduction.polynomial.projection import project
 from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.equilibrium import solve_static, spinning_equilibrium
 from tautflex.solvers.transient.problem import TransientProblem
@@ -29,7 +31,7 @@ def run_of(rom) -> ReducedRun:
 
 
 @dataclass(frozen=True)
-class Given:
+class Given(Basis):
     """A basis that is simply there."""
 
     basis: BasisVectors
@@ -38,18 +40,20 @@ class Given:
         return self.basis
 
 
-def mixed_basis(state, count=6, companions=False, seed=0):
+def mixed_basis(state, count=6, derivatives=False, seed=0):
     """A few modes and random vectors: nothing about them is special."""
     rng = np.random.default_rng(seed)
     kept = ritz(state, np.concatenate([solve_modes(state, count).vectors, rng.standard_normal((2, state.system.size))]))
     none = np.zeros((0, state.system.size))
-    if not companions:
+    if not derivatives:
         return BasisVectors(kept, none, np.ones(len(kept)), "test")
-    return add_companions(state, ReferenceSolver(state), kept[:count], np.ones(count), ("rx",), "condensed", "test")
+    return add_static_derivatives(
+        state, ReferenceSolver(state), kept[:count], np.ones(count), ("rx",), "condensed", "test"
+    )
 
 
 def complete_basis(state, transverse_only=False):
-    """Every motion the mesh can make (or every one along z), without companions."""
+    """Every motion the mesh can make (or every one along z), without static derivatives."""
     size = state.system.size
     unit = np.eye(size)
     if transverse_only:
@@ -88,7 +92,7 @@ def test_polynomial_is_the_projected_force(strain, verification_row):
 
 def test_force_is_the_gradient_of_the_energy_and_the_tangent_its_derivative():
     state = tf.solve_prestress(small_antenna(strain="green-lagrange"))
-    rom = tf.reduce(state, Given(mixed_basis(state, companions=True)))
+    rom = tf.reduce(state, Given(mixed_basis(state, derivatives=True)))
     plant, eta = rom.plant(Rayleigh()), 1e-3 * np.random.default_rng(2).standard_normal(rom.size)
     still = np.zeros((1, rom.size))
     step = 1e-7
@@ -140,7 +144,7 @@ def test_condensed_companions_are_exact_in_statics(verification_row):
     state = soft_film((6, 5))
     solver = ReferenceSolver(state)
     kept = complete_basis(state, transverse_only=True).kept
-    rom = tf.reduce(state, Given(add_companions(state, solver, kept, np.ones(len(kept)), (), "condensed", "w")))
+    rom = tf.reduce(state, Given(add_static_derivatives(state, solver, kept, np.ones(len(kept)), (), "condensed", "w")))
     assert rom.size < state.system.size
     motion = transverse_spin(400.0)
     q = solve_static(state, Coupling().load(motion, state.system.inertia))
@@ -158,12 +162,12 @@ def test_centrifugal_load_stiffens_through_the_companions():
     kept = solve_modes(state, 40).vectors
     flat = np.abs(state.system.translations(kept)[:, :, 2]).max(axis=1) > 1e-9
     kept = ritz(state, kept[flat][:6])
-    basis = add_companions(state, ReferenceSolver(state), kept, np.ones(6), ("rx",), "condensed", "w")
+    basis = add_static_derivatives(state, ReferenceSolver(state), kept, np.ones(6), ("rx",), "condensed", "w")
     rom = tf.reduce(state, Given(basis))
     motion = fixed_axis_motion(2.0, 0.0, np.array([1.0, 0.0, 0.0]), np.zeros(3))
     run = run_of(rom)
     frame = frame_at(Coupling(), run.moments, motion, rom.size)
-    # Slow in-plane fields are coordinates, fast ones companions; both carry the load.
+    # Slow in-plane fields are coordinates, fast ones are condensed; both carry the load.
     eta = run._equilibrium(motion)
     ours = tangent(run.plant, eta, frame.stress[0])
     q = spinning_equilibrium(state, motion, Coupling())
@@ -203,7 +207,7 @@ def test_gyroscopic_coupling_of_companions_does_no_work():
     rng = np.random.default_rng(4)
     q, v = 1e-3 * rng.standard_normal((2, rom.size))
     stress, force = np.empty(len(plant.first)), np.empty(rom.size)
-    companion_forces(plant, frame, 0, q, v, stress, force)
+    derivative_forces(plant, frame, 0, q, v, stress, force)
     follow = slopes(plant, q).T @ stress
     assert abs(v @ force) > 0.0
     assert abs(v @ (force + follow)) < 1e-12 * (abs(v @ force) + abs(v @ follow))
@@ -212,14 +216,14 @@ def test_gyroscopic_coupling_of_companions_does_no_work():
 def test_parameters_give_what_a_rebuilt_structure_gives(verification_row):
     model = small_antenna()
     state = tf.solve_prestress(model)
-    basis = mixed_basis(state, companions=True)
+    basis = mixed_basis(state, derivatives=True)
     factors = Factors(1.7, 0.6, {"membrane": 1.2, "beam": 0.8}, {"membrane": 1.1, "cable": 0.5})
     ours = assemble(project(state, basis), factors)
     changed = model.with_pretension_scaled(1.7, 0.6)
     groups = tuple(replace(group, section=_scaled(group.section, factors)) for group in changed.groups)
     theirs = assemble(project(tf.solve_prestress(replace(changed, groups=groups)), basis))
     worst = 0.0
-    for name in ("mass", "linear", "quadratic", "cubic", "viscous", "turning", "first", "zeroth", "first_stress"):
+    for name in ("mass", "linear", "quadratic", "cubic", "viscous", "turning", "load", "load_stress", "follow_load"):
         a, b = getattr(ours, name), getattr(theirs, name)
         worst = max(worst, float(np.abs(a - b).max() / max(np.abs(b).max(), 1e-12)))
     verification_row("reduced coefficients at other tensions, moduli, densities", 0.0, worst, "structure built anew")

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex.errors import InputError
+from tautflex.numeric import Array
+from tautflex.solvers.variables import MAC, described
 
 
-def mac(a: xr.DataArray | ArrayLike, b: xr.DataArray | ArrayLike) -> NDArray[np.float64]:
+def mac(a: xr.DataArray | ArrayLike, b: xr.DataArray | ArrayLike) -> Array:
     """Return the modal assurance criterion of every shape of ``a`` with every shape of ``b``.
 
     |p^T q|^2 / (p^T p  q^T q) [paper, eq. (54)]: 1 for shapes that differ only by a factor, 0 for
@@ -76,25 +78,13 @@ def mac_table(shape: xr.DataArray | ArrayLike, modes: xr.Dataset, count: int = 5
     values = mac(np.asarray(shape, dtype=np.float64).reshape(1, -1), shapes.values.reshape(shapes.shape[0], -1))[0]
     order = np.argsort(-values, kind="stable")[:count]
     numbers = modes["mode"].values if "mode" in modes.coords else np.arange(1, values.size + 1)
-    table = xr.Dataset(
-        {
-            "mode": ("rank", numbers[order], {"units": "1", "long_name": "number of the normal mode"}),
-            "mac": ("rank", values[order], {"units": "1", "long_name": "modal assurance criterion"}),
-            "cumulative": (
-                "rank",
-                np.cumsum(values[order]),
-                {"units": "1", "long_name": "cumulative criterion"},
-            ),
-        },
-        {"rank": ("rank", np.arange(1, order.size + 1), {"long_name": "rank"})},
-    )
+    arrays = {"mode": numbers[order], "mac": values[order], "cumulative": np.cumsum(values[order])}
     if "frequency" in modes:
-        frequency = modes["frequency"].values[order]
-        table["frequency"] = ("rank", frequency, {"units": "Hz", "long_name": "natural frequency"})
-    return table
+        arrays["frequency"] = modes["frequency"].values[order]
+    return xr.Dataset(described(MAC, arrays), described(MAC, {"rank": np.arange(1, order.size + 1)}))
 
 
-def _rows(name: str, shapes: xr.DataArray | ArrayLike, nodal: bool) -> NDArray[np.float64]:
+def _rows(name: str, shapes: xr.DataArray | ArrayLike, nodal: bool) -> Array:
     """Shapes as rows of unit length."""
     if isinstance(shapes, xr.DataArray):
         single = "mode" not in shapes.dims

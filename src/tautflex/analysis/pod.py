@@ -6,15 +6,16 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
 from tautflex.checks import between, float_array
 from tautflex.errors import InputError
+from tautflex.numeric import Array
+from tautflex.solvers.variables import MESH_VARIABLES, POD, about, described
 
-Mass: TypeAlias = "NDArray[np.float64] | sparse.sparray | sparse.spmatrix"
-_GEOMETRY = ("node_position", "triangle", "cable", "beam")
+Mass: TypeAlias = "Array | sparse.sparray | sparse.spmatrix"
 
 
 def pod(
@@ -128,8 +129,7 @@ def dominant_shape(pod_data: xr.Dataset, energy: float = 0.99) -> xr.DataArray:
     combined = combined / combined.flat[np.abs(combined).argmax()]
     result = shapes.isel(mode=0, drop=True).copy(data=combined)
     result.attrs = {
-        "units": "1",
-        "long_name": "dominant shape",
+        **about(POD["dominant_shape"]),
         "modes": count,
         "cumulative": float(cumulative[count - 1]),
     }
@@ -144,7 +144,7 @@ def _field(data: xr.Dataset | xr.DataArray | ArrayLike) -> tuple[xr.DataArray, d
                 "data: expected a variable 'displacement' (field_time, node, component), got "
                 f"{sorted(map(str, data.data_vars))}; simulate with fields='all' or a list of times"
             )
-        return data["displacement"], {name: data[name] for name in _GEOMETRY if name in data}
+        return data["displacement"], {name: data[name] for name in MESH_VARIABLES if name in data}
     if isinstance(data, xr.DataArray):
         field = data
     else:
@@ -158,7 +158,7 @@ def _field(data: xr.Dataset | xr.DataArray | ArrayLike) -> tuple[xr.DataArray, d
     return field, {}
 
 
-def _weighted(snapshots: NDArray[np.float64], mass: Mass) -> NDArray[np.float64]:
+def _weighted(snapshots: Array, mass: Mass) -> Array:
     """Return X C with W = C C^T, so that its singular vectors are orthogonal in the W inner product."""
     size = snapshots.shape[1]
     if getattr(mass, "shape", None) != (size, size):
@@ -183,7 +183,7 @@ def _weighted(snapshots: NDArray[np.float64], mass: Mass) -> NDArray[np.float64]
     return np.asarray((factor.T @ ordered.T).T, dtype=np.float64)
 
 
-def _mode_count(modes: int | None, energy: float, cumulative: NDArray[np.float64], rank: int) -> int:
+def _mode_count(modes: int | None, energy: float, cumulative: Array, rank: int) -> int:
     if modes is None:
         return min(int(np.searchsorted(cumulative, energy - 1e-12)) + 1, rank)
     if isinstance(modes, bool) or not isinstance(modes, int | np.integer) or modes < 1:
@@ -193,32 +193,19 @@ def _mode_count(modes: int | None, energy: float, cumulative: NDArray[np.float64
 
 def _to_dataset(
     field: xr.DataArray,
-    shapes: NDArray[np.float64],
-    values: NDArray[np.float64],
-    participation: NDArray[np.float64],
-    cumulative: NDArray[np.float64],
-    coefficients: NDArray[np.float64],
+    shapes: Array,
+    values: Array,
+    participation: Array,
+    cumulative: Array,
+    coefficients: Array,
     units: str,
 ) -> xr.Dataset:
     time, *rest = field.dims
     count = values.size
-    coords: dict[Any, Any] = {"mode": ("mode", np.arange(1, count + 1), {"long_name": "proper orthogonal mode"})}
+    coords: dict[Any, Any] = described(POD, {"mode": np.arange(1, count + 1)})
     coords |= {name: field.coords[name] for name in field.dims if name in field.coords}
-    return xr.Dataset(
-        {
-            "shape": (
-                ("mode", *rest),
-                shapes.reshape(count, *field.shape[1:]),
-                {"units": "1", "long_name": "proper orthogonal mode"},
-            ),
-            "value": ("mode", values, {"units": f"({units})^2", "long_name": "proper orthogonal value"}),
-            "participation": ("mode", participation, {"units": "1", "long_name": "participation factor"}),
-            "cumulative": ("mode", cumulative, {"units": "1", "long_name": "cumulative participation"}),
-            "coefficient": (
-                (time, "mode"),
-                coefficients,
-                {"units": units, "long_name": "response along the mode"},
-            ),
-        },
-        coords,
-    )
+    arrays = {"value": values, "participation": participation, "cumulative": cumulative}
+    data: dict[Any, Any] = described(POD, arrays, units=units)
+    data["shape"] = (("mode", *rest), shapes.reshape(count, *field.shape[1:]), about(POD["shape"]))
+    data["coefficient"] = ((time, "mode"), coefficients, about(POD["coefficient"], units=units))
+    return xr.Dataset(data, coords)

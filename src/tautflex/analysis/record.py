@@ -6,10 +6,11 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex.checks import finite, float_array, positive
 from tautflex.errors import InputError
+from tautflex.numeric import Array
 
 Record: TypeAlias = xr.DataArray | tuple[ArrayLike, float]
 """A DataArray over ``time`` [s], or a pair (values, time_step [s])."""
@@ -18,8 +19,8 @@ Record: TypeAlias = xr.DataArray | tuple[ArrayLike, float]
 class UniformRecord(NamedTuple):
     """A checked record: values and time [s] (sample,), time step [s], unit and name of the values."""
 
-    values: NDArray[np.float64]
-    time: NDArray[np.float64]
+    values: Array
+    time: Array
     time_step: float
     units: str
     name: str

@@ -7,11 +7,13 @@ from typing import Literal
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex.analysis.record import Record, UniformRecord, uniform_record
 from tautflex.checks import float_array, one_of, positive
 from tautflex.errors import InputError
+from tautflex.numeric import Array, Complex
+from tautflex.solvers.variables import SPECTRUM, described
 
 Padding = Literal["next-power-of-two", "none"]
 
@@ -151,7 +153,7 @@ def dominant_frequency(
     return PeakFrequency(float(frequency[peak]), width, float(frequency[peak]) + width * _vertex(height, peak))
 
 
-def _transform(values: NDArray[np.float64], padded: float) -> NDArray[np.complex128]:
+def _transform(values: Array, padded: float) -> Complex:
     """Fourier transform at the multiples of 1/padded cycles per sample up to one half.
 
     A padded duration that is not a whole number of samples is the same sum at other frequencies (chirp z).
@@ -165,29 +167,19 @@ def _transform(values: NDArray[np.float64], padded: float) -> NDArray[np.complex
     return np.asarray(CZT(values.size, lines, w=np.exp(-2j * np.pi / padded))(values), dtype=complex)
 
 
-def _to_dataset(
-    data: UniformRecord, transform: NDArray[np.complex128], frequency: NDArray[np.float64], padded: float
-) -> xr.Dataset:
+def _to_dataset(data: UniformRecord, transform: Complex, frequency: Array, padded: float) -> xr.Dataset:
     sides = np.full(frequency.size, 2.0)  # every line stands for +f and -f, but zero and Nyquist stand alone
     sides[0] = 1.0
     if abs(frequency[-1] * data.time_step - 0.5) < 1e-12:
         sides[-1] = 1.0
     magnitude = np.abs(transform)
-    units = data.units or "1"
+    arrays = {
+        "amplitude": sides * magnitude / data.values.size,
+        "energy": sides * (magnitude * data.time_step) ** 2,
+    }
     return xr.Dataset(
-        {
-            "amplitude": (
-                "frequency",
-                sides * magnitude / data.values.size,
-                {"units": units, "long_name": f"amplitude of {data.name}"},
-            ),
-            "energy": (
-                "frequency",
-                sides * (magnitude * data.time_step) ** 2,
-                {"units": f"({units})^2 s/Hz", "long_name": f"energy spectral density of {data.name}"},
-            ),
-        },
-        {"frequency": ("frequency", frequency, {"units": "Hz", "long_name": "frequency"})},
+        described(SPECTRUM, arrays, units=data.units or "1", name=data.name),
+        described(SPECTRUM, {"frequency": frequency}),
         {
             "bin_width": 1.0 / (padded * data.time_step),
             "samples": data.values.size,
@@ -196,7 +188,7 @@ def _to_dataset(
     )
 
 
-def _vertex(height: NDArray[np.float64], peak: int) -> float:
+def _vertex(height: Array, peak: int) -> float:
     """Offset, in bins, of the vertex of the parabola through a peak and its neighbours; 0 if it is none."""
     if peak + 1 >= height.size:
         return 0.0

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pywt
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex.analysis.record import Record, UniformRecord, uniform_record
 from tautflex.analysis.spectrum import spectrum
 from tautflex.checks import float_array, positive
 from tautflex.errors import InputError
+from tautflex.numeric import Array
+from tautflex.solvers.variables import SCALOGRAM, described
 
 
 def scalogram(
@@ -59,35 +61,15 @@ def scalogram(
     with np.errstate(divide="ignore"):
         cone = center * np.sqrt(bandwidth) / edge
     ridge, height = _ridge(grid, magnitude, cone)
-    units = data.units or "1"
+    arrays = {"magnitude": magnitude, "ridge": ridge, "ridge_magnitude": height, "cone_of_influence": cone}
     return xr.Dataset(
-        {
-            "magnitude": (
-                ("frequency", "time"),
-                magnitude,
-                {"units": units, "long_name": f"wavelet amplitude of {data.name}"},
-            ),
-            "ridge": ("time", ridge, {"units": "Hz", "long_name": "frequency of largest wavelet amplitude"}),
-            "ridge_magnitude": (
-                "time",
-                height,
-                {"units": units, "long_name": f"largest wavelet amplitude of {data.name}"},
-            ),
-            "cone_of_influence": (
-                "time",
-                cone,
-                {"units": "Hz", "long_name": "lowest frequency free of end effects"},
-            ),
-        },
-        {
-            "frequency": ("frequency", grid, {"units": "Hz", "long_name": "frequency"}),
-            "time": ("time", data.time, {"units": "s", "long_name": "time"}),
-        },
+        described(SCALOGRAM, arrays, units=data.units or "1", name=data.name),
+        described(SCALOGRAM, {"frequency": grid, "time": data.time}),
         {"wavelet": f"cmor{bandwidth:g}-{center:g}", "bandwidth": float(bandwidth), "center": float(center)},
     )
 
 
-def _checked_frequencies(frequencies: ArrayLike, data: UniformRecord) -> NDArray[np.float64]:
+def _checked_frequencies(frequencies: ArrayLike, data: UniformRecord) -> Array:
     grid = float_array("frequencies", frequencies, (None,))
     nyquist = 0.5 / data.time_step
     if grid.size < 3 or grid[0] <= 0.0 or grid[-1] >= nyquist or np.any(np.diff(grid) <= 0.0):
@@ -99,7 +81,7 @@ def _checked_frequencies(frequencies: ArrayLike, data: UniformRecord) -> NDArray
     return grid
 
 
-def _default_frequencies(data: UniformRecord) -> NDArray[np.float64]:
+def _default_frequencies(data: UniformRecord) -> Array:
     """Two periods per record at the low end; at the high end half an octave above 99.9 % of the energy."""
     nyquist = 0.5 / data.time_step
     lowest = 2.0 / (data.values.size * data.time_step)
@@ -110,7 +92,7 @@ def _default_frequencies(data: UniformRecord) -> NDArray[np.float64]:
     return np.geomspace(lowest, highest, 120)
 
 
-def _magnitude(data: UniformRecord, grid: NDArray[np.float64], bandwidth: float, center: float) -> NDArray[np.float64]:
+def _magnitude(data: UniformRecord, grid: Array, bandwidth: float, center: float) -> Array:
     wavelet = pywt.ContinuousWavelet(f"cmor{bandwidth:.12g}-{center:.12g}")
     # PyWavelets cuts the wavelet at |s| = 8 whatever B is; 5 sqrt(B) keeps the cut below 1e-10 of the peak.
     wavelet.upper_bound = 5.0 * np.sqrt(bandwidth)
@@ -121,9 +103,7 @@ def _magnitude(data: UniformRecord, grid: NDArray[np.float64], bandwidth: float,
     return np.asarray(2.0 * np.abs(coefficients) / np.sqrt(scales)[:, None], dtype=np.float64)
 
 
-def _ridge(
-    grid: NDArray[np.float64], magnitude: NDArray[np.float64], cone: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _ridge(grid: Array, magnitude: Array, cone: Array) -> tuple[Array, Array]:
     """Frequency and height of the largest peak over frequency at each time, refined by a parabola.
 
     Peaks below the cone do not count, but near the ends, where the cone is high, those above half the main

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex.batch.library import jax
+from tautflex.numeric import Indices
 
 Array = jax.Array
-Indices = NDArray[np.int64]
 
 
 def gather_table(places: Indices, size: int) -> Indices:

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex.batch.equations.rate_history import Course
 from tautflex.errors import InputError
+from tautflex.numeric import Array
 
 # Factors of the state; kinds of element and numbers of damping and maneuver are added.
 _FACTORS = ("tension_x", "tension_y")
@@ -36,7 +37,7 @@ def check_names(names: Mapping[str, Any], kinds: tuple[str, ...], course: Course
 
 def checked_numbers(
     given: Mapping[str, ArrayLike], kinds: tuple[str, ...], course: Course, damping: Mapping[str, Any]
-) -> tuple[dict[str, NDArray[np.float64]], dict[str, int | None], int]:
+) -> tuple[dict[str, Array], dict[str, int | None], int]:
     """Parameters as arrays, which axis of each counts the runs (0, or None), and the number of runs.
 
     ``damping`` has the default numbers of the damping. Its range, and that of the maneuver's, is not looked at here.

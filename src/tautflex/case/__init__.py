@@ -6,9 +6,9 @@ case that ``tautflex init`` writes.
 
 from tautflex.case.reading import M2_TEMPLATE, load_case, parse_case
 from tautflex.case.schema import Case
-from tautflex.case.sections.dynamic import Coupling, Damping, Output, Solver
+from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
+from tautflex.case.sections.inputs import Input
 from tautflex.case.sections.maneuver import Maneuver
-from tautflex.case.sections.reduction import Reduction
 from tautflex.case.sections.structural import Cables, Frame, Membrane, Mesh, Prestress
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "Coupling",
     "Damping",
     "Frame",
+    "Input",
     "Maneuver",
     "Membrane",
     "Mesh",

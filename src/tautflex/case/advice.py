@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tautflex.case.build import build_maneuver
+from tautflex.case.build import build_inputs, build_maneuver
 
 if TYPE_CHECKING:
     from tautflex.case import Case
@@ -32,9 +32,10 @@ def advise(case: Case, model: Model, state: PrestressedState) -> list[str]:
     Raises
     ------
     CaseError
-        If the maneuver's values do not go together, or its table cannot be read.
+        If values of the maneuver or of an input do not go together, or a table cannot be read.
     """
     build_maneuver(case)
+    build_inputs(case, state)
     return [*state.warnings, *_about_prestress(case, state), *_about_probes(case, model), *_about_run(case)]
 
 
@@ -51,11 +52,12 @@ def _about_prestress(case: Case, state: PrestressedState) -> list[str]:
     if case.cables.per_long_edge is None or case.cables.per_short_edge is None:
         return warnings  # a mesh file has its cables where it has them
     spaces = (case.cables.per_long_edge - 1, case.cables.per_short_edge - 1)
-    if any(cells > gaps for cells, gaps in zip(case.mesh.divisions, spaces, strict=True)):
+    if any(have > gaps for have, gaps in zip(case.mesh.node_spaces, spaces, strict=True)):
+        what = "cells" if case.mesh.node_spaces == case.mesh.divisions else "spaces between nodes"
         warnings.append(
-            f"edge nodes without a cable: {list(case.mesh.divisions)} cells but {list(spaces)} cable spaces; "
+            f"edge nodes without a cable: {list(case.mesh.node_spaces)} {what} but {list(spaces)} cable spaces; "
             "a free edge between cables tends to compression, set cables.per_long_edge and per_short_edge "
-            "to cells + 1"
+            f"to {what} + 1"
         )
     return warnings
 
@@ -89,8 +91,9 @@ def _about_run(case: Case) -> list[str]:
                 f"output.fields: {late} s lie after end_time = {case.solver.end_time:g} s and are left out; "
                 "run longer to store them"
             )
-    for duration in (motion.duration for motion in (case.maneuver, *(case.maneuver.steps or ()))):
-        if duration is not None and case.solver.time_step > duration / 5:
+    motions = (case.maneuver, *getattr(case.maneuver, "steps", ()))
+    for duration in (getattr(motion, "duration", None) for motion in motions):
+        if isinstance(duration, float) and case.solver.time_step > duration / 5:
             warnings.append(
                 f"solver.time_step = {case.solver.time_step:g} s resolves the maneuver of {duration:g} s with "
                 "fewer than 5 steps; use a smaller one"

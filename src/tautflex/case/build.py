@@ -2,37 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Any
 
 from tautflex.case.meshed import meshed_model
-from tautflex.case.motion import maneuver_of
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex.case.options import within
+from tautflex.case.schema import Case
+from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Maneuver
-from tautflex.reduction.bases.basis import ModalBasis
+from tautflex.reduction.bases.vectors import Basis
+from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.adaptive import Adaptive
 from tautflex.solvers.transient.explicit import ExplicitMethod
-from tautflex.solvers.transient.methods.central_difference import CentralDifference
-from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
-from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
 from tautflex.solvers.transient.methods.scheme import Method
-from tautflex.solvers.transient.methods.wilson import WilsonTheta
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.model import Model
-
-if TYPE_CHECKING:
-    from tautflex.case import Case
-
-METHODS: dict[str, Callable[..., Method | ExplicitMethod]] = {
-    "wilson-theta": WilsonTheta,
-    "generalized-alpha": GeneralizedAlpha,
-    "newmark": Newmark,
-    "hht": HHT,
-    "energy-conserving": EnergyConserving,
-    "central-difference": CentralDifference,
-}
 
 
 def build_model(case: Case) -> Model:
@@ -62,7 +47,7 @@ def build_model(case: Case) -> Model:
     assert film.length is not None
     assert film.width is not None
     if case.cables is None or case.frame is None:
-        layout = AntennaLayout(film.length, film.width, mesh.divisions, mesh.pattern)
+        layout = AntennaLayout(film.length, film.width, mesh.divisions, mesh.pattern, element=mesh.element)
         return build_fixed_film(layout, membrane, membrane_stress(case))
     cables, frame = case.cables, case.frame
     assert cable is not None
@@ -80,6 +65,7 @@ def build_model(case: Case) -> Model:
         cables.per_short_edge,
         cables.distribution,
         frame.support,
+        mesh.element,
     )
     return build_antenna(
         layout,
@@ -128,36 +114,59 @@ def membrane_stress(case: Case) -> tuple[float, float, float]:
 
 def build_maneuver(case: Case) -> Maneuver:
     """Build the maneuver of a case; CaseError if its values or its table do not go together."""
-    return maneuver_of(case.maneuver)
+    with within("maneuver"):
+        return case.maneuver.build()
 
 
 def build_method(case: Case) -> Method | ExplicitMethod:
     """Build the integrator of a case."""
-    return METHODS[case.solver.method](**case.solver.options)
+    return case.solver.build()
 
 
 def build_adaptive(case: Case) -> Adaptive | None:
     """Build the error control of a case; None for fixed steps."""
-    given = case.solver
-    if given.adaptive_tolerance is None:
-        return None
-    return Adaptive(given.adaptive_tolerance, given.min_step, given.max_step)
+    return case.solver.adaptive()
 
 
-def build_damping(case: Case) -> Rayleigh:
+def build_damping(case: Case) -> Any:
     """Build the damping of a case."""
-    return Rayleigh(case.damping.alpha, case.damping.beta)
+    return case.damping.build()
 
 
-def build_basis(case: Case) -> ModalBasis | None:
+def build_basis(case: Case) -> Basis | None:
     """Build the basis of a case's reduced model; None for the full model."""
-    given = case.reduction
-    if given is None:
-        return None
-    return ModalBasis(**given.model_dump(exclude_none=True))
+    return None if case.reduction is None else case.reduction.build()
 
 
 def build_coupling(case: Case) -> Coupling:
     """Build the coupling switches of a case."""
-    given = case.coupling
-    return Coupling(given.gyroscopic, given.euler, given.centrifugal, given.inertial_load)
+    return Coupling(**case.coupling.model_dump())
+
+
+def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:
+    """Build the inputs of a case for its structure, each tried at t = 0.
+
+    Parameters
+    ----------
+    case
+        Validated case.
+    state
+        What `solve_prestress` made of it.
+
+    Returns
+    -------
+    list of TimeInput
+
+    Raises
+    ------
+    CaseError
+        If a table cannot be read, or an input does not fit the structure.
+    """
+    found = []
+    for name, given in case.inputs.items():
+        with within(f"inputs.{name}"):
+            found.append(given.placed(state.model))
+            tried = found[-1].prepare(state.system)
+            tried.load(0.0)
+            tried.stress(0.0)
+    return found

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tautflex.errors import MeshError
 from tautflex.files.mesh import MeshData, read_mesh
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
+from tautflex.structure.mesh import blend_by_direction
 from tautflex.structure.model import Model
 
 if TYPE_CHECKING:
@@ -68,6 +69,4 @@ def _tensions(case: Case, mesh: MeshData) -> NDArray[np.float64]:
     """Tension of each cable [N], between pretension_x along x and pretension_y across it by the squared cosine."""
     if case.cables is None:
         return np.zeros(0)
-    along = (mesh.nodes[mesh.cables[:, 1]] - mesh.nodes[mesh.cables[:, 0]]) ** 2
-    weight = along[:, 0] / along.sum(axis=1)
-    return case.cables.pretension_x * weight + case.cables.pretension_y * (1.0 - weight)
+    return blend_by_direction(mesh.nodes, mesh.cables, case.cables.pretension_x, case.cables.pretension_y)

@@ -6,8 +6,8 @@ Own, because pydantic's messages take several lines each, name Python's types an
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
 
 from pydantic import BaseModel, ValidationError
 
@@ -32,6 +32,8 @@ _KINDS = {
     "model_type": "a table of keys and values",
     "model_attributes_type": "a table of keys and values",
 }
+
+_BRANCHES = ("float", "int", "str", "bool")
 
 _COMPARISONS = {
     "greater_than": (">", "gt"),
@@ -76,8 +78,8 @@ def case_error(error: ValidationError, model: type[BaseModel]) -> CaseError:
     # A misspelt key explains the missing one; of several readings of a value the furthest one counts.
     details = error.errors(include_url=False)
     first = min(details, key=lambda item: (item["type"] != "extra_forbidden", -len(item["loc"])))
-    # pydantic also lists which branch of "A or B" it tried, as "literal['none']" or "tuple[...]"
-    key = ".".join(str(part) for part in first["loc"] if "[" not in str(part))
+    # pydantic also lists which branch of "A or B" it tried, as "float", "literal['none']" or "tuple[...]"
+    key = ".".join(str(part) for part in first["loc"] if "[" not in str(part) and part not in _BRANCHES)
     inner = first.get("ctx", {}).get("error")
     if isinstance(inner, CaseError):
         return CaseError(f"{key}.{inner}")
@@ -85,9 +87,15 @@ def case_error(error: ValidationError, model: type[BaseModel]) -> CaseError:
     return CaseError(one_line(f"{key}: {text}") if key else text)
 
 
-def unknown_key(name: str, value: object, known: Mapping[str, Any]) -> str:
-    """Sentence for a key that does not exist, with the nearest one that does."""
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+def choices(names: Sequence[str]) -> str:
+    """Names in quotes, as the end of "expected one of"."""
+    *others, last = [repr(name) for name in names]
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def unknown_key(name: str, value: object, known: Collection[str], meant: Collection[str] = ()) -> str:
+    """Sentence for a key that does not exist, with the nearest one that does, here or elsewhere."""
+    near = difflib.get_close_matches(name, known, n=1) or difflib.get_close_matches(name, meant, n=1)
     remedy = f"did you mean {near[0]!r}?" if near else "remove it"
     return f"unknown key with value {show(value)}, expected one of {', '.join(known)}; {remedy}"
 
@@ -97,9 +105,10 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
     name = str(detail["loc"][0]) if detail["loc"] else ""
     field = _fields(model).get(name)
     if kind == "extra_forbidden":
-        return unknown_key(name, value, _fields(model))
+        return unknown_key(name, value, _fields(model), model.all_keys() if hasattr(model, "all_keys") else ())
     if kind == "missing" and len(detail["loc"]) == 1:
-        return f"missing, expected the {meaning(name, field)}; add it"
+        wanted = f"{model.choice()} expects" if hasattr(model, "choice") else "expected"
+        return f"missing, {wanted} the {meaning(name, field)}; add it"
     if kind in _COMPARISONS:
         sign, limit = _COMPARISONS[kind]
         expected = f"a number {sign} {context[limit]:g}"
@@ -113,7 +122,10 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
 
 
 def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
-    return {field.alias or name: field for name, field in model.model_fields.items()}
+    """Keys of a section, the one that names a class first."""
+    named = getattr(model, "naming_key", None)
+    fields = sorted(model.model_fields.items(), key=lambda item: item[0] != named)
+    return {field.alias or name: field for name, field in fields}
 
 
 def meaning(name: str, field: FieldInfo | None) -> str:

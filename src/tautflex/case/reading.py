@@ -55,7 +55,7 @@ def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case"
     except (RecursionError, ValueError) as error:  # absurd nesting, numbers of thousands of digits
         reason = one_line(str(error))[:120]
         raise CaseError(f"{source}: not readable as TOML: {reason}; start from `tautflex init`") from None
-    for section in ("maneuver", "mesh"):
+    for section in ("maneuver", "mesh", "inputs"):
         _place_files(values.get(section), directory)
     for override in overrides:
         _apply(values, override)
@@ -91,15 +91,17 @@ def _read(path: Path) -> str:
         raise CaseError(f"{text}; save the file as UTF-8") from None
 
 
-def _place_files(maneuver: Any, directory: Path) -> None:
+def _place_files(values: Any, directory: Path) -> None:
     """Make names of tables and meshes relative to where the program runs; what is no text is left to validation."""
-    if not isinstance(maneuver, dict):
-        return
-    if isinstance(maneuver.get("file"), str):
-        maneuver["file"] = str(directory / maneuver["file"])
-    steps = maneuver.get("steps")
-    for step in steps if isinstance(steps, list) else []:
-        _place_files(step, directory)
+    if isinstance(values, list):
+        for value in values:
+            _place_files(value, directory)
+    elif isinstance(values, dict):
+        for key, value in values.items():
+            if key == "file" and isinstance(value, str):
+                values[key] = str(directory / value)
+            else:
+                _place_files(value, directory)
 
 
 def _require_schema(values: dict[str, Any], source: str) -> None:

@@ -1,35 +1,27 @@
-"""One case from prestress to files: run.nc, summary.json, figures."""
+"""One case: simulated, and written to files as run.nc, summary.json and figures."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import xarray as xr
 
 from tautflex.analysis import amplitude, dominant_frequency, maneuver_end
-from tautflex.case.build import (
-    build_adaptive,
-    build_basis,
-    build_coupling,
-    build_damping,
-    build_maneuver,
-    build_method,
-    build_model,
-)
-from tautflex.case.motion import describe_maneuver
+from tautflex.case import build
+from tautflex.case.schema import Case
 from tautflex.errors import InputError
 from tautflex.files import netcdf
+from tautflex.motion.kinematics import Maneuver
 from tautflex.reduction.polynomial.model import reduce
 from tautflex.solvers.modal.natural import solve_modes
-from tautflex.solvers.static.prestress import solve_prestress
+from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.solvers.transient.simulate import simulate
-
-if TYPE_CHECKING:
-    from tautflex.case import Case
+from tautflex.solvers.transient.status import Run
 
 Progress = Callable[[float, str], None]
 Figures = Callable[[xr.Dataset, xr.Dataset, Path], list[Path]]
@@ -37,7 +29,40 @@ Figures = Callable[[xr.Dataset, xr.Dataset, Path], list[Path]]
 MODE_COUNT = 10
 
 
-def run_case(
+def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True) -> Run:
+    """Simulate a case: what `tautflex run` does, without files and with the same numbers.
+
+    Parameters
+    ----------
+    case
+        Validated case; a section [reduction] makes a reduced model of it.
+    progress
+        Called with the fraction done (0 to 1) and a short message; KeyboardInterrupt raised in it ends the run.
+    throw
+        Raise when the run fails; False returns the labelled partial run.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    InputError
+        If the case cannot be built, prestressed or simulated.
+    NotConvergedError
+        If a step fails and ``throw`` is set; ``.result`` holds the partial run.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.run_case(tf.load_case("m2.toml"))  # doctest: +SKIP
+    """
+    maneuver = build.build_maneuver(case)  # a table that is not there is known before the work begins
+    (progress or _silent)(0.0, "prestress")
+    return _simulate(case, solve_prestress(build.build_model(case)), maneuver, progress, throw)
+
+
+def write_case_run(
     case: Case,
     directory: Path,
     progress: Progress | None = None,
@@ -79,33 +104,14 @@ def run_case(
         If the directory cannot be written.
     """
     tell = progress or _silent
-    maneuver = build_maneuver(case)
+    maneuver = build.build_maneuver(case)
     tell(0.0, "prestress")
-    state = solve_prestress(build_model(case))
+    state = solve_prestress(build.build_model(case))
     tell(0.0, "modes")
     free = len(state.model.free_dofs)
     modes = solve_modes(state, n=min(MODE_COUNT, free - 1))
-    basis = build_basis(case)
-    if basis is not None:
-        tell(0.0, "reduced model")
-    run = simulate(
-        state if basis is None else reduce(state, basis),
-        maneuver,
-        method=build_method(case),
-        time_step=case.solver.time_step,
-        end_time=case.solver.end_time,
-        adaptive=build_adaptive(case),
-        damping=build_damping(case),
-        coupling=build_coupling(case),
-        probes=case.output.probes,
-        probe_reading=case.output.probe_reading,
-        every=case.output.every,
-        fields=reachable_fields(case),
-        progress=progress,
-        throw=False,
-        **_newton_options(case),
-    )
-    data = run.data.assign_attrs(title=title, case=case.to_toml(), versions=json.dumps(netcdf.versions()))
+    run = _simulate(case, state, maneuver, progress, throw=False)
+    data = run.data.assign_attrs(title=title)
     directory.mkdir(parents=True, exist_ok=True)
     tell(1.0, "writing")
     files = {"run": directory / "run.nc", "summary": directory / "summary.json"}
@@ -116,19 +122,47 @@ def run_case(
     summary = {
         "status": run.status.value,
         "message": run.status.message,
-        "maneuver": describe_maneuver(case.maneuver),
+        "maneuver": case.maneuver.describe(),
         "probes": {str(name): read_probe(data["w"].sel(probe=name), end) for name in data["probe"].values},
         "natural_frequencies": [float(value) for value in modes.frequencies],
         "steps": int(run.stats.steps),
         "seconds": float(run.stats.seconds),
         "back_substitutions": int(run.stats.back_substitutions),
         "factorizations": int(run.stats.factorizations),
-        **({"reduced_model": data.attrs["reduced_model"]} if basis is not None else {}),
+        **({"reduced_model": data.attrs["reduced_model"]} if case.reduction is not None else {}),
         "warnings": [*state.warnings, *data.attrs["warnings"]],
         "files": {name: str(path) for name, path in files.items()},
     }
     files["summary"].write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     return summary
+
+
+def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress: Progress | None, throw: bool) -> Run:
+    """The one place where a case becomes the arguments of `simulate`."""
+    basis = build.build_basis(case)
+    if basis is not None:
+        (progress or _silent)(0.0, "reduced model")
+    stated: dict[str, Any] = {"tolerance": case.solver.tolerance, "max_halvings": case.solver.max_halvings}
+    run = simulate(
+        state if basis is None else reduce(state, basis),
+        maneuver,
+        method=build.build_method(case),
+        time_step=case.solver.time_step,
+        end_time=case.solver.end_time,
+        adaptive=build.build_adaptive(case),
+        damping=build.build_damping(case),
+        coupling=build.build_coupling(case),
+        inputs=build.build_inputs(case, state),
+        probes=case.output.probes,
+        probe_reading=case.output.probe_reading,
+        every=case.output.every,
+        fields=reachable_fields(case),
+        progress=progress,
+        throw=throw,
+        **{name: value for name, value in stated.items() if value is not None},
+    )
+    attributes = {"case": case.to_toml(), "versions": json.dumps(netcdf.versions())}
+    return replace(run, data=run.data.assign_attrs(attributes))
 
 
 def reachable_fields(case: Case) -> str | list[float]:
@@ -137,12 +171,6 @@ def reachable_fields(case: Case) -> str | list[float]:
     if isinstance(fields, str):
         return fields
     return [instant for instant in fields if instant <= case.solver.end_time]
-
-
-def _newton_options(case: Case) -> dict[str, Any]:
-    """Options the case states; `simulate` knows the defaults of the others."""
-    options = {"tolerance": case.solver.tolerance, "max_halvings": case.solver.max_halvings}
-    return {name: value for name, value in options.items() if value is not None}
 
 
 def read_probe(record: xr.DataArray, maneuver_end: float | None) -> dict[str, float | None]:

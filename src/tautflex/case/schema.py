@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import tomli_w
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, SerializeAsAny, field_validator, model_validator
 
 from tautflex.case import memory
 from tautflex.case.geometry import require_one_geometry
+from tautflex.case.messages import problem
 from tautflex.case.section import Section
-from tautflex.case.sections.dynamic import Coupling, Damping, Output, Solver
+from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
+from tautflex.case.sections.inputs import Input
 from tautflex.case.sections.maneuver import Maneuver
-from tautflex.case.sections.reduction import Reduction, check_reduction
 from tautflex.case.sections.structural import Cables, Frame, Membrane, Mesh, Prestress
+from tautflex.structure.mesh import least_divisions
+from tautflex.structure.shapes import SHAPES
 
 _LARGEST = 1e300  # keeps products of absurd step counts finite
 
@@ -43,17 +46,28 @@ class Case(Section):
     frame: Frame | None = Field(default=None, description="[frame] section")
     mesh: Mesh = Field(default=Mesh(), description="[mesh] section")
     prestress: Prestress = Field(default=Prestress(), description="[prestress] section")
-    maneuver: Maneuver = Field(default=Maneuver(), description="[maneuver] section")
-    damping: Damping = Field(default=Damping(), description="[damping] section")
+    maneuver: Annotated[SerializeAsAny[Maneuver], BeforeValidator(Maneuver.from_table)] = Field(
+        default_factory=Maneuver, description="[maneuver] section"
+    )
+    damping: Annotated[SerializeAsAny[Damping], BeforeValidator(Damping.from_table)] = Field(
+        default_factory=Damping, description="[damping] section"
+    )
     coupling: Coupling = Field(default=Coupling(), description="[coupling] section")
-    solver: Solver = Field(default=Solver(), description="[solver] section")
+    solver: Annotated[SerializeAsAny[Solver], BeforeValidator(Solver.from_table)] = Field(
+        default_factory=Solver, description="[solver] section"
+    )
+    inputs: dict[str, Annotated[SerializeAsAny[Input], BeforeValidator(Input.from_table)]] = Field(
+        default={}, description="[inputs.NAME] sections"
+    )
     output: Output = Field(default=Output(), description="[output] section")
-    reduction: Reduction | None = Field(default=None, description="[reduction] section")
+    reduction: Annotated[SerializeAsAny[Reduction] | None, BeforeValidator(Reduction.from_table)] = Field(
+        default=None, description="[reduction] section"
+    )
 
     def to_toml(self) -> str:
         """Write the case as TOML text that `load_case` reads back to an equal case."""
         values = self.model_dump(mode="python", by_alias=True, exclude_none=True)
-        return tomli_w.dumps(values)
+        return tomli_w.dumps({name: value for name, value in values.items() if value != {}})
 
     def replaced(self, **sections: dict[str, Any]) -> Case:
         """Return a validated copy with keys changed, e.g. ``case.replaced(cables={"pretension_x": 1.0})``."""
@@ -61,6 +75,14 @@ class Case(Section):
         for name, changes in sections.items():
             values[name] = {**values.get(name, {}), **changes}
         return Case(**values)
+
+    @field_validator("inputs")
+    @classmethod
+    def _inputs_have_names(cls, value: dict[str, Input]) -> dict[str, Input]:
+        for name in value:
+            if not name.strip() or not name.isprintable():
+                raise problem("names of inputs of printable characters", name, "name it for example push")
+        return value
 
     @model_validator(mode="after")
     def _edges_have_what_they_need(self) -> Self:
@@ -93,8 +115,9 @@ class Case(Section):
         if self.cables is not None:
             counts = (self.cables.per_long_edge, self.cables.per_short_edge)
             for axis, count, have in zip("xy", counts, self.mesh.divisions, strict=True):
-                if count is not None and have < count - 1:
-                    text = f"mesh.divisions: expected at least {count - 1} cells along {axis} for {count} cables"
+                least = 0 if count is None else least_divisions(count - 1, SHAPES[self.mesh.element])
+                if have < least:
+                    text = f"mesh.divisions: expected at least {least} cells along {axis} for {count} cables"
                     raise ValueError(f"{text}, got {_pair(self.mesh.divisions)}; refine the mesh or remove cables")
         return self
 
@@ -121,14 +144,14 @@ class Case(Section):
 
     @model_validator(mode="after")
     def _reduction_fits_the_laws(self) -> Self:
-        check_reduction(self)
+        _check_reduction(self)
         return self
 
     @model_validator(mode="after")
     def _fits_in_memory(self) -> Self:
         available = memory.available_bytes()
         limit = f"fits in the {available / 1e9:.3g} GB of memory available"
-        divisions = self.mesh.divisions if self.mesh.file is None else (1, 1)
+        divisions = self.mesh.node_spaces if self.mesh.file is None else (1, 1)
         needed: float = memory.mesh_bytes(divisions)
         if needed > available:
             text = f"mesh.divisions: expected a mesh that {limit}"
@@ -174,3 +197,19 @@ def _check_prestress_sources(case: Case) -> None:
     if mode != "uniform" and stress is not None:
         text = f"membrane.stress_x: expected no value with prestress.mode = {mode!r}, got {stress:g}"
         raise ValueError(f"{text}; remove it, or set prestress.mode = 'uniform'")
+
+
+def _check_reduction(case: Case) -> None:
+    """A reduced model has elastic laws and fixed steps, and chooses its modes in one way."""
+    given = case.reduction
+    if given is None:
+        return
+    if case.membrane.law != "elastic":
+        text = f"reduction: expected membrane.law = 'elastic' with a [reduction], got {case.membrane.law!r}"
+        raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")
+    if case.cables is not None and case.cables.slack:
+        text = "reduction: expected cables.slack = false with a [reduction], got true"
+        raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")
+    if case.solver.adaptive_tolerance is not None:
+        text = f"reduction: expected no solver.adaptive_tolerance with it, got {case.solver.adaptive_tolerance:g}"
+        raise ValueError(f"{text}; remove it, steps of a reduced model cost next to nothing")

@@ -33,3 +33,8 @@ class Section(BaseModel):
             super().__init__(**values)
         except ValidationError as error:
             raise case_error(error, type(self)) from None
+
+    @classmethod
+    def from_table(cls, values: Any) -> Any:
+        """Make the section from a table of keys; anything else is left to pydantic to take or refuse."""
+        return cls(**values) if isinstance(values, dict) else values

@@ -8,8 +8,11 @@ from collections.abc import Sequence
 from cyclopts import App, CycloptsError, Parameter
 
 from tautflex._version import __version__
-from tautflex.cli.cases.init_check import check, init
-from tautflex.cli.cases.modes_tune import modes, tune
+from tautflex.cli.cases.check import check
+from tautflex.cli.cases.init import init
+from tautflex.cli.cases.keys import keys
+from tautflex.cli.cases.modes import modes
+from tautflex.cli.cases.tune import tune
 from tautflex.cli.runs.export import export
 from tautflex.cli.runs.reproduce import reproduce
 from tautflex.cli.runs.run import run
@@ -28,7 +31,7 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for command in (init, check, modes, tune, run, reproduce, export):
+for command in (init, check, keys, modes, tune, run, reproduce, export):
     app.command(command)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +55,19 @@ def show_tuning(case: Path, answer: Mapping[str, Any]) -> None:
     rows.add_row("frequencies", ", ".join(f"{value:.4f}" for value in answer["frequencies"]) + " Hz")
     _card(f"{case.name}, tuned", rows)
     _list_files(answer["files"])
+
+
+def show_keys(entries: Sequence[Mapping[str, Any]]) -> None:
+    """Print the keys of sections of a case file, the first sentence about each."""
+    console = Console(highlight=False)
+    for entry in entries:
+        console.print(Text(entry["title"], style="bold"), Text(entry["about"], style="dim"))
+        rows = Table.grid(padding=(0, 2))
+        for key in entry["keys"]:
+            kind = key["type"] + (f" [{key['unit']}]" if key["unit"] else "")
+            meaning = key["meaning"].partition(". ")[0].rstrip(".") + "."
+            rows.add_row(*map(Text, ("  " + key["name"], kind, key["default"], meaning)))
+        console.print(rows, Text())
 
 
 def show_run(case: Path, summary: Mapping[str, Any]) -> None:

@@ -6,7 +6,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,6 +21,10 @@ Overrides = Annotated[
     Parameter(name="--set", help="Change one key, section.key=value; may be repeated."),
 ]
 AsJson = Annotated[bool, Parameter(name="--json", help="Print one JSON object and nothing else.")]
+Plugins = Annotated[
+    list[Path] | None,
+    Parameter(name="--plugin", help="Python file that registers classes of yours; may be repeated."),
+]
 Force = Annotated[bool, Parameter(name="--force", help="Overwrite an existing file.")]
 
 
@@ -41,6 +45,14 @@ def jsonable(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+def use_plugins(files: Sequence[Path] | None) -> None:
+    """Import the files that --plugin names; CaseError if one does not run."""
+    for file in files or ():
+        from tautflex.case.plugins import load_plugin
+
+        load_plugin(file)
 
 
 @contextmanager

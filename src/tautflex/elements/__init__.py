@@ -1,40 +1,28 @@
-"""Elements as data: each file declares one kind; the registry below is all that names them."""
+"""Elements as data: each file declares one and registers it; nothing else names them."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-
-import numpy as np
-from numpy.typing import NDArray
-
-from tautflex.elements import beam, cable, membrane
+from tautflex.elements.beam import Beam
 from tautflex.elements.block import ElementBlock, InertiaPoints
-from tautflex.structure.model import ElementGroup, Model
+from tautflex.elements.cable import Cable
+from tautflex.elements.element import ELEMENTS, Element, element_blocks, register_element
+from tautflex.elements.laws import LAWS, Law, LawFunction, register_law
+from tautflex.elements.quad4 import Quad4
+from tautflex.elements.triangle3 import Triangle3
+from tautflex.elements.triangle6 import Triangle6
 
-Declaration = Callable[[NDArray[np.float64], ElementGroup, NDArray[np.int64]], ElementBlock]
-
-DECLARATIONS: dict[str, Declaration] = {
-    "membrane": membrane.declare,
-    "cable": cable.declare,
-    "beam": beam.declare,
-}
-
-
-def element_blocks(model: Model) -> tuple[ElementBlock, ...]:
-    """Turn every element group of a model into data, in the order of ``model.groups``.
-
-    Parameters
-    ----------
-    model
-        The structure.
-
-    Returns
-    -------
-    tuple of ElementBlock
-    """
-    return tuple(
-        DECLARATIONS[group.section.kind](model.nodes, group, model.element_dofs(group)) for group in model.groups
-    )
-
-
-__all__ = ["DECLARATIONS", "ElementBlock", "InertiaPoints", "element_blocks"]
+__all__ = [
+    "ELEMENTS",
+    "LAWS",
+    "Beam",
+    "Cable",
+    "Element",
+    "ElementBlock",
+    "InertiaPoints",
+    "Law",
+    "LawFunction",
+    "Quad4",
+    "Triangle3",
+    "Triangle6",
+    "element_blocks",
+    "register_element",
+    "register_law",
+]

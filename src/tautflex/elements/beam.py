@@ -16,13 +16,17 @@ r"""Two-node Euler-Bernoulli beam with mean axial strain.
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.elements.axes import line_axes
 from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
-from tautflex.elements.cable import line_axes
+from tautflex.elements.element import Element, register_element
+from tautflex.structure.groups import ElementGroup
 from tautflex.structure.materials import BeamSection
-from tautflex.structure.model import ElementGroup
+from tautflex.structure.shapes import LINE2, Shape
 
 Array = NDArray[np.float64]
 
@@ -88,41 +92,51 @@ LINEAR = _linear()
 QUADRATIC = {"von-karman": _axial_quadratic(), "green-lagrange": _axial_quadratic() + _second_order()}
 
 
-def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> ElementBlock:
-    """Beam elements as data; stresses are resultants [N] (bending and twist divided by the length), measure [m]."""
-    section = group.section
-    if not isinstance(section, BeamSection):
-        raise TypeError("beam elements need a BeamSection")
-    ends = nodes[group.connectivity]
-    axes, length = line_axes(ends, group.orientation)
-    count = len(dofs)
-    gradient = np.zeros((count, 9, 12))
-    slope = axes / length[:, None, None]
-    gradient[:, 0:3, 0:3], gradient[:, 0:3, 6:9] = -slope, slope
-    gradient[:, 3:6, 3:6] = gradient[:, 6:9, 9:12] = axes
-    material = section.material
-    stiffness = np.array(
-        [0.0]
-        + [material.youngs_modulus * section.inertia_z] * 2
-        + [material.youngs_modulus * section.inertia_y] * 2
-        + [material.shear_modulus * section.torsion_constant]
-    )
-    elasticity = np.einsum("s,n->ns", stiffness, length**-2)
-    elasticity[:, 0] = material.youngs_modulus * section.area
-    initial = np.zeros((count, 6))
-    initial[:, 0] = group.initial[:, 0]
-    return ElementBlock(
-        kind="beam",
-        dofs=dofs,
-        gradient=gradient,
-        linear=LINEAR,
-        quadratic=QUADRATIC[section.strain],
-        elasticity=np.einsum("ns,st->nst", elasticity, np.eye(6)),
-        initial_stress=initial,
-        measure=length,
-        inertia=_inertia(section, ends, axes, length),
-        axes=axes,
-    )
+@register_element
+class Beam(Element):
+    """Member of a frame; see the top of this file."""
+
+    kind: ClassVar[str] = "beam"
+    shape: ClassVar[Shape] = LINE2
+
+    @staticmethod
+    def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> ElementBlock:
+        """Beam elements as data; stresses are resultants [N] (bending and twist divided by the length), measure [m]."""
+        section = group.section
+        if not isinstance(section, BeamSection):
+            raise TypeError("beam elements need a BeamSection")
+        ends = nodes[group.connectivity]
+        axes, length = line_axes(ends, group.orientation)
+        count = len(dofs)
+        gradient = np.zeros((count, 9, 12))
+        slope = axes / length[:, None, None]
+        gradient[:, 0:3, 0:3], gradient[:, 0:3, 6:9] = -slope, slope
+        gradient[:, 3:6, 3:6] = gradient[:, 6:9, 9:12] = axes
+        material = section.material
+        stiffness = np.array(
+            [0.0]
+            + [material.youngs_modulus * section.inertia_z] * 2
+            + [material.youngs_modulus * section.inertia_y] * 2
+            + [material.shear_modulus * section.torsion_constant]
+        )
+        elasticity = np.einsum("s,n->ns", stiffness, length**-2)
+        elasticity[:, 0] = material.youngs_modulus * section.area
+        initial = np.zeros((count, 6))
+        initial[:, 0] = group.initial[:, 0]
+        return ElementBlock(
+            kind="beam",
+            dofs=dofs,
+            gradient=gradient,
+            linear=LINEAR,
+            quadratic=QUADRATIC[section.strain],
+            elasticity=np.einsum("ns,st->nst", elasticity, np.eye(6)),
+            initial_stress=initial,
+            measure=length,
+            size=np.ones(count),
+            inertia=_inertia(section, ends, axes, length),
+            axes=axes,
+            material=material,
+        )
 
 
 def _inertia(section: BeamSection, ends: Array, axes: Array, length: Array) -> InertiaPoints:

@@ -1,18 +1,24 @@
-"""What an element is to the rest of the code: constant arrays.
+"""What an element is to the rest of the code: constant arrays, one row per integration point.
 
-With nodal unknowns ``q`` of one element, its gradients are ``g = gradient @ q``, its strains are quadratic,
-``strain = linear @ g + 1/2 g . quadratic . g``, and its energy is
-``measure * (initial_stress . strain + 1/2 strain . elasticity . strain)`` [theory.md 2].
+With nodal unknowns ``q`` of one element, the gradients at one of its points are ``g = gradient @ q``, its strains are
+quadratic, ``strain = linear @ g + 1/2 g . quadratic . g``, and the point's energy is
+``measure * (initial_stress . strain + 1/2 strain . elasticity . strain)`` [theory.md 2]. A law may replace the stress.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.elements.laws import Elastic, Law
+from tautflex.structure.materials import Material
+
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+S = TypeVar("S", bound=np.generic)
 
 
 @dataclass(frozen=True)
@@ -34,50 +40,76 @@ class InertiaPoints:
     position: Array
 
 
+_ELASTIC = Elastic()
+
+
 @dataclass(frozen=True)
 class ElementBlock:
-    """All elements of one group as data.
+    """All elements of one group as data; a row is one integration point.
 
     Parameters
     ----------
     kind
-        Name of the declaration.
+        Kind of the section: ``"membrane"``, ``"cable"`` or ``"beam"``.
     dofs
         Unknowns of each element, shape (element, dof).
     gradient
-        Gradient matrix of each element, global axes, shape (element, gradient, dof).
+        Gradient matrix, global axes, shape (row, gradient, dof).
     linear
         Linear strain coefficients, shape (strain, gradient).
     quadratic
         Quadratic strain coefficients, symmetric in the last two axes, shape (strain, gradient, gradient).
     elasticity
-        Elastic matrix, shape (element, strain, strain); SI units that make measure * stress * strain an energy.
+        Elastic matrix, shape (row, strain, strain); SI units that make measure * stress * strain an energy.
     initial_stress
-        Stress at zero unknowns, shape (element, strain).
+        Stress at zero unknowns, shape (row, strain).
     measure
-        Volume or length of each element, shape (element,).
+        Volume or length that a row stands for, shape (row,).
+    size
+        Thickness of a film [m], area of a cable [m^2], shape (row,): resultant = stress * size, and a row stands for
+        the area or length measure / size. 1 where stresses are resultants.
     inertia
         Mass points.
     axes
-        Local axes as rows, shape (element, 3, 3).
+        Local axes as rows, shape (row, 3, 3).
+    material
+        What the elements are made of.
     law
-        ``"elastic"`` or a name of :mod:`tautflex.elements.laws`, which then acts on the elastic trial stress.
-    law_parameters
-        Young's modulus [Pa], Poisson ratio, and the share of the elastic law left where it would compress.
+        Makes stress of the elastic trial stress.
+    owner
+        Element of each row, ascending, shape (row,); None where every element is one row.
     """
 
     kind: str
-    dofs: NDArray[np.int64]
+    dofs: Indices
     gradient: Array
     linear: Array
     quadratic: Array
     elasticity: Array
     initial_stress: Array
     measure: Array
+    size: Array
     inertia: InertiaPoints
     axes: Array
-    law: str = "elastic"
-    law_parameters: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    material: Material
+    law: Law = _ELASTIC
+    owner: Indices | None = None
+
+    @property
+    def is_elastic(self) -> bool:
+        """Whether the trial stress is the stress."""
+        return self.law.function is None
+
+    def rows_of(self, values: NDArray[S]) -> NDArray[S]:
+        """Values of elements (element, ...) for their rows (row, ...)."""
+        return values if self.owner is None else values[self.owner]
+
+    def elements_of(self, values: NDArray[S], reduce: np.ufunc) -> NDArray[S]:
+        """Values of rows (row, ...) reduced to elements (element, ...), as by ``numpy.minimum`` or ``numpy.add``."""
+        if self.owner is None:
+            return values
+        result: NDArray[S] = reduce.reduceat(values, np.searchsorted(self.owner, np.arange(len(self.dofs))))
+        return result
 
 
 def symmetric_terms(strains: int, gradients: int, terms: list[tuple[int, int, int, float]]) -> Array:

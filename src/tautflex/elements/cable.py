@@ -7,13 +7,18 @@ r"""Two-node pretensioned cable.
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.elements.axes import line_axes
 from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
-from tautflex.elements.laws import RESIDUAL_STIFFNESS
+from tautflex.elements.element import Element, register_element
+from tautflex.elements.laws import law_of
+from tautflex.structure.groups import ElementGroup
 from tautflex.structure.materials import CableSection
-from tautflex.structure.model import ElementGroup
+from tautflex.structure.shapes import LINE2, Shape
 
 Array = NDArray[np.float64]
 
@@ -24,61 +29,43 @@ QUADRATIC = {
 }
 
 
-def line_axes(ends: Array, direction: Array) -> tuple[Array, Array]:
-    """Local axes and lengths of two-node elements.
+@register_element
+class Cable(Element):
+    """Pretensioned string; see the top of this file."""
 
-    Parameters
-    ----------
-    ends
-        End positions [m], shape (element, 2, 3).
-    direction
-        Local z is its part normal to the element; where it is parallel, global y is used instead.
+    kind: ClassVar[str] = "cable"
+    shape: ClassVar[Shape] = LINE2
 
-    Returns
-    -------
-    axes
-        Local axes as rows, the first along the element, shape (element, 3, 3).
-    length
-        Lengths [m], shape (element,).
-    """
-    span = ends[:, 1] - ends[:, 0]
-    length = np.linalg.norm(span, axis=1)
-    along = span / length[:, None]
-    third = direction - np.sum(along * direction, axis=1)[:, None] * along
-    parallel = np.linalg.norm(third, axis=1) < 1e-6 * np.linalg.norm(direction)
-    third[parallel] = np.array([0.0, 1.0, 0.0]) - along[parallel, 1:2] * along[parallel]
-    third /= np.linalg.norm(third, axis=1)[:, None]
-    return np.stack([along, np.cross(third, along), third], axis=1), length
-
-
-def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> ElementBlock:
-    """Cable elements as data; stresses in Pa, measure = volume [m^3]."""
-    section = group.section
-    if not isinstance(section, CableSection):
-        raise TypeError("cable elements need a CableSection")
-    ends = nodes[group.connectivity]
-    axes, length = line_axes(ends, group.orientation)
-    slope = axes / length[:, None, None]
-    volume = section.area * length
-    # Two-point Gauss rule: exact for products of two linear functions.
-    ratio = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
-    shape = np.stack([1.0 - ratio, ratio], axis=1)
-    mass = section.material.density * volume
-    return ElementBlock(
-        kind="cable",
-        dofs=dofs,
-        gradient=np.concatenate([-slope, slope], axis=2),
-        linear=LINEAR,
-        quadratic=QUADRATIC[section.strain],
-        elasticity=np.full((len(dofs), 1, 1), section.material.youngs_modulus),
-        initial_stress=group.initial / section.area,
-        measure=volume,
-        inertia=InertiaPoints(
-            mass=np.repeat(0.5 * mass[:, None], 2, axis=1),
-            interpolation=np.einsum("pi,kl->pkil", shape, np.eye(3)).reshape(1, 2, 3, 6),
-            position=np.einsum("pi,nik->npk", shape, ends),
-        ),
-        axes=axes,
-        law="slack" if section.slack else "elastic",
-        law_parameters=(section.material.youngs_modulus, 0.0, RESIDUAL_STIFFNESS),
-    )
+    @staticmethod
+    def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> ElementBlock:
+        """Cable elements as data; stresses in Pa, measure = volume [m^3]."""
+        section = group.section
+        if not isinstance(section, CableSection):
+            raise TypeError("cable elements need a CableSection")
+        ends = nodes[group.connectivity]
+        axes, length = line_axes(ends, group.orientation)
+        slope = axes / length[:, None, None]
+        volume = section.area * length
+        # Two-point Gauss rule: exact for products of two linear functions.
+        ratio = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
+        shape = np.stack([1.0 - ratio, ratio], axis=1)
+        mass = section.material.density * volume
+        return ElementBlock(
+            kind="cable",
+            dofs=dofs,
+            gradient=np.concatenate([-slope, slope], axis=2),
+            linear=LINEAR,
+            quadratic=QUADRATIC[section.strain],
+            elasticity=np.full((len(dofs), 1, 1), section.material.youngs_modulus),
+            initial_stress=group.initial / section.area,
+            measure=volume,
+            size=np.full(len(dofs), section.area),
+            inertia=InertiaPoints(
+                mass=np.repeat(0.5 * mass[:, None], 2, axis=1),
+                interpolation=np.einsum("pi,kl->pkil", shape, np.eye(3)).reshape(1, 2, 3, 6),
+                position=np.einsum("pi,nik->npk", shape, ends),
+            ),
+            axes=axes,
+            material=section.material,
+            law=law_of(section),
+        )

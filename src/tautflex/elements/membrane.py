@@ -1,7 +1,7 @@
-r"""Three-node membrane triangle of constant strain.
+r"""What all membrane elements share: strains, plane stress, local axes and laws.
 
-1. Kinematics: in the element's axes (film axes 1, 2, normal 3) the gradients are
-   ``g = (u,1  u,2  v,1  v,2  w,1  w,2)``, constant over the triangle [paper (6)-(7)].
+1. Kinematics: in the film's axes (1, 2, normal 3) of a point the gradients are
+   ``g = (u,1  u,2  v,1  v,2  w,1  w,2)`` [paper (6)-(7)].
 2. Strain, von Karman: ``e11 = u,1 + w,1^2/2``, ``e22 = v,2 + w,2^2/2``, ``g12 = u,2 + v,1 + w,1 w,2``
    [paper (26)]; Green-Lagrange adds the same products of u and v, which makes it objective.
 3. Stress: plane stress, initial stress added [paper (30)-(31)].
@@ -12,10 +12,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.elements.axes import film_axes
 from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
-from tautflex.elements.laws import RESIDUAL_STIFFNESS
+from tautflex.elements.laws import law_of
+from tautflex.structure.groups import ElementGroup
 from tautflex.structure.materials import MembraneSection
-from tautflex.structure.model import ElementGroup
 
 Array = NDArray[np.float64]
 
@@ -32,36 +33,11 @@ def _quadratic(components: tuple[int, ...]) -> Array:
 QUADRATIC = {"von-karman": _quadratic((2,)), "green-lagrange": _quadratic((0, 1, 2))}
 
 
-def film_axes(corners: Array, direction: Array) -> tuple[Array, Array]:
-    """Local axes and areas of triangles.
-
-    Parameters
-    ----------
-    corners
-        Corner positions [m], shape (element, 3, 3).
-    direction
-        Local x is its projection on the film; where it is normal to the film, global y is projected instead.
-
-    Returns
-    -------
-    axes
-        Local axes as rows, shape (element, 3, 3); the normal's last non-zero component is positive.
-    area
-        Areas [m^2], shape (element,).
-    """
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = 0.5 * np.linalg.norm(normal, axis=1)
-    normal /= 2.0 * area[:, None]
-    sign = np.ones(len(normal))
-    for component in (0, 1, 2):
-        clear = np.abs(normal[:, component]) > 1e-9
-        sign[clear] = np.sign(normal[clear, component])
-    normal *= sign[:, None]
-    first = direction - np.sum(normal * direction, axis=1)[:, None] * normal
-    flat = np.linalg.norm(first, axis=1) < 1e-6 * np.linalg.norm(direction)
-    first[flat] = np.array([0.0, 1.0, 0.0]) - normal[flat, 1:2] * normal[flat]
-    first /= np.linalg.norm(first, axis=1)[:, None]
-    return np.stack([first, np.cross(normal, first), normal], axis=1), area
+def membrane_section(group: ElementGroup) -> MembraneSection:
+    """Section of a group of film elements."""
+    if not isinstance(group.section, MembraneSection):
+        raise TypeError("membrane elements need a MembraneSection")
+    return group.section
 
 
 def plane_stress(section: MembraneSection) -> Array:
@@ -71,18 +47,35 @@ def plane_stress(section: MembraneSection) -> Array:
     return factor * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]])
 
 
-def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> ElementBlock:
-    """Membrane elements as data; stresses in Pa, measure = volume [m^3]."""
-    section = group.section
-    if not isinstance(section, MembraneSection):
-        raise TypeError("membrane elements need a MembraneSection")
-    corners = nodes[group.connectivity]
-    axes, area = film_axes(corners, group.orientation)
-    slopes = _shape_slopes(np.einsum("nkx,ncx->nck", axes[:, :2], corners - corners[:, :1]))
-    count = len(dofs)
+def membrane_block(
+    group: ElementGroup,
+    dofs: NDArray[np.int64],
+    axes: Array,
+    slopes: Array,
+    area: Array,
+    inertia: InertiaPoints,
+    owner: NDArray[np.int64] | None = None,
+) -> ElementBlock:
+    """Film elements as data; stresses in Pa, measure = volume [m^3].
+
+    Parameters
+    ----------
+    group, dofs
+        Elements and their unknowns.
+    axes
+        Film axes as rows, shape (row, 3, 3).
+    slopes
+        Slopes of the interpolation functions along axes 1 and 2 [1/m], shape (row, node, 2).
+    area
+        Area that each row stands for [m^2], shape (row,).
+    inertia
+        Mass points.
+    owner
+        Element of each row; None where every element is one row.
+    """
+    section, count = membrane_section(group), len(area)
     # gradient[2 c + d, 3 i + k] = dN_i/dx_d * (local axis c)_k
-    gradient = np.einsum("nid,nck->ncdik", slopes, axes).reshape(count, 6, 9)
-    volume = area * section.thickness
+    gradient = np.einsum("nid,nck->ncdik", slopes, axes).reshape(count, 6, dofs.shape[1])
     return ElementBlock(
         kind="membrane",
         dofs=dofs,
@@ -90,29 +83,45 @@ def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> Eleme
         linear=LINEAR,
         quadratic=QUADRATIC[section.strain],
         elasticity=np.broadcast_to(plane_stress(section), (count, 3, 3)),
-        initial_stress=group.initial.copy(),
-        measure=volume,
-        inertia=_inertia(corners, section.material.density * volume),
+        initial_stress=group.initial.copy() if owner is None else group.initial[owner],
+        measure=area * section.thickness,
+        size=np.full(count, section.thickness),
+        inertia=inertia,
         axes=axes,
-        law=section.law,
-        law_parameters=(section.material.youngs_modulus, section.material.poisson_ratio, RESIDUAL_STIFFNESS),
+        material=section.material,
+        law=law_of(section),
+        owner=owner,
     )
 
 
-def _shape_slopes(corners: Array) -> Array:
-    """Slopes dN_i/dx_d of the area coordinates, shape (element, 3, 2), from plane corners (element, 3, 2)."""
-    following, previous = np.roll(corners, -1, axis=1), np.roll(corners, -2, axis=1)
-    edge = following - previous
-    twice_area = edge[:, 2, 0] * edge[:, 0, 1] - edge[:, 2, 1] * edge[:, 0, 0]
-    return np.stack([edge[:, :, 1], -edge[:, :, 0]], axis=2) / twice_area[:, None, None]
+def isoparametric_membrane(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> ElementBlock:
+    """Film elements of any surface shape, flat, warped or curved, from its interpolation and rules.
+
+    Every integration point has film axes of its own, in the plane that touches the surface there. Displacement
+    gradients along them are those on the surface, so that strains are exact for the interpolated geometry.
+    """
+    shape, section = group.shape, membrane_section(group)
+    positions = nodes[group.connectivity]
+    points, weights = shape.strain_rule
+    count = len(points) * len(positions)
+    tangents = shape.tangents(positions, points).reshape(count, 2, 3)
+    axes, stretch = film_axes(tangents, group.orientation)
+    # Slopes along local coordinates -> along film axes: the tangents' components there are the Jacobian.
+    jacobian = np.einsum("nck,ndk->ndc", axes[:, :2], tangents)
+    local = np.tile(shape.slopes(points), (len(positions), 1, 1))
+    slopes = np.einsum("nid,ncd->nic", local, np.linalg.inv(jacobian))
+    owner = np.repeat(np.arange(len(positions)), len(points))
+    area = stretch * np.tile(weights, len(positions))
+    return membrane_block(group, dofs, axes, slopes, area, mass_points(positions, group, section), owner)
 
 
-def _inertia(corners: Array, mass: Array) -> InertiaPoints:
-    """Three-point rule of degree 2: exact for products of two area coordinates."""
-    area_coordinates = np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)
-    interpolation = np.einsum("pi,kl->pkil", area_coordinates, np.eye(3)).reshape(1, 3, 3, 9)
+def mass_points(positions: Array, group: ElementGroup, section: MembraneSection) -> InertiaPoints:
+    """Points of a rule that is exact for products of two interpolation functions, shapes (element, point, ...)."""
+    shape = group.shape
+    points, weights = shape.product_rule
+    functions = shape.functions(points)
     return InertiaPoints(
-        mass=np.repeat(mass[:, None] / 3.0, 3, axis=1),
-        interpolation=interpolation,
-        position=np.einsum("pi,nik->npk", area_coordinates, corners),
+        mass=section.mass_per_measure * shape.stretch(positions, points) * weights,
+        interpolation=np.einsum("pi,kl->pkil", functions, np.eye(3)).reshape(1, len(points), 3, -1),
+        position=np.einsum("pi,nik->npk", functions, positions),
     )

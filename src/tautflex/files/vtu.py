@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pyevtk.vtk import VtkFile, VtkUnstructuredGrid, np_to_vtk
 
 from tautflex.errors import InputError
+from tautflex.solvers.variables import MESH_VARIABLES
 
 Fields: TypeAlias = Mapping[str, NDArray[np.generic]]
 Cells: TypeAlias = tuple[NDArray[np.int64], int]
@@ -29,9 +30,9 @@ def write_vtu(dataset: xr.Dataset, directory: str | os.PathLike[str], name: str 
     """Write the stored fields of a run, or mode shapes, for ParaView.
 
     Points stand in the reference position; ParaView's filter "Warp By Vector" moves them by ``displacement``.
-    Every variable over the nodes becomes point data, every one over the film's triangles, cables or beams cell data
-    (NaN, or -1 for integers, on cells of the other kinds); ``kind`` tells film 0, cables 1 and beams 2 apart. Mode
-    shapes are a series over the mode's number.
+    Every variable over the nodes becomes point data, every one over the film's elements, cables or beams cell data
+    (NaN, or -1 for integers, on cells of the other kinds); ``kind`` tells film 0, cables 1 and beams 2 apart. The film
+    is written as the elements it has, quadratic triangles as such. Mode shapes are a series over the mode's number.
 
     Parameters
     ----------
@@ -57,10 +58,16 @@ def write_vtu(dataset: xr.Dataset, directory: str | os.PathLike[str], name: str 
     series = _require_fields(dataset)
     steps = dataset[series].values
     points = np.asarray(dataset["node_position"].values, dtype=float)
-    cells = [(np.asarray(dataset[kind].values, dtype=np.int64), number) for kind, number in CELL_TYPES.items()]
-    counts = [len(corners) for corners, _ in cells]
-    kinds = np.repeat(np.arange(len(cells), dtype=np.int32), counts)
+    parts = [_cells_of(dataset, kind) for kind in CELL_TYPES]
+    cells = [group for part in parts for group in part]
+    counts = [sum(len(corners) for corners, _ in part) for part in parts]
+    kinds = np.repeat(np.arange(len(parts), dtype=np.int32), counts)
     owners = {str(dataset[kind].dims[0]): place for place, kind in enumerate(CELL_TYPES)}
+    if "membrane" in dataset:
+        owners[str(dataset["membrane"].dims[0])] = 0
+        # What is known of an element's triangles is the same for all of them: keep the first of each.
+        first = np.unique(dataset["triangle_owner"].values, return_index=True)[1]
+        dataset = dataset.drop_vars("triangle").isel({str(dataset["triangle"].dims[0]): first})
     folder = Path(directory) / f"{name}_vtu"
     folder.mkdir(parents=True, exist_ok=True)
     files = [folder / f"{name}_{step:0{max(4, len(str(len(steps))))}d}.vtu" for step in range(len(steps))]
@@ -71,6 +78,16 @@ def write_vtu(dataset: xr.Dataset, directory: str | os.PathLike[str], name: str 
     collection = Path(directory) / f"{name}.pvd"
     _write_collection(collection, [f"{folder.name}/{file.name}" for file in files], [float(step) for step in steps])
     return [collection, *files]
+
+
+def _cells_of(dataset: xr.Dataset, kind: str) -> list[Cells]:
+    """Groups of like cells of one kind, in the order of its elements."""
+    if kind != "triangle" or "membrane" not in dataset:
+        return [(np.asarray(dataset[kind].values, dtype=np.int64), CELL_TYPES[kind])]
+    types = dataset["membrane_cell"].values
+    cuts = np.flatnonzero(np.diff(types)) + 1
+    rows = np.split(dataset["membrane"].values, cuts)
+    return [(nodes[:, nodes[0] >= 0], int(own[0])) for nodes, own in zip(rows, np.split(types, cuts), strict=True)]
 
 
 def write_grid(
@@ -162,7 +179,7 @@ def _cell_fields(
     start = np.concatenate([[0], np.cumsum(counts)])
     for name, values in instant.data_vars.items():
         place = owners.get(str(values.dims[0])) if values.dims else None
-        if place is None or name in CELL_TYPES or values.ndim > 2 or not _numeric(values):
+        if place is None or name in MESH_VARIABLES or values.ndim > 2 or not _numeric(values):
             continue
         own = values.values
         whole = own.dtype.kind in "iu"

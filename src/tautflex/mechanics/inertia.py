@@ -27,12 +27,6 @@ Array = NDArray[np.float64]
 Places = NDArray[np.uint32]
 
 
-def cross_matrix(vector: ArrayLike) -> Array:
-    """Matrix S(v) with S(v) a = v x a, shape (3, 3)."""
-    x, y, z = np.asarray(vector, dtype=float).tolist()
-    return np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
-
-
 class LoadMoments(Protocol):
     """What turns accelerations of the frame into loads, of a structure or of a reduced model."""
 

@@ -13,15 +13,14 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.elements.laws import ELASTIC, SLACK, slack_factor, tension_field
-from tautflex.mechanics.store import block_data
+from tautflex.elements.laws.law import call_law
+from tautflex.mechanics.store import ELASTIC, block_data
+from tautflex.numeric import FASTMATH
 
 Array = NDArray[np.float64]
 
 PACK = 128
 
-# Re-association lets reductions vectorise; NaN and infinity keep their meaning.
-FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
 _jit = numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 
 
@@ -65,26 +64,15 @@ def pack_stress(data: Any, first: int, width: int, strain: Array, stress: Array)
 
 
 @_jit
-def apply_law(data: Any, first: int, width: int, stress: Array, tangent: Array) -> float:
-    """Replace a pack's trial stresses by those of a nonlinear law, fill its tangents, return its energy."""
+def apply_law(data: Any, first: int, width: int, stress: Array, tangent: Array, density: Array) -> float:
+    """Replace a pack's trial stresses by those of a nonlinear law, fill tangents, return its energy.
+
+    ``density`` (pack,) is filled with the stored energy per measure.
+    """
+    call_law(data.law, stress, tangent, density, data.law_parameters, width)
     energy = 0.0
-    young, poisson, residual = data.law_parameters
-    if data.law == SLACK:
-        for e in range(width):
-            trial = stress[0, e]
-            factor = slack_factor(trial, residual)
-            energy += data.measure[first + e] * 0.5 * factor * trial * trial / young
-            stress[0, e] = factor * trial
-            tangent[0, 0, e] = factor * young
-    else:
-        result, slope = np.empty(3), np.empty((3, 3))
-        for e in range(width):
-            density = tension_field(stress[0, e], stress[1, e], stress[2, e], young, poisson, residual, result, slope)
-            energy += data.measure[first + e] * density
-            for s in range(3):
-                stress[s, e] = result[s]
-                for r in range(3):
-                    tangent[s, r, e] = slope[s, r]
+    for e in range(width):
+        energy += data.measure[first + e] * density[e]
     for e in range(width):
         energy -= data.initial_energy[first + e]
     return energy
@@ -137,14 +125,14 @@ def _block_force(data: Any, q: Array, force: Array, stresses: Array, forces: boo
     strains, count = data.initial_stress.shape
     local, strain = np.empty((data.dofs.shape[0], PACK)), np.empty((strains, PACK))
     stress, tangent = np.empty((strains, PACK)), np.empty((strains, strains, PACK))
-    g, conjugate = np.empty((data.gradients, PACK)), np.empty((data.gradients, PACK))
+    g, conjugate, density = np.empty((data.gradients, PACK)), np.empty((data.gradients, PACK)), np.empty(PACK)
     energy = 0.0
     for first in range(0, count, PACK):
         width = min(PACK, count - first)
         pack_strain(data, first, width, q, local, g, strain)
         pack_stress(data, first, width, strain, stress)
         if data.law != ELASTIC:
-            energy += apply_law(data, first, width, stress, tangent)
+            energy += apply_law(data, first, width, stress, tangent, density)
         elif energies:
             energy += _elastic_energy(data, first, width, strain, stress)
         if energies:
@@ -191,7 +179,8 @@ def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
     strains, count = data.initial_stress.shape
     local, strain = np.empty((data.dofs.shape[0], PACK)), np.empty((strains, PACK))
     stress, tangent = np.empty((strains, PACK)), np.empty((strains, strains, PACK))
-    strain_end, stress_end, single = np.empty((strains, PACK)), np.empty((strains, PACK)), np.empty((strains, PACK))
+    strain_end, stress_end = np.empty((strains, PACK)), np.empty((strains, PACK))
+    density, density_end = np.empty(PACK), np.empty(PACK)
     g, g_end = np.empty((data.gradients, PACK)), np.empty((data.gradients, PACK))
     conjugate = np.empty((data.gradients, PACK))
     for first in range(0, count, PACK):
@@ -201,24 +190,20 @@ def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
         pack_strain(data, first, width, end, local, g_end, strain_end)
         pack_stress(data, first, width, strain_end, stress_end)
         if data.law != ELASTIC:
+            apply_law(data, first, width, stress, tangent, density)
+            apply_law(data, first, width, stress_end, tangent, density_end)
             for e in range(width):
-                for s in range(strains):
-                    single[s, 0] = stress[s, e]
-                before = apply_law(data, first + e, 1, single, tangent)
-                for s in range(strains):
-                    stress[s, e], single[s, 0] = single[s, 0], stress_end[s, e]
-                after = apply_law(data, first + e, 1, single, tangent)
+                measure, start_energy = data.measure[first + e], data.initial_energy[first + e]
+                before, after = measure * density[e] - start_energy, measure * density_end[e] - start_energy
                 work, square = 0.0, 0.0
                 for s in range(strains):
-                    stress_end[s, e] = single[s, 0]
-                for s in range(strains):
                     move = strain_end[s, e] - strain[s, e]
-                    work += 0.5 * data.measure[first + e] * (stress[s, e] + stress_end[s, e]) * move
+                    work += 0.5 * measure * (stress[s, e] + stress_end[s, e]) * move
                     square += move * move
                 # Below the round-off of the energies there is nothing to correct.
                 defect = after - before - work
                 if abs(defect) > 1e-15 * (abs(before) + abs(after)):
-                    factor = 2.0 * defect / (data.measure[first + e] * square)
+                    factor = 2.0 * defect / (measure * square)
                     for s in range(strains):
                         stress[s, e] += factor * (strain_end[s, e] - strain[s, e])
         for s in range(strains):
@@ -248,12 +233,15 @@ def add_average_forces(store: Any, start: Array, end: Array, force: Array) -> No
 def _store_initial_energies(store: Any, block: int) -> None:
     data = block_data(store, block)
     strains, count = data.initial_stress.shape
-    stress, tangent = np.empty((strains, PACK)), np.empty((strains, strains, PACK))
-    for e in range(count):
-        data.initial_energy[e] = 0.0
+    stress, tangent, density = np.empty((strains, PACK)), np.empty((strains, strains, PACK)), np.empty(PACK)
+    for first in range(0, count, PACK):
+        width = min(PACK, count - first)
         for s in range(strains):
-            stress[s, 0] = data.initial_stress[s, e]
-        data.initial_energy[e] = apply_law(data, e, 1, stress, tangent)
+            for e in range(width):
+                stress[s, e] = data.initial_stress[s, first + e]
+        call_law(data.law, stress, tangent, density, data.law_parameters, width)
+        for e in range(width):
+            data.initial_energy[first + e] = data.measure[first + e] * density[e]
 
 
 def restart_energy(store: tuple[NDArray[Any], ...], block: int) -> None:

@@ -9,13 +9,15 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.elements.laws import film_state
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.mechanics.workspace import Workspace
 
 Array = NDArray[np.float64]
 
 _jit = numba.njit(cache=True, error_model="numpy")
+
+
+MEMBRANE_STATES = ("taut", "wrinkled", "slack")
 
 
 class HasSystem(Protocol):
@@ -27,7 +29,7 @@ class HasSystem(Protocol):
         ...
 
 
-class FilmSurvey(NamedTuple):
+class MembraneSurvey(NamedTuple):
     """State of all film elements at one instant.
 
     Parameters
@@ -47,7 +49,7 @@ class FilmSurvey(NamedTuple):
     slack: float
 
 
-def film_states(source: StructuralSystem | HasSystem, q: Array | None = None) -> NDArray[np.int8]:
+def membrane_states(source: StructuralSystem | HasSystem, q: Array | None = None) -> NDArray[np.int8]:
     """State of each film element: 0 taut, 1 wrinkled, 2 slack [mixed criterion, theory.md 2].
 
     Parameters
@@ -63,7 +65,7 @@ def film_states(source: StructuralSystem | HasSystem, q: Array | None = None) ->
         Shape (t,).
     """
     system = source if isinstance(source, StructuralSystem) else source.system
-    return survey_at(system, np.zeros(system.size) if q is None else q).film_states()
+    return survey_at(system, np.zeros(system.size) if q is None else q).membrane_states()
 
 
 class StressSurvey:
@@ -79,40 +81,37 @@ class StressSurvey:
     Attributes
     ----------
     cables
-        Stresses [Pa] as a view, section [m^2], and whether the law is elastic, of every cable block.
+        Stresses [Pa] as a view, sections [m^2], and whether the law carries compression, of every cable block.
     """
 
     def __init__(self, system: StructuralSystem, workspace: Workspace) -> None:
-        groups, rows = system.model.groups, workspace.stress_rows
-        self._films = [
-            (rows[i], system.blocks[i].law_parameters[1], system.blocks[i].measure / thickness, thickness)
-            for i in system.block_index("membrane")
-            for thickness in (groups[i].section.thickness,)  # type: ignore[union-attr]
-        ]
+        rows, blocks = workspace.stress_rows, system.blocks
+        self._membranes = [(rows[i], blocks[i]) for i in system.block_index("membrane")]
         self.cables = [
-            (rows[i][0], groups[i].section.area, system.blocks[i].law == "elastic")  # type: ignore[union-attr]
-            for i in system.block_index("cable")
+            (rows[i][0], blocks[i].size, not blocks[i].law.tension_only) for i in system.block_index("cable")
         ]
 
-    def film_states(self) -> NDArray[np.int8]:
-        """States of the film elements, shape (t,)."""
-        found = [_states(stress, poisson_ratio) for stress, poisson_ratio, *_ in self._films]
-        return np.concatenate([np.zeros(0, dtype=np.int8), *found])
+    def membrane_states(self) -> NDArray[np.int8]:
+        """States of the film elements, of several points the least taut, shape (t,)."""
+        found = [np.zeros(0, dtype=np.int8)]
+        for stress, block in self._membranes:
+            found.append(block.elements_of(_states(stress, block.material.poisson_ratio), np.maximum))
+        return np.concatenate(found)
 
-    def film(self) -> FilmSurvey:
+    def membrane(self) -> MembraneSurvey:
         """Extreme resultants and area fractions."""
         smallest, largest, element = np.inf, -np.inf, -1
         areas, first = np.zeros(3), 0
-        for stress, poisson_ratio, area, thickness in self._films:
-            low, high, worst = _survey(stress, poisson_ratio, area, areas)
-            if low * thickness < smallest:
-                smallest, element = low * thickness, first + worst
-            largest = max(largest, high * thickness)
-            first += len(area)
+        for stress, block in self._membranes:
+            low, high, worst = _survey(stress, block.material.poisson_ratio, block.measure, block.size, areas)
+            if low < smallest:
+                smallest, element = low, first + (worst if block.owner is None else int(block.owner[worst]))
+            largest = max(largest, high)
+            first += len(block.dofs)
         if element < 0:
-            return FilmSurvey(np.nan, np.nan, -1, np.nan, np.nan)
+            return MembraneSurvey(np.nan, np.nan, -1, np.nan, np.nan)
         total = areas[0] + areas[1] + areas[2]
-        return FilmSurvey(smallest, largest, element, areas[1] / total, areas[2] / total)
+        return MembraneSurvey(smallest, largest, element, areas[1] / total, areas[2] / total)
 
     def slack_cables(self) -> int:
         """Number of cables without tension."""
@@ -127,13 +126,14 @@ def survey_at(system: StructuralSystem, q: Array) -> StressSurvey:
 
 
 def principal_resultants(system: StructuralSystem, stress: Iterable[Array]) -> Array:
-    """Smaller and larger principal resultant [N/m] of each film element, from all blocks' stresses, shape (t, 2)."""
-    found = [
-        principal_values(values) * group.section.thickness  # type: ignore[union-attr]
-        for group, values in zip(system.model.groups, stress, strict=True)
-        if group.section.kind == "membrane"
-    ]
-    return np.concatenate(found) if found else np.zeros((0, 2))
+    """Smallest and largest principal resultant [N/m] of each film element, from all blocks' stresses, shape (t, 2)."""
+    found = [np.zeros((0, 2))]
+    for block, values in zip(system.blocks, stress, strict=True):
+        if block.kind == "membrane":
+            low, high = (principal_values(values) * block.size[:, None]).T
+            extremes = block.elements_of(low, np.minimum), block.elements_of(high, np.maximum)
+            found.append(np.stack(extremes, axis=1))
+    return np.concatenate(found)
 
 
 def principal_values(stress: Array) -> Array:
@@ -144,22 +144,34 @@ def principal_values(stress: Array) -> Array:
 
 
 @_jit
+def membrane_state(sx: float, sy: float, txy: float, poisson_ratio: float) -> int:
+    """Index in `MEMBRANE_STATES` of a plane stress, elastic trial or tension-field alike (mixed criterion)."""
+    mean = 0.5 * (sx + sy)
+    radius = np.sqrt(0.25 * (sx - sy) * (sx - sy) + txy * txy)
+    # A uniaxial stress is taut in spite of its round-off.
+    if mean - radius >= -1e-12 * (mean + radius) and mean + radius > 0.0:
+        return 0
+    # Major principal strain of the trial stress, times E.
+    return 1 if mean + radius - poisson_ratio * (mean - radius) > 0.0 else 2
+
+
+@_jit
 def _states(stress: Array, poisson_ratio: float) -> NDArray[np.int8]:
     states = np.empty(stress.shape[1], dtype=np.int8)
     for e in range(states.size):
-        states[e] = film_state(stress[0, e], stress[1, e], stress[2, e], poisson_ratio)
+        states[e] = membrane_state(stress[0, e], stress[1, e], stress[2, e], poisson_ratio)
     return states
 
 
 @_jit
-def _survey(stress: Array, poisson_ratio: float, area: Array, areas: Array) -> tuple[float, float, int]:
-    """Extreme principal stresses of (3, element) and the element of the smaller; areas of the states are added up."""
+def _survey(stress: Array, poisson_ratio: float, measure: Array, size: Array, areas: Array) -> tuple[float, float, int]:
+    """Extreme principal resultants of (3, row) and the row of the smaller; areas of the states are added up."""
     smallest, largest, worst = np.inf, -np.inf, -1
-    for e in range(area.size):
+    for e in range(size.size):
         sx, sy, txy = stress[0, e], stress[1, e], stress[2, e]
         mean, radius = 0.5 * (sx + sy), np.sqrt(0.25 * (sx - sy) * (sx - sy) + txy * txy)
-        if mean - radius < smallest:
-            smallest, worst = mean - radius, e
-        largest = max(largest, mean + radius)
-        areas[film_state(sx, sy, txy, poisson_ratio)] += area[e]
+        if (mean - radius) * size[e] < smallest:
+            smallest, worst = (mean - radius) * size[e], e
+        largest = max(largest, (mean + radius) * size[e])
+        areas[membrane_state(sx, sy, txy, poisson_ratio)] += measure[e] / size[e]
     return smallest, largest, worst

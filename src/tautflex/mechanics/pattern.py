@@ -220,10 +220,3 @@ class SparsityPattern:
     def diagonal(self) -> NDArray[np.int64]:
         """Position of the diagonal, shape (size,)."""
         return self.upper[0][self.upper_diagonal]
-
-    def upper_matrix(self, values: Array) -> csc_array:
-        """Upper triangle of a symmetric matrix given by its values."""
-        keep, start, rows = self.upper
-        result = csc_array((values[keep], rows, start), shape=(self.size, self.size), copy=False)
-        result.has_sorted_indices = True
-        return result

@@ -3,6 +3,27 @@
 Handing dozens of arrays to a compiled function costs more than the elements of a small mesh; four arrays cost nothing.
 `block_data` cuts a block's lists of non-zero terms out of them again, inside compiled code. Named tuples are handed
 over as plain ones, whose types need no look-up.
+
+One row of ``table`` describes a block: sizes, the address of its law, and where its parts begin in the other arrays.
+From there they lie one after the other (n rows of the block; a matrix with n columns is stored line by line):
+
+======== =================================================== ==================================================
+array    part                                                numbers
+======== =================================================== ==================================================
+slots    places of the unknowns in extended vectors          unknowns x n
+terms    row, column of non-zero ``gradient`` entries        2 x gradient terms
+terms    strain, gradient of non-zero ``linear`` entries     2 x linear terms
+terms    strain, first, second of ``quadratic`` entries      3 x quadratic terms
+terms    row, column of non-zero ``elasticity`` entries      2 x elastic terms
+values   ``gradient`` of each of its terms                   gradient terms x n
+values   ``linear``, then ``quadratic``, the same in all rows linear terms + quadratic terms
+values   ``elasticity`` of each of its terms                 elastic terms x n
+values   initial stress                                      strains x n
+values   measure, then energy at zero unknowns               n + n
+values   parameters of the law                               parameters
+======== =================================================== ==================================================
+
+A store is good in the process that built it: the address of a law is.
 """
 
 from __future__ import annotations
@@ -14,7 +35,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.elements.block import ElementBlock
-from tautflex.elements.laws import LAWS
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -31,7 +51,7 @@ class KernelStore(NamedTuple):
 
 
 class KernelData(NamedTuple):
-    """One block as the kernel reads it: lists of non-zero terms; the element is always the last axis."""
+    """One block as the kernel reads it: lists of non-zero terms; the row is always the last axis."""
 
     dofs: Slots
     gradient_row: Indices
@@ -55,11 +75,14 @@ class KernelData(NamedTuple):
     law: int
 
 
-# Columns of the table: sizes of a block and where its parts begin in the three flat arrays.
-_ELEMENTS, _UNKNOWNS, _STRAINS, _GRADIENTS, _LAW = range(5)
-_GRADIENT_TERMS, _LINEAR_TERMS, _QUADRATIC_TERMS, _ELASTIC_TERMS = range(5, 9)
-_FIRST_SLOT, _FIRST_TERM, _FIRST_VALUE = range(9, 12)
-_COLUMNS = 12
+# Columns of the table.
+_ROWS, _UNKNOWNS, _STRAINS, _GRADIENTS, _LAW, _PARAMETERS = range(6)
+_GRADIENT_TERMS, _LINEAR_TERMS, _QUADRATIC_TERMS, _ELASTIC_TERMS = range(6, 10)
+_FIRST_SLOT, _FIRST_TERM, _FIRST_VALUE = range(10, 13)
+_COLUMNS = 13
+
+# In place of the address of a compiled law.
+ELASTIC = 0
 
 
 def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Slots], initial_stress: list[Array]) -> KernelStore:
@@ -70,9 +93,9 @@ def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Slots], initial_str
     blocks
         Element blocks.
     dofs
-        Slot of every unknown in the extended vector, shapes (dof, element).
+        Slot of every unknown in the extended vector, shapes (dof, row).
     initial_stress
-        Stress at zero unknowns, shapes (element, strain), units of the blocks.
+        Stress at zero unknowns, shapes (row, strain), units of the blocks.
 
     Returns
     -------
@@ -86,7 +109,9 @@ def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Slots], initial_str
         linear, quadratic = np.nonzero(block.linear), np.nonzero(block.quadratic)
         elastic = np.nonzero(np.any(block.elasticity != 0.0, axis=0))
         count, unknowns = places.shape[1], places.shape[0]
-        sizes = (count, unknowns, len(block.linear), block.gradient.shape[1], LAWS[block.law])
+        law, parameters = block.law.function, block.law.parameters(block.material)
+        address = ELASTIC if law is None else law.address
+        sizes = (count, unknowns, len(block.linear), block.gradient.shape[1], address, len(parameters))
         row[:_FIRST_SLOT] = *sizes, gradient[0].size, linear[0].size, quadratic[0].size, elastic[0].size
         row[_FIRST_SLOT:] = starts
         slots.append(np.ascontiguousarray(places).ravel())
@@ -100,7 +125,7 @@ def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Slots], initial_str
                 np.asarray(stress).T.ravel(),
                 block.measure,
                 np.zeros(count),
-                np.array(block.law_parameters),
+                np.array(parameters, dtype=float),
             ]
         )
         starts[:] = [sum(piece.size for piece in pieces) for pieces in (slots, terms, values)]
@@ -117,7 +142,7 @@ def block_data(store: Any, block: int) -> Any:
     """Views of one block's terms, a `KernelData`."""
     all_slots, terms, values, table = store
     row = table[block]
-    count, unknowns, strains = row[_ELEMENTS], row[_UNKNOWNS], row[_STRAINS]
+    count, unknowns, strains = row[_ROWS], row[_UNKNOWNS], row[_STRAINS]
     slot, t, v = row[_FIRST_SLOT], row[_FIRST_TERM], row[_FIRST_VALUE]
     gradient, linear, quadratic, elastic = (
         row[_GRADIENT_TERMS],
@@ -154,7 +179,7 @@ def block_data(store: Any, block: int) -> Any:
         values[v4:v5].reshape((strains, count)),
         values[v5:v6],
         values[v6:v7],
-        values[v7 : v7 + 3],
+        values[v7 : v7 + row[_PARAMETERS]],
         row[_GRADIENTS],
         row[_LAW],
     )

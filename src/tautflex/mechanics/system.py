@@ -37,12 +37,14 @@ class Layout:
         Free unknown of every unknown of the model, ``size`` where it is held, shape (dof,).
     element_places
         The same for the unknowns of every element, shapes (element, dof).
+    row_places
+        The same for every row (integration point) of a block, shapes (row, dof).
     slots
-        The same as compiled code reads them, shapes (dof, element).
+        These as compiled code reads them, shapes (dof, row).
     pattern
         Sparsity pattern of all square operators.
     upper_slots
-        Positions of the element matrices in the pattern's upper triangle.
+        Positions of the rows' matrices in the pattern's upper triangle.
     """
 
     def __init__(self, model: Model, blocks: tuple[ElementBlock, ...]) -> None:
@@ -50,9 +52,10 @@ class Layout:
         self.place = np.full(model.dof_count, size, dtype=np.int64)
         self.place[model.free_dofs] = np.arange(size)
         self.element_places = [self.place[block.dofs] for block in blocks]
-        self.slots = [np.ascontiguousarray(places.T).astype(np.uint32) for places in self.element_places]
+        self.row_places = [block.rows_of(places) for block, places in zip(blocks, self.element_places, strict=True)]
+        self.slots = [np.ascontiguousarray(places.T).astype(np.uint32) for places in self.row_places]
         self.pattern = SparsityPattern.from_elements(size, self.element_places)
-        self.upper_slots = [self.pattern.upper_slots(places) for places in self.element_places]
+        self.upper_slots = [self.pattern.upper_slots(places) for places in self.row_places]
         self._blocks = blocks
 
     @cached_property
@@ -63,7 +66,8 @@ class Layout:
     def inertia_of(self, chosen: Iterable[int]) -> InertiaOperator:
         """Inertia operator of some blocks, on all free unknowns."""
         chosen = list(chosen)
-        blocks, places = [self._blocks[i] for i in chosen], [self.slots[i] for i in chosen]
+        blocks = [self._blocks[i] for i in chosen]
+        places = [np.ascontiguousarray(self.element_places[i].T).astype(np.uint32) for i in chosen]
         slots = [self.pattern.element_slots(self.element_places[i]) for i in chosen]
         return InertiaOperator.from_blocks(blocks, places, slots, self.pattern)
 
@@ -81,7 +85,7 @@ class StructuralSystem:
     blocks
         Element blocks, in the order of ``model.groups``.
     initial_stress
-        Stress of each block at zero unknowns, shapes (element, strain).
+        Stress of each block at zero unknowns, shapes (row, strain).
     layout
         Where the elements' unknowns lie.
 
@@ -123,6 +127,11 @@ class StructuralSystem:
         return self.layout.element_places
 
     @property
+    def row_places(self) -> list[NDArray[np.int64]]:
+        """The same for every row (integration point) of the blocks, shapes (row, dof)."""
+        return self.layout.row_places
+
+    @property
     def pattern(self) -> SparsityPattern:
         """Sparsity pattern of all square operators on the free unknowns."""
         return self.layout.pattern
@@ -141,6 +150,10 @@ class StructuralSystem:
         """All blocks as compiled code reads them; never written to."""
         return tuple(build_store(self.blocks, self.layout.slots, list(self.initial_stress)))
 
+    def __getstate__(self) -> dict[str, Any]:
+        # Addresses of compiled laws mean nothing in another process.
+        return {name: value for name, value in self.__dict__.items() if name != "store"}
+
     def workspace(self) -> Workspace:
         """Make buffers for repeated evaluations; every run has its own."""
         return Workspace(self.store, self.blocks, self.initial_stress, self.pattern, self.layout.upper_slots)
@@ -150,7 +163,7 @@ class StructuralSystem:
         return self.workspace().force(q)
 
     def stress(self, q: Array) -> list[Array]:
-        """Stress of each block at free unknowns ``q``, shapes (element, strain)."""
+        """Stress of each block at free unknowns ``q``, shapes (row, strain)."""
         workspace = self.workspace()
         workspace.strain_energy(q)
         return workspace.stress
@@ -160,11 +173,11 @@ class StructuralSystem:
         return self.workspace().tangent(q)
 
     def linear_strain(self, q: Array) -> list[Array]:
-        """Linear part of the strains of each block at free unknowns ``q``, shapes (element, strain)."""
+        """Linear part of the strains of each block at free unknowns ``q``, shapes (row, strain)."""
         extended = np.append(q, 0.0)
         return [
             np.einsum("nij,nj->ni", block.gradient, extended[places]) @ block.linear.T
-            for block, places in zip(self.blocks, self.element_places, strict=True)
+            for block, places in zip(self.blocks, self.row_places, strict=True)
         ]
 
     def matrix(self, values: Array) -> csc_array:

@@ -8,9 +8,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.elements.laws import ELASTIC
-from tautflex.mechanics.kernel import FASTMATH, apply_law, pack_strain, pack_stress
-from tautflex.mechanics.store import block_data
+from tautflex.elements.laws.law import call_law
+from tautflex.mechanics.kernel import pack_strain, pack_stress
+from tautflex.mechanics.store import ELASTIC, block_data
+from tautflex.numeric import FASTMATH
 
 Array = NDArray[np.float64]
 Places = NDArray[np.uint32]
@@ -81,13 +82,14 @@ def _block_tangent(data: Any, q: Array, slots: Places, values: Array) -> None:
         np.empty((strains, gradients, PACK)),
     )
     core, half = np.empty((gradients, gradients, PACK)), np.empty((gradients, unknowns, PACK))
-    element, tangent = np.empty((unknowns, unknowns, PACK)), np.empty((strains, strains, PACK))
+    element = np.empty((unknowns, unknowns, PACK))
+    tangent, density = np.empty((strains, strains, PACK)), np.empty(PACK)
     for first in range(0, count, PACK):
         width = min(PACK, count - first)
         pack_strain(data, first, width, q, local, g, strain)
         pack_stress(data, first, width, strain, stress)
         if data.law != ELASTIC:
-            apply_law(data, first, width, stress, tangent)
+            call_law(data.law, stress, tangent, density, data.law_parameters, width)
         pack_core(data, first, width, g, stress, tangent, b, db, core)
         half.fill(0.0)
         element.fill(0.0)

@@ -6,14 +6,13 @@ Own (Magnus series), because scipy's solve_ivp would lose what is exact here: tu
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.motion.kinematics import Maneuver, Segment
 from tautflex.motion.rotations import IDENTITY, exponential, product
-
-Array = NDArray[np.float64]
+from tautflex.numeric import Array
 
 # Steps per segment at least, so that no short motion inside a long quiet one is stepped over.
 _FEWEST_STEPS = 32
@@ -25,7 +24,7 @@ _GAUSS = 0.5 + np.sqrt(0.15) * np.array([-1.0, 0.0, 1.0])
 def attitude(maneuver: Maneuver, times: ArrayLike, initial: ArrayLike = IDENTITY) -> Array:
     """Attitude quaternion of the floating frame, from its angular velocity ``q' = q (0, w)/2``.
 
-    Each segment is walked in steps of the sixth-order Magnus method [Blanes, Casas, Oteo & Ros 2009, (255)], which is
+    Segments are marched through by the sixth-order Magnus method [Blanes, Casas, Oteo & Ros 2009, (255)], which is
     exact while the axis stays; steps are halved until that changes nothing beyond 1e-11.
 
     Parameters
@@ -71,9 +70,9 @@ def attitude(maneuver: Maneuver, times: ArrayLike, initial: ArrayLike = IDENTITY
 
 def _turns(segment: Segment, stops: Array) -> Array:
     """Turns from the start of a segment to each of the stops within it, shape (stop, 4)."""
-    before = _walk(segment, stops, 1)
+    before = _march(segment, stops, 1)
     for doubling in range(1, _MOST_DOUBLINGS):
-        turns = _walk(segment, stops, 2**doubling)
+        turns = _march(segment, stops, 2**doubling)
         if np.abs(turns - before).max() < _TOLERANCE:
             return turns
         before = turns
@@ -83,7 +82,7 @@ def _turns(segment: Segment, stops: Array) -> Array:
     )
 
 
-def _walk(segment: Segment, stops: Array, refinement: int) -> Array:
+def _march(segment: Segment, stops: Array, refinement: int) -> Array:
     largest = (stops[-1] - segment.start) / _FEWEST_STEPS
     turns, q, time = np.zeros((len(stops), 4)), IDENTITY, segment.start
     for row, stop in enumerate(stops):

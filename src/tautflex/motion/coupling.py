@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tautflex.mechanics.inertia import LoadMoments, cross_matrix
+from tautflex.mechanics.inertia import LoadMoments
 from tautflex.motion.kinematics import RigidMotion
-
-Array = NDArray[np.float64]
+from tautflex.numeric import Array, cross_matrix
 
 
 @dataclass(frozen=True)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tautflex.mechanics.inertia import cross_matrix
-
-Array = NDArray[np.float64]
+from tautflex import checks
+from tautflex.errors import InputError
+from tautflex.numeric import Array, cross_matrix
 
 
 @dataclass(frozen=True)
@@ -90,17 +89,47 @@ def split_segments(segments: tuple[Segment, ...], breaks: Iterable[float]) -> tu
     return tuple(pieces)
 
 
-@runtime_checkable
-class Maneuver(Protocol):
-    """Anything with a steady start and segments that cover [0, infinity)."""
+class Maneuver(ABC):
+    """Rigid motion of the frame: a steady start, then smooth segments that cover [0, infinity).
 
+    Subclasses are frozen dataclasses, so that runs can name what they did, and check their values when made.
+    """
+
+    @abstractmethod
     def start(self) -> RigidMotion:
         """Steady motion before t = 0, where the run's equilibrium is computed."""
-        ...
 
+    @abstractmethod
     def segments(self) -> tuple[Segment, ...]:
         """Segments in order; neighbours share their limits, where the motion may jump."""
-        ...
+
+    @property
+    def end(self) -> float:
+        """Last instant where the motion may jump [s]; 0 if there is none."""
+        return self.segments()[-1].start
+
+
+@dataclass(frozen=True)
+class AtRest(Maneuver):
+    """No rigid motion at all: free vibration in an inertial frame."""
+
+    def start(self) -> RigidMotion:
+        """No motion."""
+        return RigidMotion(np.zeros(3), np.zeros(3), np.zeros(3))
+
+    def segments(self) -> tuple[Segment, ...]:
+        """One segment without motion."""
+        zero = self.start()
+        return (Segment(0.0, np.inf, lambda time: zero),)
+
+
+def unit_axis(axis: tuple[float, float, float]) -> Array:
+    """Unit vector along ``axis``, shape (3,); InputError if it has no length."""
+    vector = checks.vector3("axis", axis)
+    length = float(np.linalg.norm(vector))
+    if length == 0.0:
+        raise InputError("axis: expected a direction of non-zero length, got [0, 0, 0]; give for example [1, 0, 0]")
+    return vector / length
 
 
 def fixed_axis_motion(rate: float, acceleration: float, axis: Array, origin: Array) -> RigidMotion:

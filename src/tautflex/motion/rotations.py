@@ -7,14 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from tautflex.errors import InputError
 from tautflex.numeric import Array, jit_in_order
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
-
-
-def cross(a: Array, b: Array) -> Array:
-    """Cross product of two vectors, shape (3,); numpy's general one takes thirty times as long."""
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 @jit_in_order
@@ -48,3 +44,58 @@ def matrix(quaternion: Array) -> Array:
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+
+
+def continuous_quaternions(rows: Array) -> Array:
+    """Normalise quaternions and choose their signs so that each is the nearer one to the row before.
+
+    Parameters
+    ----------
+    rows
+        Quaternions of any length and sign, shape (n, 4).
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (n, 4).
+
+    Raises
+    ------
+    InputError
+        If a row is zero, or two rows are half a turn apart, where both ways round are equally long.
+    """
+    lengths = np.linalg.norm(rows, axis=1)
+    if not np.all(lengths > 0.0):
+        row = int(np.flatnonzero(~(lengths > 0.0))[0])
+        raise InputError(f"quaternions: expected a rotation, got zeros in row {row}; no rotation is (1, 0, 0, 0)")
+    unit = rows / lengths[:, None]
+    cosines = np.sum(unit[1:] * unit[:-1], axis=1)
+    opposite = np.flatnonzero(np.abs(cosines) < 1e-6)
+    if opposite.size:
+        row = int(opposite[0])
+        raise InputError(
+            f"quaternions: expected less than half a turn from row to row, got half a turn after row {row}; "
+            "give more rows"
+        )
+    signs = np.concatenate([[1.0], np.cumprod(np.sign(cosines))])
+    return unit * signs[:, None]
+
+
+def body_rates(p: Array, slope: Array, curvature: Array) -> tuple[Array, Array]:
+    """Angular velocity [rad/s] and acceleration [rad/s^2] in the frame's own axes.
+
+    Parameters
+    ----------
+    p, slope, curvature
+        Quaternion of any length and its derivatives by time, shape (4,).
+
+    Returns
+    -------
+    tuple of numpy.ndarray
+        ``w = 2 vec(p* p')/|p|^2`` and ``dw = 2 vec(p* p'')/|p|^2 - 2 w (p . p')/|p|^2``, each of shape (3,): the
+        motion of ``p/|p|`` without ever forming it.
+    """
+    w, x, y, z = p
+    vector_part = 2.0 / float(p @ p) * np.array([[-x, w, z, -y], [-y, -z, w, x], [-z, y, -x, w]])
+    velocity = vector_part @ slope
+    return velocity, vector_part @ curvature - 2.0 * float(p @ slope) / float(p @ p) * velocity

@@ -14,7 +14,7 @@ from tautflex.motion.kinematics import Maneuver, RigidMotion, Segment
 
 
 @dataclass(frozen=True)
-class Sequence:
+class Sequence(Maneuver):
     """Maneuvers in a row, each beginning where the one before has ended.
 
     A maneuver ends where its last segment begins; its last motion is then held until the next one begins. Angular
@@ -43,7 +43,7 @@ class Sequence:
         if not self.steps:
             raise InputError("steps: expected at least one maneuver, got none; add for example Slew(0.1, 2.0)")
         for step in self.steps:
-            if not hasattr(step, "segments"):
+            if not isinstance(step, Maneuver):
                 raise InputError(f"steps: expected maneuvers such as Slew(0.1, 2.0), got {step!r}")
         if self.holds and len(self.holds) != len(self.steps) - 1:
             raise InputError(

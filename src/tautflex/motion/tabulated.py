@@ -6,22 +6,20 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.motion.attitude_table import body_rates, continuous_quaternions
-from tautflex.motion.kinematics import RigidMotion, Segment, motion_about_point
-from tautflex.motion.maneuvers import unit_axis
-
-Array = NDArray[np.float64]
+from tautflex.motion.kinematics import Maneuver, RigidMotion, Segment, motion_about_point, unit_axis
+from tautflex.motion.rotations import body_rates, continuous_quaternions
+from tautflex.numeric import Array
 
 ENDS = ("free", "rest")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tabulated:
+class Tabulated(Maneuver):
     """Motion through a table, interpolated by cubic splines with two continuous derivatives.
 
     Before the first and after the last row the frame coasts: constant angular velocity, and no acceleration of

@@ -5,20 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.motion.kinematics import RigidMotion, Segment
-from tautflex.motion.maneuvers import unit_axis
-
-Array = NDArray[np.float64]
+from tautflex.motion.kinematics import Maneuver, RigidMotion, Segment, unit_axis
 
 BASE_ACCELERATION_PROFILES = ("constant", "half-sine", "cut-off")
 
 
 @dataclass(frozen=True)
-class BaseAcceleration:
+class BaseAcceleration(Maneuver):
     """Acceleration of the whole floating frame along a direction; acts as a uniform body force ``-rho a``.
 
     For an acceleration given as a table see `Tabulated`.

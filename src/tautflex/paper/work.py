@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import multiprocessing
 import os
 import signal
@@ -11,14 +10,11 @@ from collections.abc import Callable
 from multiprocessing.synchronize import Event
 from pathlib import Path
 
-from tautflex.case.build import build_coupling, build_damping, build_maneuver, build_method, build_model
+from tautflex.case.run import run_case
 from tautflex.errors import NotConvergedError
-from tautflex.files import netcdf
 from tautflex.paper.cases.catalogue import RunSpec
 from tautflex.paper.finished_runs import keep
-from tautflex.solvers.static.prestress import solve_prestress
-from tautflex.solvers.transient.simulate import simulate
-from tautflex.solvers.transient.status import Run, Status
+from tautflex.solvers.transient.status import Status
 
 Progress = Callable[[float, str], None]
 _STOP: list[Event] = []  # set once by `start_worker`, in worker processes only
@@ -54,37 +50,12 @@ def perform_one(spec: RunSpec, directory: Path, progress: Progress | None = None
         Value and message of the run's status.
     """
     try:
-        run = _simulate(spec, progress)
+        run = run_case(spec.case, progress, throw=False)
     except NotConvergedError as error:  # before the first step
         return Status.NOT_CONVERGED.value, str(error)
     if run.status is Status.COMPLETED:
-        attributes = {
-            "title": spec.name,
-            "case": spec.case.to_toml(),
-            "versions": json.dumps(netcdf.versions()),
-        }
-        keep(spec, run.data.assign_attrs(attributes), directory)
+        keep(spec, run.data.assign_attrs(title=spec.name), directory)
     return run.status.value, run.status.message
-
-
-def _simulate(spec: RunSpec, progress: Progress | None) -> Run:
-    case = spec.case
-    fields = case.output.fields
-    return simulate(
-        solve_prestress(build_model(case)),
-        build_maneuver(case),
-        method=build_method(case),
-        time_step=case.solver.time_step,
-        end_time=case.solver.end_time,
-        damping=build_damping(case),
-        coupling=build_coupling(case),
-        probes=case.output.probes,
-        probe_reading=case.output.probe_reading,
-        every=case.output.every,
-        fields=fields if isinstance(fields, str) else list(fields),
-        progress=progress,
-        throw=False,
-    )
 
 
 def _stop_if_told(fraction: float, message: str) -> None:

@@ -27,10 +27,11 @@ _BEHIND, _SURFACE, _BEFORE = 1, 2, 3
 
 @dataclass(frozen=True)
 class Wireframe:
-    """What is drawn: ``nodes`` (node, 3) [m] and node numbers of ``triangles``, ``cables`` and ``beams``."""
+    """What is drawn: ``nodes`` (node, 3) [m] and numbers of triangles, lines between its elements, members."""
 
     nodes: Array
     triangles: NDArray[np.int64]
+    edges: NDArray[np.int64]
     cables: NDArray[np.int64]
     beams: NDArray[np.int64]
 
@@ -53,7 +54,11 @@ def wireframe(data: xr.Dataset) -> Wireframe:
         return np.asarray(values, dtype=np.int64).reshape(-1, columns)
 
     nodes = np.asarray(data["node_position"].values, dtype=np.float64)
-    return Wireframe(nodes, numbers("triangle", 3), numbers("cable", 2), numbers("beam", 2))
+    triangles, edges = numbers("triangle", 3), numbers("membrane_edge", 2)
+    if not len(edges):  # the elements are the triangles
+        sides = np.concatenate([triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
+        edges = np.unique(np.sort(sides, axis=1), axis=0)
+    return Wireframe(nodes, triangles, edges, numbers("cable", 2), numbers("beam", 2))
 
 
 def draw_surface(axes: Axes3D, mesh: Wireframe, displacement: Array, color: Array, limit: float) -> None:
@@ -89,10 +94,8 @@ def _draw_film(axes: Axes3D, mesh: Wireframe, points: Array, color: Array, shade
     parts = int(np.clip(np.sqrt(_PIECES / len(mesh.triangles)), 1, 6))
     corners, values = _refined(points[mesh.triangles], color[mesh.triangles], parts)
     faces = colormaps[DIVERGING](shades(values))
-    edges = np.concatenate([mesh.triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
-    edges = np.unique(np.sort(edges, axis=1), axis=0)
     steps = np.linspace(0.0, 1.0, parts + 1)[:, None]
-    along = points[edges[:, :1]] * (1.0 - steps) + points[edges[:, 1:]] * steps
+    along = points[mesh.edges[:, :1]] * (1.0 - steps) + points[mesh.edges[:, 1:]] * steps
     along += 0.004 * mesh.span * _view_direction()  # in front of the faces it borders
     lines = np.stack([along[:, :-1], along[:, 1:], along[:, 1:]], axis=2).reshape(-1, 3, 3)
     ink = np.tile([0.0, 0.0, 0.0, 0.35], (len(lines), 1))

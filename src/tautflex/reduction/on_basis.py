@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.reduction.bases.basis import BasisVectors, ReferenceSolver
-from tautflex.reduction.polynomial.projection import Coefficients
+from tautflex.reduction.bases.vectors import BasisVectors, ReferenceSolver
+from tautflex.reduction.polynomial.condensation import CondensedModel
 from tautflex.solvers.transient.problem import SteppingModel
 from tautflex.structure.model import Model
 
@@ -41,7 +41,7 @@ class OnBasis(SteppingModel):
 
     @property
     @abstractmethod
-    def coefficients(self) -> Coefficients:
+    def coefficients(self) -> CondensedModel:
         """Equation of motion of the coordinates at the parameters of the state."""
 
     @abstractmethod
@@ -53,16 +53,16 @@ class OnBasis(SteppingModel):
         mass = self.state.system.inertia.mass_matrix
         return (mass @ q.T).T @ self.basis.kept.T
 
-    def displacement(self, eta: Array, pulled: Array | None = None) -> Array:
+    def displacement(self, eta: Array, offset: Array | None = None) -> Array:
         """Free unknowns [m, rad] from coordinates, shape (..., r) -> (..., size)."""
         return eta @ self.basis.kept
 
-    def motion(self, eta: Array, rate: Array, acceleration: Array, pulled: Array) -> tuple[Array, Array, Array]:
+    def motion(self, eta: Array, rate: Array, acceleration: Array, offset: Array) -> tuple[Array, Array, Array]:
         """Free unknowns, their velocities and accelerations from those of the coordinates, shapes (size,)."""
         kept = self.basis.kept
         return eta @ kept, rate @ kept, acceleration @ kept
 
-    def seen(self, look: csr_array, eta: Array, rate: Array, pulled: Array) -> tuple[Array, Array]:
+    def seen(self, look: csr_array, eta: Array, rate: Array, offset: Array) -> tuple[Array, Array]:
         """Readings ``look @ q`` of displacement and velocity at instants, shapes (time, reading)."""
         vectors = (look @ self.basis.kept.T).T
         return eta @ vectors, rate @ vectors

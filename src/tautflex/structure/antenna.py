@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.structure.groups import Support
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
 from tautflex.structure.mesh import graded_lines, rectangle_mesh
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Model
+from tautflex.structure.shapes import surface_shape
 
 FRAME_SUPPORTS = ("corners", "all", "axis", "short-side", "free")
 DISTRIBUTIONS = ("equal", "tributary")
@@ -35,10 +37,13 @@ class AntennaLayout:
         Cables on each edge, evenly spaced, the first and last at the film's corners.
     distribution
         ``"equal"``: every cable carries the pretension; ``"tributary"``: corner cables carry half, which puts
-        a film with a cable at every edge node in exact equilibrium.
+        a film of linear elements with a cable at every edge node in exact equilibrium.
     support
         Clamped frame nodes: its ``"corners"``, ``"all"``, the two points on the x ``"axis"``, both
         ``"short-side"``s, or none (``"free"``).
+    element
+        Shape of the film's elements, ``"triangle3"``, ``"triangle6"``, ``"quad4"`` or a registered one. Cables stand
+        where the layout puts them: with nodes in the middle of the sides, these carry cables too.
     """
 
     length: float
@@ -51,12 +56,14 @@ class AntennaLayout:
     cables_per_short_edge: int = 2
     distribution: str = "equal"
     support: str = "corners"
+    element: str = "triangle3"
 
     def __post_init__(self) -> None:
         checks.positive("length", self.length)
         checks.positive("width", self.width)
         checks.one_of("support", self.support, FRAME_SUPPORTS)
         checks.one_of("distribution", self.distribution, DISTRIBUTIONS)
+        surface_shape("element", self.element)
         if (self.frame_length is None) != (self.frame_width is None):
             raise InputError("frame_length, frame_width: expected both or neither; give the missing one")
         if min(self.divisions) < 1:
@@ -67,15 +74,13 @@ def build_fixed_film(layout: AntennaLayout, membrane: MembraneSection, stress: t
     """Rectangular film with all four edges fixed under a given uniform stress (sx, sy, txy) [Pa]."""
     ends_x = np.array([-0.5, 0.5]) * layout.length
     ends_y = np.array([-0.5, 0.5]) * layout.width
-    lines_x = graded_lines(layout.length, layout.divisions[0], ends_x)
-    lines_y = graded_lines(layout.width, layout.divisions[1], ends_y)
-    nodes, triangles = rectangle_mesh(lines_x, lines_y, layout.pattern)
+    nodes, elements = _film(layout, ends_x, ends_y)
     edge = (np.abs(nodes[:, 0]) > 0.5 * layout.length * (1 - 1e-12)) | (
         np.abs(nodes[:, 1]) > 0.5 * layout.width * (1 - 1e-12)
     )
     return Model.from_mesh(
         nodes,
-        triangles=triangles,
+        surfaces={layout.element: elements},
         membrane=membrane,
         membrane_stress=stress,
         supports=(Support.pinned(np.flatnonzero(edge)),),
@@ -123,9 +128,7 @@ def build_antenna(
         raise InputError("layout: expected a frame larger than the film on both sides; enlarge the frame")
     stations_x = np.linspace(-0.5, 0.5, layout.cables_per_long_edge) * layout.length
     stations_y = np.linspace(-0.5, 0.5, layout.cables_per_short_edge) * layout.width
-    lines_x = graded_lines(layout.length, layout.divisions[0], stations_x)
-    lines_y = graded_lines(layout.width, layout.divisions[1], stations_y)
-    film_nodes, triangles = rectangle_mesh(lines_x, lines_y, layout.pattern)
+    film_nodes, elements = _film(layout, stations_x, stations_y)
     ring = _frame_points(layout, stations_x, stations_y)
     first = len(film_nodes)
     ring_index = {_key(point): first + k for k, point in enumerate(ring)}
@@ -138,14 +141,14 @@ def build_antenna(
             for side in (-1.0, 1.0):
                 inner = (station, side * film_half) if axis == 1 else (side * film_half, station)
                 outer = (station, side * frame_half) if axis == 1 else (side * frame_half, station)
-                cables.append((_film_node(lines_x, lines_y, inner), ring_index[_key(np.array(outer))]))
+                cables.append((_nearest(film_nodes, inner), ring_index[_key(np.array(outer))]))
                 tension.append(0.5 * pull if half else pull)
     beams = np.column_stack([np.arange(len(ring)), np.roll(np.arange(len(ring)), -1)]) + first
     frame_nodes = np.column_stack([ring, np.zeros(len(ring))])
     held = first + np.flatnonzero(_held_frame_points(layout, ring))
     return Model.from_mesh(
         np.concatenate([film_nodes, frame_nodes]),
-        triangles=triangles,
+        surfaces={layout.element: elements},
         membrane=membrane,
         membrane_stress=membrane_stress,
         cables=np.array(cables),
@@ -162,8 +165,18 @@ def _key(point: NDArray[np.float64]) -> tuple[int, int]:
     return round(float(point[0]) * 1e9), round(float(point[1]) * 1e9)
 
 
-def _film_node(lines_x: NDArray[np.float64], lines_y: NDArray[np.float64], point: tuple[float, float]) -> int:
-    return int(np.argmin(np.abs(lines_x - point[0])) * len(lines_y) + np.argmin(np.abs(lines_y - point[1])))
+def _film(
+    layout: AntennaLayout, stations_x: NDArray[np.float64], stations_y: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Nodes and elements of the film, with a node at every station of its edges."""
+    shape = surface_shape("element", layout.element)
+    lines_x = graded_lines(layout.length, layout.divisions[0], stations_x, shape)
+    lines_y = graded_lines(layout.width, layout.divisions[1], stations_y, shape)
+    return rectangle_mesh(lines_x, lines_y, layout.pattern, shape)
+
+
+def _nearest(nodes: NDArray[np.float64], point: tuple[float, float]) -> int:
+    return int(np.argmin((nodes[:, 0] - point[0]) ** 2 + (nodes[:, 1] - point[1]) ** 2))
 
 
 def _frame_points(

@@ -9,7 +9,8 @@ from tautflex import checks
 from tautflex.errors import InputError
 
 STRAINS = ("von-karman", "green-lagrange")
-FILM_LAWS = ("elastic", "tension-field")
+LAW_NAMES = {"membrane": ["elastic", "tension-field"], "cable": ["elastic", "slack"]}
+"""Names of laws that a kind of section may have; `tautflex.elements.laws` holds the laws, registering one adds here."""
 
 
 @dataclass(frozen=True)
@@ -59,21 +60,21 @@ class MembraneSection:
     strain
         ``"von-karman"`` (the paper's) or ``"green-lagrange"`` (objective under any rigid motion).
     law
-        ``"elastic"``, which carries compression, or ``"tension-field"``, which wrinkles instead.
+        ``"elastic"``, which carries compression, ``"tension-field"``, which wrinkles instead, or a
+        `tautflex.elements.laws.Law`.
     """
 
     material: Material
     thickness: float
     strain: str = "von-karman"
-    law: str = "elastic"
+    law: object = "elastic"
     kind: ClassVar[str] = "membrane"
     rotational: ClassVar[bool] = False
-    corners: ClassVar[int] = 3
 
     def __post_init__(self) -> None:
         checks.positive("thickness", self.thickness)
         checks.one_of("strain", self.strain, STRAINS)
-        checks.one_of("law", self.law, FILM_LAWS)
+        _check_law(self)
 
     @property
     def mass_per_measure(self) -> float:
@@ -94,20 +95,25 @@ class CableSection:
     strain
         ``"von-karman"`` or ``"green-lagrange"``.
     slack
-        Whether the cable goes slack instead of carrying compression.
+        Whether the cable goes slack instead of carrying compression; short for ``law="slack"``.
+    law
+        ``"elastic"``, ``"slack"`` or a `tautflex.elements.laws.Law`.
     """
 
     material: Material
     area: float
     strain: str = "von-karman"
     slack: bool = False
+    law: object = "elastic"
     kind: ClassVar[str] = "cable"
     rotational: ClassVar[bool] = False
-    corners: ClassVar[int] = 2
 
     def __post_init__(self) -> None:
         checks.positive("area", self.area)
         checks.one_of("strain", self.strain, STRAINS)
+        _check_law(self)
+        if self.slack and self.law not in ("elastic", "slack"):
+            raise InputError(f"slack: expected False with a law of its own, got True and law = {self.law!r}")
 
     @property
     def mass_per_measure(self) -> float:
@@ -142,7 +148,6 @@ class BeamSection:
     strain: str = "von-karman"
     kind: ClassVar[str] = "beam"
     rotational: ClassVar[bool] = True
-    corners: ClassVar[int] = 2
 
     def __post_init__(self) -> None:
         for name in ("area", "inertia_y", "inertia_z", "torsion_constant"):
@@ -156,6 +161,11 @@ class BeamSection:
 
 
 Section = MembraneSection | CableSection | BeamSection
+
+
+def _check_law(section: MembraneSection | CableSection) -> None:
+    if isinstance(section.law, str):
+        checks.one_of("law", section.law, LAW_NAMES[section.kind])
 
 
 def require_section(name: str, section: object, kind: type) -> None:

@@ -1,4 +1,4 @@
-"""Structured triangulations of a rectangle and checks on any triangulation."""
+"""Structured meshes of a rectangle and checks on any mesh."""
 
 from __future__ import annotations
 
@@ -9,29 +9,36 @@ from scipy.sparse.csgraph import connected_components
 
 from tautflex import checks
 from tautflex.errors import MeshError
+from tautflex.structure.shapes import QUAD4, TRIANGLE3, Shape
 
 PATTERNS = ("alternating", "regular")
 
 
 def rectangle_mesh(
-    lines_x: NDArray[np.float64], lines_y: NDArray[np.float64], pattern: str = "alternating"
+    lines_x: NDArray[np.float64],
+    lines_y: NDArray[np.float64],
+    pattern: str = "alternating",
+    shape: Shape = TRIANGLE3,
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Triangulate a rectangle in the plane z = 0 along given grid lines.
+    """Cover a rectangle in the plane z = 0 with surface elements between given grid lines.
 
     Parameters
     ----------
     lines_x, lines_y
         Increasing grid-line coordinates [m], shapes (p,) and (q,), at least two each.
     pattern
-        ``"regular"`` splits every cell by the same diagonal (mesh with central symmetry only);
+        Of triangles: ``"regular"`` splits every cell by the same diagonal (mesh with central symmetry only);
         ``"alternating"`` flips the diagonal like a chess board (mirror symmetry for even divisions).
+    shape
+        Shape of the elements; one fills a cell if it has four corners, two if it has three.
 
     Returns
     -------
     nodes
-        Node positions [m], shape (p*q, 3); node i*q + j stands at (lines_x[i], lines_y[j], 0).
-    triangles
-        Node numbers, shape (2 (p-1) (q-1), 3), counter-clockwise.
+        Node positions [m], shape (node, 3), by x, then by y; of shapes without nodes beside their corners node
+        i*q + j stands at (lines_x[i], lines_y[j], 0).
+    elements
+        Node numbers, shape (element, node), counter-clockwise.
 
     Raises
     ------
@@ -46,6 +53,9 @@ def rectangle_mesh(
     lower_left = (i * count_y + j).ravel()
     lower_right, upper_left = lower_left + count_y, lower_left + 1
     upper_right = lower_right + 1
+    if shape.domain == "quad":
+        cells = np.column_stack([lower_left, lower_right, upper_right, upper_left])
+        return _with_inner_nodes(nodes, cells, shape, count_y)
     rising = np.ones(lower_left.size, dtype=bool) if pattern == "regular" else ((i + j) % 2 == 0).ravel()
     first = np.where(
         rising[:, None],
@@ -57,20 +67,40 @@ def rectangle_mesh(
         np.column_stack([lower_left, upper_right, upper_left]),
         np.column_stack([lower_right, upper_right, upper_left]),
     )
-    return nodes, np.stack([first, second], axis=1).reshape(-1, 3)
+    return _with_inner_nodes(nodes, np.stack([first, second], axis=1).reshape(-1, 3), shape, count_y)
 
 
-def graded_lines(length: float, divisions: int, stations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Grid lines on [-length/2, length/2] that pass through every station, cells as equal as possible.
+def _with_inner_nodes(
+    nodes: NDArray[np.float64], corners: NDArray[np.int64], shape: Shape, count_y: int
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Nodes and elements of a grid with everything that the shape has beside its corners."""
+    if len(shape.nodes) == shape.corners:
+        return nodes, corners
+    weights = (QUAD4 if shape.domain == "quad" else TRIANGLE3).functions(shape.nodes)
+    # Nodes that several elements share are told by their place in the grid, in millionths of a cell.
+    place = np.stack(np.divmod(corners, count_y), axis=2)
+    keys = np.rint(1e6 * np.einsum("ic,nck->nik", weights, place)).astype(np.int64).reshape(-1, 2)
+    _, first, numbers = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    positions = np.einsum("ic,nck->nik", weights, nodes[corners]).reshape(-1, 3)
+    return positions[first], numbers.reshape(len(corners), -1).astype(np.int64)
+
+
+def graded_lines(
+    length: float, divisions: int, stations: NDArray[np.float64], shape: Shape = TRIANGLE3
+) -> NDArray[np.float64]:
+    """Grid lines on [-length/2, length/2] whose nodes meet every station, cells as equal as possible.
 
     Parameters
     ----------
     length
         Extent [m].
     divisions
-        Number of cells, at least one per interval between stations.
+        Number of cells, at least one per interval between stations; one per two intervals where evenly spaced
+        stations can take turns between the ends and the middles of the sides.
     stations
-        Increasing coordinates [m] that must be grid lines, from -length/2 to length/2.
+        Increasing coordinates [m] that must be nodes, from -length/2 to length/2.
+    shape
+        Shape of the elements, which says whether there are nodes in the middle of the sides.
 
     Returns
     -------
@@ -82,12 +112,15 @@ def graded_lines(length: float, divisions: int, stations: NDArray[np.float64]) -
     MeshError
         If there are fewer divisions than intervals.
     """
-    intervals = np.diff(stations)
-    if divisions < len(intervals):
+    least = least_divisions(len(stations) - 1, shape)
+    if divisions < least:
         raise MeshError(
-            f"divisions: expected at least {len(intervals)} so that a mesh line meets each of the {len(stations)} "
+            f"divisions: expected at least {least} so that a mesh node meets each of the {len(stations)} "
             f"cables, got {divisions}; refine the mesh or use fewer cables"
         )
+    if divisions < len(stations) - 1:
+        stations = stations[::2]
+    intervals = np.diff(stations)
     cells = np.ones(len(intervals), dtype=int)
     for _ in range(divisions - len(intervals)):
         widest = intervals / cells
@@ -100,33 +133,109 @@ def graded_lines(length: float, divisions: int, stations: NDArray[np.float64]) -
     return lines
 
 
-def check_triangles(nodes: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
-    """Raise MeshError if a triangle has (almost) no area."""
-    if not len(triangles):
+def least_divisions(intervals: int, shape: Shape) -> int:
+    """Least number of cells along a side whose nodes meet the ends of this many even intervals."""
+    return intervals // 2 if shape.midside_nodes and intervals % 2 == 0 else intervals
+
+
+def check_elements(name: str, shape: Shape, nodes: NDArray[np.float64], connectivity: NDArray[np.int64]) -> None:
+    """Raise MeshError if an element has (almost) no length or area, or is folded over.
+
+    Parameters
+    ----------
+    name
+        What the message calls the elements.
+    shape
+        Their shape.
+    nodes
+        Positions [m], shape (node, 3).
+    connectivity
+        Node numbers, shape (element, node).
+    """
+    if not len(connectivity):
         return
-    corner = nodes[triangles]
-    edges = corner - np.roll(corner, 1, axis=1)
-    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-    longest = np.linalg.norm(edges, axis=2).max(axis=1)
-    bad = np.flatnonzero(area <= 1e-10 * longest**2)
+    corner = nodes[connectivity]
+    measure = shape.measure(corner)
+    if shape.dimension == 1:
+        bad = np.flatnonzero(measure <= 1e-10 * max(float(np.ptp(nodes, axis=0).max()), 1e-300))
+        wrong, remedy = "has length {0:.3g} m", "remove it or separate its nodes"
+    else:
+        ends = corner[:, : shape.corners]
+        longest = np.linalg.norm(ends - np.roll(ends, 1, axis=1), axis=2).max(axis=1)
+        bad = np.flatnonzero(measure <= 1e-10 * longest**2)
+        wrong, remedy = "is degenerate, area {0:.3g} m2 ({1} such element(s))", "remove it or merge its duplicate nodes"
+        if not bad.size and len(shape.nodes) > 3:
+            bad = np.flatnonzero(_folded(shape, corner))
+            wrong, remedy = (
+                "is folded over ({1} such element(s))",
+                "list its nodes around it, move mid-side nodes inwards",
+            )
     if bad.size:
+        first = int(bad[0])
+        wrong = wrong.format(measure[first], bad.size)
+        raise MeshError(f"{name}: element {first} (nodes {connectivity[first].tolist()}) {wrong}; {remedy}")
+
+
+def _folded(shape: Shape, corner: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether the normal turns against its mean at a node, shape (element,)."""
+    along = shape.tangents(corner, shape.nodes)
+    normal = np.cross(along[:, :, 0], along[:, :, 1])
+    mean = normal.mean(axis=1)
+    against = np.einsum("npk,nk->np", normal, mean).min(axis=1)
+    # Corners without an area are fine; halves that cancel each other are not.
+    largest = np.sum(normal**2, axis=2).max(axis=1)
+    return np.asarray((against < -1e-9 * largest) | (np.sum(mean**2, axis=1) < 1e-9 * largest))
+
+
+def check_joints(groups: list[tuple[Shape, NDArray[np.int64]]]) -> None:
+    """Raise MeshError where two surface elements share an edge but not the nodes between its ends.
+
+    Parameters
+    ----------
+    groups
+        Shape and node numbers (element, node) of each group of surface elements.
+    """
+    edges = [connectivity[:, edge] for shape, connectivity in groups for edge in shape.edges]
+    if all(edge.shape[1] == 2 for edge in edges):
+        return
+    # Of each edge: its ends in order, and what lies between them as one number.
+    ends = np.sort(np.concatenate([edge[:, [0, -1]] for edge in edges]), axis=1)
+    between = np.concatenate(
+        [edge[:, 1:-1].sum(axis=1) if edge.shape[1] > 2 else -np.ones(len(edge)) for edge in edges]
+    )
+    order = np.lexsort((between, ends[:, 1], ends[:, 0]))
+    ends, between = ends[order], between[order]
+    torn = np.flatnonzero((ends[1:] == ends[:-1]).all(axis=1) & (between[1:] != between[:-1]))
+    if torn.size:
+        a, b = (int(node) for node in ends[torn[0]])
         raise MeshError(
-            f"triangles: element {int(bad[0])} (nodes {triangles[bad[0]].tolist()}) is degenerate, area "
-            f"{area[bad[0]]:.3g} m2 ({bad.size} such element(s)); remove it or merge its duplicate nodes"
+            f"mesh: two elements share the edge between nodes {a} and {b} but not the nodes between them "
+            f"({torn.size} such edge(s)); join elements of the same order, and merge duplicate mid-side nodes"
         )
 
 
-def check_lines(name: str, nodes: NDArray[np.float64], lines: NDArray[np.int64]) -> None:
-    """Raise MeshError if a two-node element has no length."""
-    if not len(lines):
-        return
-    length = np.linalg.norm(nodes[lines[:, 1]] - nodes[lines[:, 0]], axis=1)
-    bad = np.flatnonzero(length <= 1e-10 * max(float(np.ptp(nodes, axis=0).max()), 1e-300))
-    if bad.size:
-        raise MeshError(
-            f"{name}: element {int(bad[0])} (nodes {lines[bad[0]].tolist()}) has length {length[bad[0]]:.3g} m; "
-            "remove it or separate its nodes"
-        )
+def blend_by_direction(
+    nodes: NDArray[np.float64], lines: NDArray[np.int64], along_x: float, across: float
+) -> NDArray[np.float64]:
+    """Value of each line between that of lines along x and that of lines across it, by the squared cosine.
+
+    Parameters
+    ----------
+    nodes
+        Positions [m], shape (node, 3).
+    lines
+        Node numbers, shape (line, 2).
+    along_x, across
+        The two values, e.g. tensions [N].
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (line,).
+    """
+    along = (nodes[lines[:, 1]] - nodes[lines[:, 0]]) ** 2
+    weight = along[:, 0] / along.sum(axis=1)
+    return along_x * weight + across * (1.0 - weight)
 
 
 def check_connected(node_count: int, connectivities: list[NDArray[np.int64]]) -> None:

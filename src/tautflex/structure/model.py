@@ -1,8 +1,8 @@
-"""The structure as frozen data: nodes, groups of elements, supports, prestress and the numbering of its unknowns."""
+"""The structure as frozen data: nodes, groups of elements, supports and prestress."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,73 +11,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
 from tautflex.errors import MeshError
-from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, Section, require_section
-from tautflex.structure.mesh import check_connected, check_lines, check_triangles
+from tautflex.structure.groups import DIRECTIONS, ElementGroup, Support
+from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, require_section
+from tautflex.structure.mesh import blend_by_direction, check_connected, check_elements, check_joints
+from tautflex.structure.numbering import Numbering
+from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6, Shape, surface_shape
 
-DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 PRESTRESS_MODES = ("equilibrium", "uniform", "initial-strain")
 
 
 @dataclass(frozen=True)
-class ElementGroup:
-    """Elements of one kind and one section.
+class Model(Numbering):
+    """Tensioned structure in its reference configuration; build it with `from_mesh` or from a case."""
 
-    Parameters
-    ----------
-    section
-        Membrane, cable or beam section.
-    connectivity
-        Node numbers, shape (element, corner).
-    initial
-        Prestress of each element: membrane stress (sx, sy, txy) in local axes [Pa], shape (element, 3); cable
-        tension [N], shape (element, 1); beam axial force [N], shape (element, 1).
-    orientation
-        Direction that fixes the local axes: local x of a membrane is its projection on the film; local z of a
-        beam is its part normal to the beam.
-    """
-
-    section: Section
-    connectivity: NDArray[np.int64]
-    initial: NDArray[np.float64]
-    orientation: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Support:
-    """Nodes held in given directions of the floating frame.
-
-    Parameters
-    ----------
-    nodes
-        Node numbers.
-    directions
-        Any of ``"x", "y", "z", "rx", "ry", "rz"``; rotations are ignored at nodes that have none.
-    """
-
-    nodes: tuple[int, ...]
-    directions: tuple[str, ...] = DIRECTIONS
-
-    @classmethod
-    def clamped(cls, nodes: ArrayLike) -> Support:
-        """Hold all six directions of ``nodes``."""
-        return cls(tuple(int(i) for i in np.atleast_1d(np.asarray(nodes))))
-
-    @classmethod
-    def pinned(cls, nodes: ArrayLike) -> Support:
-        """Hold the three translations of ``nodes``."""
-        return cls(tuple(int(i) for i in np.atleast_1d(np.asarray(nodes))), DIRECTIONS[:3])
-
-
-@dataclass(frozen=True)
-class Model:
-    """Tensioned structure in its reference configuration; build it with `from_mesh` or from a case.
-
-    Unknowns are numbered node by node: three translations, then three rotations at nodes that carry beams.
-    """
-
-    nodes: NDArray[np.float64]
-    groups: tuple[ElementGroup, ...]
-    supports: tuple[Support, ...] = ()
     prestress_mode: str = "uniform"
 
     @classmethod
@@ -86,6 +32,8 @@ class Model:
         nodes: ArrayLike,
         *,
         triangles: ArrayLike | None = None,
+        quads: ArrayLike | None = None,
+        surfaces: Mapping[str, ArrayLike] | None = None,
         membrane: MembraneSection | None = None,
         membrane_stress: ArrayLike = (0.0, 0.0, 0.0),
         membrane_orientation: ArrayLike = (1.0, 0.0, 0.0),
@@ -99,18 +47,24 @@ class Model:
         supports: Sequence[Support] = (),
         prestress_mode: str = "uniform",
     ) -> Model:
-        """Build a model from any triangles, cables and beams in space.
+        """Build a model from any film elements, cables and beams in space.
 
         Parameters
         ----------
         nodes
             Positions in the floating frame [m], shape (node, 3).
-        triangles, cables, beams
-            Node numbers from 0, shapes (t, 3), (c, 2), (b, 2).
+        triangles, quads
+            Node numbers of the film's elements from 0, shapes (t, 3) or (t, 6), and (t, 4); corners counter-clockwise,
+            then the nodes in the middle of the sides, the first between corners 1 and 2.
+        surfaces
+            More film elements by the name of their shape, e.g. one registered by an element from outside.
+        cables, beams
+            Node numbers from 0, shapes (c, 2), (b, 2).
         membrane, cable, beam
             Section of each kind that is present.
         membrane_stress
-            Given stress (sx, sy, txy) in the film's local axes [Pa], shape (3,) or (t, 3).
+            Given stress (sx, sy, txy) in the film's local axes [Pa], shape (3,) or (t, 3), the film's elements in
+            the order of these arguments.
         membrane_orientation
             Direction whose projection on the film is its local x axis, shape (3,).
         cable_tension
@@ -138,134 +92,105 @@ class Model:
             If an argument has the wrong shape or value.
         """
         points = checks.float_array("nodes", nodes, (None, 3), error=MeshError)
-        groups = []
-        for name, connectivity, section, kind, initial, width, orientation in (
-            ("triangles", triangles, membrane, MembraneSection, membrane_stress, 3, membrane_orientation),
-            ("cables", cables, cable, CableSection, cable_tension, 1, (0.0, 0.0, 1.0)),
-            ("beams", beams, beam, BeamSection, beam_axial_force, 1, beam_orientation),
+        film = _surface_elements(triangles, quads, surfaces or {}, len(points))
+        count = sum(len(elements) for _, elements in film)
+        names = " and ".join(dict.fromkeys(f"{shape.domain}s" for shape, _ in film))
+        stress = checks.float_array(f"prestress of {names}", _spread(membrane_stress, count, 3), (count, 3))
+        groups, first = [], 0
+        for shape, elements in film:
+            require_section(f"{shape.domain}s", membrane, MembraneSection)
+            assert membrane is not None
+            own = stress[first : first + len(elements)]
+            first += len(elements)
+            groups.append(
+                ElementGroup(membrane, shape, elements, own, checks.vector3("orientation", membrane_orientation))
+            )
+        for name, lines, section, kind, initial, orientation in (
+            ("cables", cables, cable, CableSection, cable_tension, (0.0, 0.0, 1.0)),
+            ("beams", beams, beam, BeamSection, beam_axial_force, beam_orientation),
         ):
-            if connectivity is None or not np.size(connectivity):
+            if lines is None or not np.size(lines):
                 continue
             require_section(name, section, kind)
             assert section is not None
-            elements = checks.index_array(name, connectivity, section.corners, len(points), error=MeshError)
-            values = np.asarray(initial, dtype=float)
-            values = values.reshape(-1, 1) if width == 1 else values
-            values = np.array(np.broadcast_to(values, (len(elements), width)))
-            checks.float_array(f"prestress of {name}", values, (len(elements), width))
-            groups.append(ElementGroup(section, elements, values, checks.vector3("orientation", orientation)))
+            elements = checks.index_array(name, lines, 2, len(points), error=MeshError)
+            values = _spread(np.reshape(np.asarray(initial, dtype=float), (-1, 1)), len(elements), 1)
+            checks.float_array(f"prestress of {name}", values, (len(elements), 1))
+            groups.append(ElementGroup(section, LINE2, elements, values, checks.vector3("orientation", orientation)))
         return cls(points, tuple(groups), tuple(supports), prestress_mode)
 
     def __post_init__(self) -> None:
         checks.one_of("prestress_mode", self.prestress_mode, PRESTRESS_MODES)
-        check_triangles(self.nodes, self.triangles)
-        check_lines("cables", self.nodes, self.cables)
-        check_lines("beams", self.nodes, self.beams)
+        for group in self.groups:
+            name = f"{group.section.kind if group.shape.dimension == 1 else group.shape.domain}s"
+            check_elements(name, group.shape, self.nodes, group.connectivity)
+        check_joints([(group.shape, group.connectivity) for group in self.surfaces])
         check_connected(len(self.nodes), [group.connectivity for group in self.groups])
         for support in self.supports:
             checks.index_array("supports", np.reshape(support.nodes, (-1, 1)), 1, len(self.nodes), error=MeshError)
             for direction in support.directions:
                 checks.one_of("support direction", direction, DIRECTIONS)
 
-    def _connectivity(self, kind: str, corners: int) -> NDArray[np.int64]:
-        found = [group.connectivity for group in self.groups if group.section.kind == kind]
-        return np.concatenate(found) if found else np.zeros((0, corners), dtype=np.int64)
+    @property
+    def surfaces(self) -> tuple[ElementGroup, ...]:
+        """Groups of film elements, in order."""
+        return tuple(group for group in self.groups if group.shape.dimension == 2)
 
     @cached_property
     def triangles(self) -> NDArray[np.int64]:
-        """Node numbers of the film's elements, shape (t, 3)."""
-        return self._connectivity("membrane", 3)
+        """Linear triangles that stand for the film in pictures, shape (t, 3); its elements, where they are such."""
+        return self._split_surfaces[0]
+
+    @cached_property
+    def triangle_owner(self) -> NDArray[np.int64]:
+        """Film element that each of `triangles` belongs to, numbered through `surfaces`, shape (t,)."""
+        return self._split_surfaces[1]
+
+    @cached_property
+    def _split_surfaces(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        cells, owners, first = [np.zeros((0, 3), dtype=np.int64)], [np.zeros(0, dtype=np.int64)], 0
+        for group in self.surfaces:
+            split, owner = group.shape.split_elements(group.connectivity)
+            cells.append(split)
+            owners.append(first + owner)
+            first += len(group.connectivity)
+        return np.concatenate(cells), np.concatenate(owners)
+
+    @property
+    def membrane_count(self) -> int:
+        """Number of film elements."""
+        return sum(len(group.connectivity) for group in self.surfaces)
 
     @cached_property
     def cables(self) -> NDArray[np.int64]:
         """Node numbers of the cables, shape (c, 2)."""
-        return self._connectivity("cable", 2)
+        return self._lines("cable")
 
     @cached_property
     def beams(self) -> NDArray[np.int64]:
         """Node numbers of the beams, shape (b, 2)."""
-        return self._connectivity("beam", 2)
+        return self._lines("beam")
 
-    @cached_property
-    def dof_offset(self) -> NDArray[np.int64]:
-        """First unknown of each node, shape (node + 1,); the last entry is the number of unknowns."""
-        per_node = np.full(len(self.nodes), 3)
+    def _lines(self, kind: str) -> NDArray[np.int64]:
+        found = [group.connectivity for group in self.groups if group.section.kind == kind]
+        return np.concatenate([np.zeros((0, 2), dtype=np.int64), *found])
+
+    def centre(self, kind: str, element: int) -> NDArray[np.float64]:
+        """Mean of an element's nodes [m], shape (3,); elements are numbered through all groups of their kind."""
         for group in self.groups:
-            if group.section.rotational:
-                per_node[group.connectivity] = 6
-        return np.concatenate([[0], np.cumsum(per_node)])
-
-    @property
-    def dof_count(self) -> int:
-        """Number of unknowns before supports are applied."""
-        return int(self.dof_offset[-1])
+            if group.section.kind == kind:
+                if element < len(group.connectivity):
+                    return np.asarray(self.nodes[group.connectivity[element]].mean(axis=0))
+                element -= len(group.connectivity)
+        raise IndexError(f"no {kind} {element}")
 
     @property
     def mass(self) -> float:
         """Total mass [kg]."""
-        total = 0.0
-        for group in self.groups:
-            corners = self.nodes[group.connectivity]
-            first = corners[:, 1] - corners[:, 0]
-            if group.section.kind == "membrane":
-                measure = 0.5 * np.linalg.norm(np.cross(first, corners[:, 2] - corners[:, 0]), axis=1)
-            else:
-                measure = np.linalg.norm(first, axis=1)
-            total += group.section.mass_per_measure * float(measure.sum())
-        return total
-
-    def element_dofs(self, group: ElementGroup) -> NDArray[np.int64]:
-        """Unknowns of each element, shape (element, 3 or 6 per corner)."""
-        count = 6 if group.section.rotational else 3
-        first = self.dof_offset[group.connectivity]
-        return (first[:, :, None] + np.arange(count)).reshape(len(first), -1)
-
-    @cached_property
-    def translation_dofs(self) -> NDArray[np.int64]:
-        """Unknowns of the three translations of each node, shape (node, 3)."""
-        return self.dof_offset[:-1, None] + np.arange(3)
-
-    @cached_property
-    def fixed_dofs(self) -> NDArray[np.int64]:
-        """Unknowns held by supports, sorted."""
-        fixed: set[int] = set()
-        for support in self.supports:
-            for direction in support.directions:
-                step = DIRECTIONS.index(direction)
-                for node in support.nodes:
-                    dof = int(self.dof_offset[node]) + step
-                    if dof < self.dof_offset[node + 1]:
-                        fixed.add(dof)
-        return np.array(sorted(fixed), dtype=np.int64)
-
-    @cached_property
-    def free_dofs(self) -> NDArray[np.int64]:
-        """Unknowns that can move, sorted."""
-        return np.setdiff1d(np.arange(self.dof_count), self.fixed_dofs)
-
-    @cached_property
-    def rigid_motions(self) -> NDArray[np.float64]:
-        """Infinitesimal rigid motions about the origin, shape (dof, 6): three translations, three rotations."""
-        motions = np.zeros((self.dof_count, 6))
-        x, y, z = self.nodes.T
-        dofs = self.translation_dofs
-        for axis in range(3):
-            motions[dofs[:, axis], axis] = 1.0
-        motions[dofs[:, 1], 3], motions[dofs[:, 2], 3] = -z, y
-        motions[dofs[:, 0], 4], motions[dofs[:, 2], 4] = z, -x
-        motions[dofs[:, 0], 5], motions[dofs[:, 1], 5] = -y, x
-        turning = np.flatnonzero(np.diff(self.dof_offset) == 6)
-        for axis in range(3):
-            motions[self.dof_offset[turning] + 3 + axis, 3 + axis] = 1.0
-        return motions
-
-    @property
-    def rigid_freedom(self) -> int:
-        """Number of independent rigid motions that the supports leave free."""
-        motions = self.rigid_motions / max(1.0, float(np.abs(self.nodes).max()))
-        held = motions[self.fixed_dofs]
-        rank = int(np.linalg.matrix_rank(held, tol=1e-9)) if held.size else 0
-        return int(np.linalg.matrix_rank(motions, tol=1e-9)) - rank
+        return sum(
+            group.section.mass_per_measure * float(group.shape.measure(self.nodes[group.connectivity]).sum())
+            for group in self.groups
+        )
 
     def with_pretension_scaled(self, scale_x: float, scale_y: float) -> Model:
         """Copy with the prestress along x and y multiplied by two factors.
@@ -275,12 +200,29 @@ class Model:
         """
         groups = []
         for group in self.groups:
-            if group.section.kind == "membrane":
+            if group.shape.dimension == 2:
                 factor = np.array([scale_x, scale_y, np.sqrt(abs(scale_x * scale_y))])
             else:
-                ends = self.nodes[group.connectivity]
-                along = (ends[:, 1] - ends[:, 0]) ** 2
-                weight_x = along[:, :1] / along.sum(axis=1, keepdims=True)
-                factor = scale_x * weight_x + scale_y * (1.0 - weight_x)
+                factor = blend_by_direction(self.nodes, group.connectivity, scale_x, scale_y)[:, None]
             groups.append(replace(group, initial=group.initial * factor))
         return replace(self, groups=tuple(groups))
+
+
+def _surface_elements(
+    triangles: ArrayLike | None, quads: ArrayLike | None, surfaces: Mapping[str, ArrayLike], node_count: int
+) -> list[tuple[Shape, NDArray[np.int64]]]:
+    """Checked node numbers of the film's elements by shape."""
+    corners = TRIANGLE6 if np.asarray(triangles).shape[-1:] == (6,) else TRIANGLE3
+    given = [("triangles", corners, triangles), ("quads", QUAD4, quads)]
+    for name, elements in surfaces.items():
+        given.append((f"surfaces[{name!r}]", surface_shape("surfaces", name), elements))
+    return [
+        (shape, checks.index_array(name, elements, len(shape.nodes), node_count, error=MeshError))
+        for name, shape, elements in given
+        if elements is not None and np.size(elements)
+    ]
+
+
+def _spread(values: ArrayLike, count: int, width: int) -> NDArray[np.float64]:
+    """The same values for every element, or each its own."""
+    return np.array(np.broadcast_to(np.asarray(values, dtype=float), (count, width)))

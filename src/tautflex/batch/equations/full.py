@@ -20,9 +20,9 @@ from tautflex.batch.equations.rate_history import Course, Numbers, Spin
 from tautflex.batch.gather import collect, gather_table, multiply, shared_rows
 from tautflex.batch.library import jax
 from tautflex.errors import UnsupportedError
-from tautflex.mechanics.inertia import cross_matrix
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.maneuvers import unit_axis
+from tautflex.motion.kinematics import unit_axis
+from tautflex.numeric import cross_matrix
 from tautflex.reduction.polynomial.projection import prestress_fields
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.probes import ProbeSet
@@ -79,7 +79,7 @@ class FullPlant:
                 np.asarray(block.measure),
                 {name: field[index] for name, field in fields.items() if np.any(field[index])},
             )
-            for index, (block, places) in enumerate(zip(system.blocks, system.element_places, strict=True))
+            for index, (block, places) in enumerate(zip(system.blocks, system.row_places, strict=True))
         )
         self.table = gather_table(np.concatenate([block.places.ravel() for block in self.blocks]), system.size)
         stiffness = system.pattern.matrix(state.tangent_entries).toarray()
@@ -102,7 +102,7 @@ class FullPlant:
 
 
 def _refuse(state: PrestressedState) -> None:
-    laws = sorted({block.law for block in state.system.blocks} - {"elastic"})
+    laws = sorted({block.law.name for block in state.system.blocks if not block.is_elastic})
     if laws:
         raise UnsupportedError(
             f"law: expected elastic film and cables in a batch, got {', '.join(laws)}; run simulate one by one"

@@ -1,7 +1,7 @@
 """Rotations about a fixed line as functions of time and of numbers that may be traced.
 
-The formulas are those of :mod:`tautflex.motion`, which work on any array library. What differs is where a maneuver's
-stretches are told apart: a step knows an instant inside its stretch, and masks pick what holds there.
+Maneuvers that are a formula bring it along (`tautflex.FixedAxis`): a step knows an instant inside its stretch, and the
+formula masks what does not hold there. Tables are interpolated here, by matrices that multiply their rates.
 """
 
 from __future__ import annotations
@@ -17,10 +17,8 @@ from scipy.interpolate import CubicSpline
 
 from tautflex.batch.library import jax
 from tautflex.errors import InputError, UnsupportedError
-from tautflex.motion.maneuvers import AtRest, Stop, unit_axis
-from tautflex.motion.profiles import Piece, unit_step
-from tautflex.motion.shaping import SHAPERS, impulse_train
-from tautflex.motion.slew import Slew, SpinUp
+from tautflex.motion.fixed_axis import FixedAxis
+from tautflex.motion.kinematics import AtRest, unit_axis
 from tautflex.motion.tabulated import Tabulated
 
 Array = jax.Array
@@ -85,14 +83,14 @@ def course_of(maneuver: Any) -> Course:
     Raises
     ------
     UnsupportedError
-        If the maneuver is none of AtRest, Stop, Slew, SpinUp and single-axis Tabulated.
+        If the maneuver is no formula about an axis (`tautflex.FixedAxis`) and no single-axis Tabulated.
     """
     for kind, make in _MAKERS.items():
         if isinstance(maneuver, kind):
             return make(maneuver)
     raise UnsupportedError(
-        f"maneuver: expected Stop, Slew, SpinUp, or Tabulated rates about one axis, got {maneuver!r}; sample it: "
-        "Tabulated(times, rates)"
+        f"maneuver: expected Stop, Slew, SpinUp or another FixedAxis, or Tabulated rates about one axis, got "
+        f"{maneuver!r}; sample it: Tabulated(times, rates)"
     )
 
 
@@ -109,84 +107,27 @@ def _rest(maneuver: AtRest) -> Course:
     )
 
 
-def _stop(maneuver: Stop) -> Course:
-    def spin(numbers: Numbers, time: Any, inside: Any) -> Spin:
-        slope = -numbers["rate"] / numbers["duration"]
-        braking = inside < numbers["duration"]
-        return spin_of(jnp.where(braking, numbers["rate"] + slope * time, 0.0), jnp.where(braking, slope, 0.0))
-
-    numbers = {"rate": maneuver.rate, "duration": maneuver.duration}
-    return Course(
-        maneuver.axis,
-        maneuver.origin,
-        numbers,
-        "stop",
-        lambda numbers: numbers["rate"],
-        lambda numbers: jnp.stack([numbers["duration"]]),
-        spin,
-    )
-
-
-def _corners(pieces: tuple[Piece, ...]) -> list[Any]:
-    return [piece.end for piece in pieces]
-
-
-def _along(pieces: tuple[Piece, ...], time: Any, inside: Any) -> tuple[Any, Any, Any]:
-    """Unit step and its derivatives: 0 before the pieces, 1 after them."""
-    total: tuple[Any, ...] = (jnp.where(inside >= pieces[-1].end, 1.0, 0.0), 0.0, 0.0)
-    for piece in pieces:
-        here = (inside >= piece.start) & (inside < piece.end)
-        parts = piece.values(time)
-        total = tuple(a + jnp.where(here, b, 0.0) for a, b in zip(total, parts, strict=True))
-    value, slope, curvature = total
-    return value, slope, curvature
-
-
-def _slew(maneuver: Slew) -> Course:
-    shaped = maneuver.profile == "input-shaped"
-    numbers: Numbers = {"angle": maneuver.angle, "duration": maneuver.duration}
-    if shaped:
-        numbers |= {"frequency": maneuver.frequency, "damping_ratio": maneuver.damping_ratio}
-
-    def copies(numbers: Numbers) -> tuple[tuple[Piece, ...], Any]:
-        if not shaped:
-            return unit_step(maneuver.profile, numbers["duration"]), ((1.0, 0.0),)
-        impulses = impulse_train(SHAPERS[maneuver.shaper], numbers["frequency"], numbers["damping_ratio"])
-        return unit_step(maneuver.base, numbers["duration"] - impulses[-1][1]), impulses
+def _fixed_axis(maneuver: FixedAxis) -> Course:
+    """The maneuver's own formula, its numbers traced."""
+    numbers = maneuver.numbers
+    # What depends on no number is none of JAX's.
+    before = maneuver.formula({name: jnp.asarray(value) for name, value in numbers.items()}).before
+    rests = not isinstance(before, jax.Array) and before == 0.0
 
     def spin(numbers: Numbers, time: Any, inside: Any) -> Spin:
-        pieces, impulses = copies(numbers)
-        rate = acceleration = 0.0
-        for amplitude, delay in impulses:
-            _, slope, curvature = _along(pieces, time - delay, inside - delay)
-            rate, acceleration = rate + amplitude * slope, acceleration + amplitude * curvature
-        return spin_of(numbers["angle"] * rate, numbers["angle"] * acceleration)
+        return spin_of(*maneuver.formula(numbers).around(inside)(time))
 
     def breaks(numbers: Numbers) -> Any:
-        pieces, impulses = copies(numbers)
-        starts = [delay for _, delay in impulses[1:]]
-        ends = [delay + corner for _, delay in impulses for corner in _corners(pieces)]
-        return jnp.stack([jnp.asarray(instant, dtype=float) for instant in starts + ends])
-
-    key = ("slew", maneuver.profile, maneuver.shaper if shaped else "", maneuver.base if shaped else "")
-    return Course(maneuver.axis, maneuver.origin, numbers, key, None, breaks, spin)
-
-
-def _spin_up(maneuver: SpinUp) -> Course:
-    numbers = {"rate": maneuver.rate, "duration": maneuver.duration, "initial_rate": maneuver.initial_rate}
-
-    def spin(numbers: Numbers, time: Any, inside: Any) -> Spin:
-        value, slope, _ = _along(unit_step(maneuver.profile, numbers["duration"]), time, inside)
-        change = numbers["rate"] - numbers["initial_rate"]
-        return spin_of(numbers["initial_rate"] + change * value, change * slope)
+        limits = maneuver.formula(numbers).step.limits
+        return jnp.stack([jnp.asarray(limit, dtype=float) for limit in limits])
 
     return Course(
         maneuver.axis,
         maneuver.origin,
         numbers,
-        ("spin-up", maneuver.profile),
-        lambda numbers: numbers["initial_rate"],
-        lambda numbers: jnp.stack(_corners(unit_step(maneuver.profile, numbers["duration"]))),
+        (type(maneuver), *(value for name, value in vars(maneuver).items() if name not in numbers)),
+        None if rests else lambda numbers: maneuver.formula(numbers).before,
+        breaks,
         spin,
     )
 
@@ -239,8 +180,6 @@ def _tabulated(maneuver: Tabulated) -> Course:
 
 _MAKERS: dict[type, Callable[[Any], Course]] = {
     AtRest: _rest,
-    Stop: _stop,
-    Slew: _slew,
-    SpinUp: _spin_up,
+    FixedAxis: _fixed_axis,
     Tabulated: _tabulated,
 }

@@ -8,15 +8,15 @@ from typing import Any
 import jax.numpy as jnp
 from jax import lax
 
-from tautflex.batch.equations.coefficients import Assembly, Coefficients, Fields
+from tautflex.batch.equations.assembly import PULL, TURN, Assembly, Fields
 from tautflex.batch.equations.equation import EachRun, Forces, Sample
 from tautflex.batch.equations.rate_history import Course, Numbers, Spin
 from tautflex.batch.library import jax
 from tautflex.batch.steps.products import Monomials, norm, one_by_one, product, refined, settled, transposed
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
+from tautflex.reduction.polynomial.condensation import CondensedModel, Factors
 from tautflex.reduction.polynomial.model import ReducedModel
-from tautflex.reduction.polynomial.projection import Factors
 from tautflex.solvers.transient.probes import ProbeSet
 
 Array = jax.Array
@@ -40,7 +40,7 @@ class ReducedPlant:
     def __init__(self, rom: ReducedModel) -> None:
         self.rom, self.state, self.size = rom, rom.state, rom.size
         self.secants = _SECANTS
-        self.kinds = tuple(rom.pieces.elastic)
+        self.kinds = tuple(rom.projection.elastic)
         # Second-degree forces of a flat structure are round-off.
         self.curved = rom.plant(Rayleigh()).quadratic.size > 0
         self.cubic, self.viscous = (Fields.of(part, rom.basis.amplitude) for part in rom.fields)
@@ -59,11 +59,11 @@ class ReducedPlant:
     ) -> ReducedEquation:
         """Equation of all runs."""
         assembly, basis = self.assembly(course), self.rom.basis
-        companions = jnp.asarray((probes.map @ basis.companions.T).T)
+        readings = jnp.asarray((probes.map @ basis.derivatives.T).T)
 
         def weigh(numbers: Numbers) -> tuple[Any, ...]:
             # Its fields are arrays of the library it was assembled with.
-            c = assembly(_factors(numbers, self.kinds), companions, jnp)
+            c = assembly(_factors(numbers, self.kinds), readings, jnp)
             modes = _natural_modes(lax.stop_gradient(c.mass), lax.stop_gradient(c.linear))
             both = (self.cubic, c.cubic), (self.viscous, c.viscous)
             traces = [self.monomials.trace(fields.full(a)) for fields, a in both]
@@ -75,7 +75,7 @@ class ReducedPlant:
             c, modes, bounds = one_by_one(lambda own: weigh({**numbers, **own}), own)
             c, modes, bounds = jax.tree.map(lambda part: jnp.moveaxis(part, 0, -1), (c, modes, bounds))
             same = _same_for_all(assembly, differ)
-            c = Coefficients(*(part[..., 0] if name in same else part for name, part in zip(c._fields, c, strict=True)))
+            c = c._replace(**{name: getattr(c, name)[..., 0] for name in same})
         else:
             c, modes, bounds = weigh(numbers)
             modes = modes[0], modes[1][:, None]
@@ -98,13 +98,13 @@ def _factors(numbers: Numbers, kinds: tuple[str, ...]) -> Factors:
 
 def _same_for_all(assembly: Assembly, differ: frozenset[str]) -> frozenset[str]:
     """Names of the coefficients that do not differ from run to run."""
-    # Readings were not part of the comparison; they follow the companions.
-    different = {"follow", "held"}
+    # Readings were not part of the comparison; they follow the static derivatives.
+    different = {"follow_linear", "follow_quadratic", "follow_load"}
     if any(not name.startswith("density") for name in differ):
         different |= assembly.by_stiffness
     if any(name.startswith("density") for name in differ):
         different |= assembly.by_density
-    return frozenset(Coefficients._fields) - different
+    return frozenset(CondensedModel._fields) - different
 
 
 def _natural_modes(mass: Array, stiffness: Array) -> tuple[Array, Array]:
@@ -123,7 +123,7 @@ class ReducedEquation:
     plant
         Reduced model.
     c
-        Coefficients; those that all runs share lack the last axis.
+        Condensed model of every run; what all runs share lacks the last axis.
     damping
         Factors of mass and stiffness, shape (runs,), weights of vectors, shape (rank, runs), and these, (rank, r).
     modes
@@ -133,7 +133,7 @@ class ReducedEquation:
     coupling
         Switches of the rotating-frame terms.
     absent
-        Names of coefficients that are zero.
+        Names and places of turning terms that are zero.
     kept
         Readings of the coordinates, shape (n, r).
     """
@@ -141,12 +141,12 @@ class ReducedEquation:
     def __init__(
         self,
         plant: ReducedPlant,
-        c: Coefficients,
+        c: CondensedModel,
         damping: tuple[Array, Array, Array, Array],
         modes: tuple[Array, Array],
         bounds: tuple[Array, Array, Array],
         coupling: Coupling,
-        absent: frozenset[str],
+        absent: frozenset[tuple[str, int]],
         kept: Array,
     ) -> None:
         self.size, self._plant, self._c, self._coupling, self._absent = plant.size, plant, c, coupling, absent
@@ -154,11 +154,12 @@ class ReducedEquation:
         self._damping = self._alpha * _per_run(c.mass) + self._beta * _per_run(c.linear)
         (self._phi, self._squares), self._bounds = modes, bounds
         self._back = transposed(self._phi)
-        self._coupled = len(vectors) > 0
-        if self._coupled:
+        self._low_rank = len(vectors) > 0
+        if self._low_rank:
             self._damping += jnp.einsum("kn,ki,kj->ijn", weights, vectors, vectors)
             own = _per_run(jnp.einsum("ki,ij...->kj...", vectors, self._phi))
             self._alpha = self._alpha + jnp.sum(weights[:, None] * own * own, axis=0)
+        self._own, self._coupled = tuple(c.turning), tuple(c.turning_derivatives)
         self._monomials, self._kept = plant.monomials, kept
 
     def _weights(self, spin: Spin) -> tuple[Any, Any, Any]:
@@ -170,46 +171,46 @@ class ReducedEquation:
             spin.square * float(c.centrifugal),
         )
 
-    def _load(self, spin: Spin) -> Array:
-        """Load on coordinates, then on monomials, shape (r + m, runs)."""
+    def _load(self, load: Array, spin: Spin) -> Array:
+        """Loads of angular acceleration and squared rate on something, shape (2, n) -> (n, runs)."""
         on = float(self._coupling.inertial_load)
-        first, second = _per_run(self._c.load)
+        first, second = _per_run(load)
         return on * spin.acceleration * first + on * spin.square * second
 
     def predicted(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array, Array]:
-        """Load, and stress and force that go through the companions, as the single run takes them.
+        """Load, and stress and force that go through the static derivatives, as the single run takes them.
 
         Where nothing turns they are not computed.
         """
         m = len(self._monomials.first)
         nothing = jnp.zeros_like(q), jnp.zeros((m, *q.shape[1:])), jnp.zeros_like(q)
         turning = jnp.any(spin.rate != 0.0) | jnp.any(spin.acceleration != 0.0) | jnp.any(spin.square != 0.0)
-        return lax.cond(turning, self._companions, lambda q, v, spin: nothing, q, v, spin)
+        return lax.cond(turning, self._through_derivatives, lambda q, v, spin: nothing, q, v, spin)
 
-    def _companions(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array, Array]:
+    def _through_derivatives(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array, Array]:
         gyro, turn, pull = self._weights(spin)
-        load = self._load(spin)
-        stress, force = load[self.size :], jnp.zeros_like(q)
+        load = self._load(self._c.load, spin)
+        stress, force = self._load(self._c.load_stress, spin), jnp.zeros_like(q)
         y, rate = self._monomials.values(q), self._monomials.rates(q, v)
-        if "companions_turn" not in self._absent:
-            matrix = self._c.companions_turn
+        if ("turning_derivatives", TURN) not in self._absent:
+            matrix = self._coupled[TURN]
             stress += product(matrix, gyro * v + turn * q)
             # M(S) is skew, M(S^2) symmetric.
             force -= product(transposed(matrix), gyro * rate + turn * y)
-        if "companions_pull" not in self._absent:
-            matrix = self._c.companions_pull
+        if ("turning_derivatives", PULL) not in self._absent:
+            matrix = self._coupled[PULL]
             stress += pull * product(matrix, q)
             force += pull * product(transposed(matrix), y)
-        return load[: self.size] + force, stress, load[: self.size]
+        return load + force, stress, load
 
     def _turning(self, q: Array, v: Array, spin: Spin) -> Array:
         """Gyroscopic, Euler and centrifugal force on the coordinates themselves."""
         gyro, turn, pull = self._weights(spin)
         force = jnp.zeros_like(q)
-        if "turn" not in self._absent:
-            force += product(self._c.turn, gyro * v + turn * q)
-        if "pull" not in self._absent:
-            force += pull * product(self._c.pull, q)
+        if ("turning", TURN) not in self._absent:
+            force += product(self._own[TURN], gyro * v + turn * q)
+        if ("turning", PULL) not in self._absent:
+            force += pull * product(self._own[PULL], q)
         return force
 
     def frame(self, q: Array, v: Array, spin: Spin) -> Array:
@@ -221,7 +222,7 @@ class ReducedEquation:
         return _through(self._plant.cubic, self._c.cubic, y)
 
     def internal(self, q: Array, v: Array, predicted: tuple[Array, Array, Array]) -> Array:
-        """Internal force, that of the companions and their damping included, shape (r, runs)."""
+        """Internal force, that of the static derivatives and their damping included, shape (r, runs)."""
         y, rate = self._monomials.values(q), self._monomials.rates(q, v)
         stress = predicted[1] + self._stress(y)
         stress += _through(self._plant.viscous, self._c.viscous, self._beta * rate)
@@ -229,7 +230,7 @@ class ReducedEquation:
         return force + product(self._c.quadratic, y) if self._plant.curved else force
 
     def forces(self, q: Array, v: Array, spin: Spin, predicted: tuple[Array, Array, Array]) -> Forces:
-        """All forces but inertia; the internal norm counts what the companions feel, as the single run does."""
+        """All forces but inertia; the internal norm counts what the static derivatives feel, as the single run does."""
         internal = self.internal(q, v, predicted)
         return Forces(internal + self.around(q, v, spin, predicted), norm(internal), norm(predicted[2]))
 
@@ -258,10 +259,10 @@ class ReducedEquation:
 
         def left(a: Array) -> Array:
             result = self.mass(a) + half * product(self._damping, a)
-            return result if "turn" in self._absent else result + half * gyro * product(self._c.turn, a)
+            return result if ("turning", TURN) in self._absent else result + half * gyro * product(self._own[TURN], a)
 
         def solve(left: Callable[[Array], Array], force: Array) -> Array:
-            if "turn" in self._absent and not self._coupled:
+            if ("turning", TURN) in self._absent and not self._low_rank:
                 return without(force)
             # What is left out is small: half a step times the rate, or times a damping ratio and a frequency.
             return refined(left, without, force)
@@ -271,8 +272,8 @@ class ReducedEquation:
     def follows(self, size: float, share: float, q: Array, predicted: tuple[Array, Array, Array]) -> Array:
         """Whether a share of the limit of central differences lets steps of a size follow the stiffness at q.
 
-        Traces bound the eigenvalues; only where that is not enough the tangent is looked at. Likewise the companions'
-        damping, which is taken from the predicted velocity and must not reverse it.
+        Traces bound the eigenvalues; only where that is not enough the tangent is looked at. Likewise the static
+        derivatives' damping, which is taken from the predicted velocity and must not reverse it.
         """
         q, predicted = lax.stop_gradient((q, predicted))
         cubic, viscous, heaviness = lax.stop_gradient(self._bounds)
@@ -305,12 +306,10 @@ class ReducedEquation:
         c, found = self._c, Sample()
         y = self._monomials.values(q)
         if "displacement" in store:
-            on = float(self._coupling.inertial_load)
-            first, second = _per_run(c.held)
-            held = on * spin.acceleration * first + on * spin.square * second
-            found["displacement"] = _points(self._kept @ q + product(c.follow, y) + held)
+            offset = self._load(c.follow_load, spin)
+            found["displacement"] = _points(self._kept @ q + product(c.follow_quadratic, y) + offset)
         if "velocity" in store:
-            found["velocity"] = _points(self._kept @ v + product(c.follow, self._monomials.rates(q, v)))
+            found["velocity"] = _points(self._kept @ v + product(c.follow_quadratic, self._monomials.rates(q, v)))
         if "energy" in store:
             strain = 0.5 * jnp.sum(q * product(c.linear, q), axis=0)
             strain += 0.5 * jnp.sum(y * self._stress(y), axis=0)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from tautflex.batch.output.response import Response
 from tautflex.solvers.transient.problem import TransientProblem
-from tautflex.solvers.transient.recorder import COMPONENTS
 from tautflex.solvers.transient.status import Status
+from tautflex.solvers.variables import BATCH, COMPONENTS, described
 
 
 def to_dataset(
@@ -34,33 +34,19 @@ def to_dataset(
     problem
         What the runs have in common.
     """
-    data: dict[str, Any] = {}
-    for values, suffix, units, words in (
-        (record.displacement, "", "m", "elastic displacement"),
-        (record.velocity, "_velocity", "m s-1", "elastic velocity"),
-    ):
-        for axis, name in enumerate("uvw"):
-            if values is not None:
-                about = {"long_name": f"{words} along {COMPONENTS[axis]}", "units": units}
-                data[name + suffix] = (("run", "time", "probe"), np.asarray(values)[..., axis], about)
+    arrays: dict[str, Any] = {}
+    for values, suffix in ((record.displacement, ""), (record.velocity, "_velocity")):
+        if values is not None:
+            arrays |= {name + suffix: np.asarray(values)[..., axis] for axis, name in enumerate("uvw")}
     if record.energy is not None:
-        for column, (name, words) in enumerate(
-            (
-                ("kinetic_energy", "kinetic energy of the elastic motion"),
-                ("strain_energy", "strain energy above the reference"),
-            )
-        ):
-            about = {"long_name": words, "units": "J"}
-            data[name] = (("run", "time"), np.asarray(record.energy)[..., column], about)
+        arrays["kinetic_energy"], arrays["strain_energy"] = np.moveaxis(np.asarray(record.energy), -1, 0)
     done = np.asarray(record.converged)
-    data["status"] = ("run", np.where(done, Status.COMPLETED.value, Status.NOT_CONVERGED.value))
-    data["iterations"] = ("run", np.asarray(record.iterations), {"long_name": "nonlinear iterations", "units": "1"})
-    about = {"long_name": "end of the maneuver", "units": "s"}
-    data["maneuver_end"] = ("run", np.asarray(record.maneuver_end), about)
-    about = {"long_name": "reference position of the probe", "units": "m"}
-    data["probe_position"] = (("probe", "component"), problem.placed.positions, about)
+    arrays["status"] = np.where(done, Status.COMPLETED.value, Status.NOT_CONVERGED.value)
+    arrays["iterations"] = np.asarray(record.iterations)
+    arrays["maneuver_end"] = np.asarray(record.maneuver_end)
+    arrays["probe_position"] = problem.placed.positions
     coordinates: dict[str, Any] = {
-        "time": ("time", np.asarray(record.time)[0], {"long_name": "time", "units": "s"}),
+        **described(BATCH, {"time": np.asarray(record.time)[0]}),
         "probe": list(problem.placed.names),
         "component": COMPONENTS,
         "run": np.arange(runs),
@@ -70,4 +56,4 @@ def to_dataset(
             dims = ("run",) if given.ndim == 1 else ("run", f"{name}.row")
             coordinates[name] = (dims, given)
     attributes = {name: problem.attributes[name] for name in ("method", "maneuver", "time_step")}
-    return xr.Dataset(data, coords=coordinates, attrs=attributes)
+    return xr.Dataset(described(BATCH, arrays), coords=coordinates, attrs=attributes)

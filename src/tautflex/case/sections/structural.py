@@ -6,8 +6,10 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
 
-from tautflex.case.messages import problem, show
+from tautflex.case.messages import choices, problem, show
 from tautflex.case.section import Count, Flag, NonNegative, Number, Positive, Section
+from tautflex.structure.materials import LAW_NAMES
+from tautflex.structure.shapes import SHAPES
 
 EdgeCount = Annotated[Count, Field(ge=2)]
 
@@ -34,9 +36,7 @@ class Membrane(Section):
     strain: Literal["von-karman", "green-lagrange"] = Field(
         default="von-karman", description="strain measure of film, cables and frame", examples=["von-karman"]
     )
-    law: Literal["elastic", "tension-field"] = Field(
-        default="elastic", description="material law of the film", examples=["tension-field"]
-    )
+    law: str = Field(default="elastic", description="material law of the film", examples=["tension-field"])
     edges: Literal["cables", "fixed"] = Field(
         default="cables", description="what holds the edges of the film", examples=["cables"]
     )
@@ -44,6 +44,14 @@ class Membrane(Section):
     stress_y: Number | None = Field(default=None, description="given stress along y [Pa]", examples=[5470.0])
 
     _poisson = field_validator("poisson_ratio")(_inside_elastic_range)
+
+    @field_validator("law", mode="before")
+    @classmethod
+    def _known_law(cls, value: object) -> object:
+        if value not in LAW_NAMES["membrane"]:
+            text = f"expected one of {choices(LAW_NAMES['membrane'])}, got {show(value)}"
+            raise ValueError(f"{text}; choose one of them")
+        return value
 
     @model_validator(mode="after")
     def _both_stresses(self) -> Self:
@@ -110,7 +118,7 @@ class Frame(Section):
 
 
 class Mesh(Section):
-    """Mesh: structured triangles of the film, cells along x and y each cut by a diagonal, or a file.
+    """Mesh: a grid of cells along x and y, each one quad or cut by a diagonal into two triangles, or a file.
 
     With ``file`` (Gmsh, Abaqus or Nastran) film, cables, frame and supports come from its groups; the case states
     sections and tensions only, a cable's tension by its direction. ``names`` gives roles to groups whose names
@@ -123,6 +131,7 @@ class Mesh(Section):
     pattern: Literal["alternating", "regular"] = Field(
         default="alternating", description="directions of the diagonals", examples=["alternating"]
     )
+    element: str = Field(default="triangle3", description="shape of the film's elements", examples=["triangle6"])
     file: str | None = Field(
         default=None, strict=True, description="mesh file (.msh, .inp, .bdf)", examples=["antenna.msh"]
     )
@@ -131,9 +140,23 @@ class Mesh(Section):
         default=None, description="roles of groups in the file", examples=[{"skin": "membrane"}]
     )
 
+    @property
+    def node_spaces(self) -> tuple[int, int]:
+        """Spaces between the film's nodes along x and y."""
+        per_cell = 2 if SHAPES[self.element].midside_nodes else 1
+        return per_cell * self.divisions[0], per_cell * self.divisions[1]
+
+    @field_validator("element")
+    @classmethod
+    def _known_shape(cls, value: str) -> str:
+        known = [name for name, shape in SHAPES.items() if shape.dimension == 2]
+        if value not in known:
+            raise problem("one of " + ", ".join(map(repr, known)), value, "choose one of them")
+        return value
+
     @model_validator(mode="after")
     def _file_or_divisions(self) -> Self:
-        for key in ("divisions", "pattern"):
+        for key in ("divisions", "pattern", "element"):
             if self.file is not None and key in self.model_fields_set:
                 text = f"{key}: expected no value beside file = {show(self.file)}, got {show(getattr(self, key))}"
                 raise ValueError(f"{text}; remove one of the two")
@@ -147,7 +170,8 @@ class Mesh(Section):
     def _without_unused(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Leave out the built-in mesh beside a file."""
         values: dict[str, Any] = serialize(self)
-        return values if self.file is None else {k: v for k, v in values.items() if k not in ("divisions", "pattern")}
+        left_out = () if self.file is None else ("divisions", "pattern", "element")
+        return {key: value for key, value in values.items() if key not in left_out}
 
 
 class Prestress(Section):

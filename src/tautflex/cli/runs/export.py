@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from tautflex.cli.options import AsJson, about, print_json, require_output_directory
+from tautflex.cli.options import AsJson, Plugins, about, print_json, require_output_directory, use_plugins
 
 
 def export(
@@ -20,12 +20,14 @@ def export(
     output: Annotated[
         Path | None, Parameter(name=["-o", "--output"], help="Directory to write to; default: beside the result.")
     ] = None,
+    plugin: Plugins = None,
     as_json: AsJson = False,
 ) -> int:
     """Write the results of a run as VTU series with PVD (ParaView) or as CSV.
 
     Example: tautflex export m2/run.nc --to vtu -o m2/paraview
     """
+    use_plugins(plugin)
     directory = output if output is not None else run.parent
     require_output_directory(directory)
 

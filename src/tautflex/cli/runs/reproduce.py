@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from tautflex.cli.options import AsJson, print_json, require_output_directory
+from tautflex.cli.options import AsJson, Plugins, print_json, require_output_directory, use_plugins
 from tautflex.cli.runs.run import progress_bar
 from tautflex.errors import CaseError
 
@@ -45,6 +45,7 @@ def reproduce(
     docs: Annotated[
         Path | None, Parameter(name="--docs", help="Directory for the Markdown page, if not that for results.")
     ] = None,
+    plugin: Plugins = None,
     as_json: AsJson = False,
 ) -> int:
     """Compute the paper's tables and figures again; compare with the printed numbers.
@@ -54,6 +55,7 @@ def reproduce(
 
     Example: tautflex reproduce --table 6 --table 7 -o reproduction
     """
+    use_plugins(plugin)
     whole = not table and not figure
     tables, figures = _tables(table, whole, quick), _figures(figure, whole)
     if workers is not None and workers < 1:

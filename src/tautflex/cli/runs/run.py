@@ -9,7 +9,16 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from tautflex.cli.options import AsJson, CaseFile, Overrides, about, print_json, require_output_directory
+from tautflex.cli.options import (
+    AsJson,
+    CaseFile,
+    Overrides,
+    Plugins,
+    about,
+    print_json,
+    require_output_directory,
+    use_plugins,
+)
 
 
 def run(
@@ -21,6 +30,7 @@ def run(
         Parameter(name=["-o", "--output"], help="Directory for results; default: named like the case."),
     ] = None,
     override: Overrides = None,
+    plugin: Plugins = None,
     as_json: AsJson = False,
 ) -> int:
     """Simulate the maneuver; write run.nc, summary.json and figures.
@@ -29,17 +39,18 @@ def run(
 
     Example: tautflex run m2.toml -o m2 --set damping.alpha=0.01 --set solver.end_time=5
     """
+    use_plugins(plugin)
     from tautflex.case import load_case
 
     loaded = load_case(case, override or ())
     directory = output if output is not None else default_directory(case)
     require_output_directory(directory)
 
-    from tautflex.case.run import run_case
+    from tautflex.case.run import write_case_run
     from tautflex.cli.figures import run_figures
 
     with about(case), progress_bar() as progress:
-        summary = run_case(loaded, directory, progress, figures=run_figures, title=case.stem)
+        summary = write_case_run(loaded, directory, progress, figures=run_figures, title=case.stem)
     if as_json:
         print_json(summary)
     else:

@@ -10,7 +10,7 @@ from tautflex.errors import MeshError
 from tautflex.files.mesh.abaqus_text import Block, bare_name, fields
 from tautflex.files.mesh.numerals import natural, real
 from tautflex.files.mesh.raw import Budget, IntArray, Numbering, RawGroup, shorten
-from tautflex.structure.model import DIRECTIONS
+from tautflex.structure.groups import DIRECTIONS
 
 NAMED_CONDITIONS = {"ENCASTRE": (1, 6), "PINNED": (1, 3)}
 

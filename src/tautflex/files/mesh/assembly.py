@@ -11,10 +11,11 @@ from tautflex.errors import MeshError
 from tautflex.files.mesh import roles
 from tautflex.files.mesh.mesh_data import MeshData
 from tautflex.files.mesh.raw import IntArray, RawGroup, RawMesh, shorten
-from tautflex.structure.mesh import check_connected, check_lines, check_triangles
-from tautflex.structure.model import DIRECTIONS, Support
+from tautflex.structure.groups import DIRECTIONS, Support
+from tautflex.structure.mesh import check_connected, check_elements
+from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6
 
-_CHOICES = {"triangles": ("membrane",), "lines": ("cable", "beam")}
+_CHOICES = {"triangles": ("membrane",), "quads": ("membrane",), "lines": ("cable", "beam")}
 
 
 def assemble(raw: RawMesh, names: Mapping[str, str] | None = None, unit_length: float = 1.0) -> MeshData:
@@ -36,19 +37,20 @@ def assemble(raw: RawMesh, names: Mapping[str, str] | None = None, unit_length: 
     """
     stated = roles.stated_roles(names)
     roles.require_known(stated, [group.name for group in raw.groups])
-    role = {"triangles": np.full(len(raw.triangles), "", dtype="<U8"), "lines": np.full(len(raw.lines), "", "<U8")}
+    role = {kind: np.full(len(getattr(raw, kind)), "", dtype="<U8") for kind in _CHOICES}
     held: list[tuple[str, IntArray, tuple[str, ...]]] = []
     for group in raw.groups:
         found = _role(raw, group, stated)
         if found in roles.SUPPORTS:
             held.append((group.name, _nodes_of(raw, group), _directions(found, group, stated)))
         elif found is not None and found != "ignore":
-            for kind in ("triangles", "lines"):
+            for kind in _CHOICES:
                 _assign(role[kind], getattr(group, kind), found, kind, group.name)
     _fill(raw, role)
     for group in raw.groups:  # last, because left out is left out, whatever other groups say
         if _role(raw, group, stated) == "ignore":
-            role["triangles"][group.triangles] = role["lines"][group.lines] = "ignore"
+            for kind in _CHOICES:
+                role[kind][getattr(group, kind)] = "ignore"
     return _collect(raw, role, held, unit_length)
 
 
@@ -60,7 +62,7 @@ def _role(raw: RawMesh, group: RawGroup, stated: Mapping[str, str]) -> str | Non
     if group.directions:
         return "clamped"
     named = roles.role_of_name(group.name)
-    has_elements = bool(len(group.triangles) or len(group.lines))
+    has_elements = any(len(getattr(group, kind)) for kind in _CHOICES)
     if not has_elements or raw.typed:  # other node sets and, where types decide, element sets are mere selections
         return named if named in roles.SUPPORTS and (len(group.nodes) or has_elements) else None
     if named is None:
@@ -75,8 +77,8 @@ def _directions(role: str, group: RawGroup, stated: Mapping[str, str]) -> tuple[
 
 
 def _nodes_of(raw: RawMesh, group: RawGroup) -> IntArray:
-    parts = (group.nodes, raw.triangles[group.triangles].ravel(), raw.lines[group.lines].ravel())
-    return np.unique(np.concatenate(parts))
+    parts = (getattr(raw, kind)[getattr(group, kind)].ravel() for kind in _CHOICES)
+    return np.unique(np.concatenate([group.nodes, *parts]))
 
 
 def _assign(role: NDArray[np.str_], rows: IntArray, new: str, kind: str, name: str) -> None:
@@ -99,8 +101,9 @@ def _fill(raw: RawMesh, role: dict[str, NDArray[np.str_]]) -> None:
     """Elements without a stated role get what their type says; a file without surfaces in groups is all film."""
     open_lines = role["lines"] == ""
     role["lines"][open_lines] = raw.line_roles[open_lines]
-    if raw.typed or not any(len(group.triangles) for group in raw.groups):
-        role["triangles"][role["triangles"] == ""] = "membrane"
+    if raw.typed or not any(len(group.triangles) + len(group.quads) for group in raw.groups):
+        for kind in ("triangles", "quads"):
+            role[kind][role[kind] == ""] = "membrane"
 
 
 def _collect(
@@ -109,30 +112,25 @@ def _collect(
     held: list[tuple[str, IntArray, tuple[str, ...]]],
     unit_length: float,
 ) -> MeshData:
-    chosen = {
-        "triangles": np.flatnonzero(role["triangles"] == "membrane"),
-        "cables": np.flatnonzero(role["lines"] == "cable"),
-        "beams": np.flatnonzero(role["lines"] == "beam"),
-    }
-    elements = {kind: (raw.triangles if kind == "triangles" else raw.lines)[rows] for kind, rows in chosen.items()}
+    source = {"triangles": "triangles", "quads": "quads", "cables": "lines", "beams": "lines"}
+    wanted = {"triangles": "membrane", "quads": "membrane", "cables": "cable", "beams": "beam"}
+    chosen = {kind: np.flatnonzero(role[source[kind]] == wanted[kind]) for kind in source}
+    elements = {kind: getattr(raw, source[kind])[rows] for kind, rows in chosen.items()}
     for kind, connectivity in elements.items():
         _refuse_copies(kind, connectivity)
     used = np.unique(np.concatenate([connectivity.ravel() for connectivity in elements.values()]))
     if not used.size:
         raise MeshError("mesh: expected triangles, cables or beams, got none; put the elements into named groups")
-    new = {
-        "triangles": _renumbering(chosen["triangles"], len(raw.triangles)),
-        "nodes": _renumbering(used, len(raw.nodes)),
-    }
-    new |= {kind: _renumbering(chosen[kind], len(raw.lines)) for kind in ("cables", "beams")}
-    triangles, cables, beams = (new["nodes"][elements[kind]] for kind in ("triangles", "cables", "beams"))
+    new = {kind: _renumbering(rows, len(getattr(raw, source[kind]))) for kind, rows in chosen.items()}
+    new["nodes"] = _renumbering(used, len(raw.nodes))
+    parts = {kind: new["nodes"][connectivity] for kind, connectivity in elements.items()}
     nodes = raw.nodes[used] * unit_length
-    check_triangles(nodes, triangles)
-    check_lines("cables", nodes, cables)
-    check_lines("beams", nodes, beams)
-    check_connected(len(nodes), [triangles, cables, beams])
+    triangle = TRIANGLE6 if parts["triangles"].shape[1] == 6 else TRIANGLE3
+    for kind, shape in {"triangles": triangle, "quads": QUAD4, "cables": LINE2, "beams": LINE2}.items():
+        check_elements(kind, shape, nodes, parts[kind])
+    check_connected(len(nodes), list(parts.values()))
     supports = _supports([(name, new["nodes"][rows], directions) for name, rows, directions in held])
-    return MeshData(nodes, triangles, cables, beams, supports, _selections(raw, new))
+    return MeshData(nodes, **parts, supports=supports, groups=_selections(raw, new))
 
 
 def _renumbering(rows: IntArray, count: int) -> IntArray:
@@ -169,6 +167,7 @@ def _selections(raw: RawMesh, new: Mapping[str, IntArray]) -> dict[str, dict[str
         found = parts.setdefault(group.name, {})
         for kind, rows in (
             ("triangles", new["triangles"][group.triangles]),
+            ("quads", new["quads"][group.quads]),
             ("cables", new["cables"][group.lines]),
             ("beams", new["beams"][group.lines]),
             ("nodes", new["nodes"][group.nodes]),

@@ -30,6 +30,8 @@ _BASE_BYTES = 2**30
 _BYTES_PER_BYTE = 50
 _HEADER = re.compile(rb"\$MeshFormat[ \t]*\r?\n[ \t]*([24])(\.\d{1,3})?[ \t]+[01][ \t]+\d{1,2}[ \t]*\r?\n")
 
+ELEMENTS = ("triangles", "quads", "lines")
+
 INSTALL = "pip install 'tautflex[mesh]'"
 LIBRARIES = "libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1"
 
@@ -108,47 +110,48 @@ def _loaded(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _raw_mesh(arrays: dict[str, NDArray[Any]]) -> RawMesh:
-    for count, values in (("node_numbers", "nodes"), ("line_numbers", "lines"), ("triangle_numbers", "triangles")):
+    _join_triangles(arrays)
+    for count, values in [("node_numbers", "nodes"), *((f"{kind[:-1]}_numbers", kind) for kind in ELEMENTS)]:
         order = np.argsort(arrays[count], kind="stable")  # Gmsh keeps them by entity, its users by number
         arrays[count], arrays[values] = arrays[count][order], arrays[values][order]
     require_coordinates(arrays["nodes"], arrays["node_numbers"])
     nodes = Numbering("node", arrays["node_numbers"])
-    connectivity = {name: nodes.rows(arrays[name], name) for name in ("lines", "triangles")}
     # format 2 repeats an element for every group it is in: keep one, let all numbers point to it
-    unique, rows, numbering = {}, {}, {}
-    for name, numbers in (("lines", arrays["line_numbers"]), ("triangles", arrays["triangle_numbers"])):
-        unique[name], rows[name] = _without_copies(connectivity[name])
-        numbering[name] = Numbering("element", numbers)
+    unique, rows, numbers = {}, {}, {}
+    for kind in ELEMENTS:
+        unique[kind], rows[kind] = _without_copies(nodes.rows(arrays[kind], kind))
+        numbers[kind] = arrays[f"{kind[:-1]}_numbers"]
     groups, start = [], 0
     for name, dimension, size, others in zip(
         arrays["group_names"], arrays["group_dimensions"], arrays["group_sizes"], arrays["group_others"], strict=True
     ):
         members = arrays["group_members"][start : start + size]
         start += size
-        groups.append(_group(str(name), int(dimension), members, str(others), nodes, numbering, rows))
+        if others and dimension > 0:
+            raise MeshError(
+                f"group {shorten(name)}: expected triangles of 3 or 6 nodes, quadrilaterals of 4, or lines, got "
+                f"{others}; mesh with order 1, or triangles with order 2, and give volumes no physical group"
+            )
+        if dimension == 0:
+            groups.append(RawGroup(str(name), nodes=np.unique(nodes.rows(members, str(name)))))
+            continue
+        found = [np.unique(rows[kind][np.isin(numbers[kind], members)]) for kind in ELEMENTS]
+        groups.append(RawGroup(str(name), triangles=found[0], quads=found[1], lines=found[2]))
     roles = np.full(len(unique["lines"]), "", dtype="<U8")
-    return RawMesh(arrays["nodes"], unique["triangles"], unique["lines"], roles, tuple(groups), typed=False)
+    return RawMesh(arrays["nodes"], **unique, line_roles=roles, groups=tuple(groups), typed=False)
 
 
-def _group(
-    name: str,
-    dimension: int,
-    members: IntArray,
-    others: str,
-    nodes: Numbering,
-    numbering: dict[str, Numbering],
-    rows: dict[str, IntArray],
-) -> RawGroup:
-    if others and dimension > 0:
+def _join_triangles(arrays: dict[str, NDArray[Any]]) -> None:
+    """Put triangles of three or of six nodes into one array; MeshError if there are both."""
+    curved, numbers = arrays.pop("curveds"), arrays.pop("curved_numbers")
+    if not len(curved):
+        return
+    if len(arrays["triangles"]):
         raise MeshError(
-            f"group {shorten(name)}: expected 3-node triangles or 2-node lines, got {others}; mesh with order 1, not "
-            "recombined, and give volumes no physical group"
+            f"expected triangles of one order, got {len(arrays['triangles'])} of 3 and {len(curved)} of 6 nodes; "
+            "mesh the whole film with the same order"
         )
-    if dimension == 0:
-        return RawGroup(name, nodes=np.unique(nodes.rows(members, name)))
-    kind = "lines" if dimension == 1 else "triangles"
-    found = np.unique(rows[kind][numbering[kind].rows(members, name)])
-    return RawGroup(name, lines=found) if dimension == 1 else RawGroup(name, triangles=found)
+    arrays["triangles"], arrays["triangle_numbers"] = curved, numbers
 
 
 def _without_copies(connectivity: IntArray) -> tuple[IntArray, IntArray]:

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.structure.groups import Support
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Model
 
-KINDS = ("triangles", "cables", "beams", "nodes")
+ELEMENTS = ("triangles", "quads", "cables", "beams")
 
 
 @dataclass(frozen=True)
@@ -25,13 +26,13 @@ class MeshData:
     ----------
     nodes
         Positions [m], shape (node, 3); every node belongs to an element.
-    triangles, cables, beams
-        Rows of ``nodes`` from 0, shapes (t, 3), (c, 2), (b, 2).
+    triangles, cables, beams, quads
+        Rows of ``nodes`` from 0, shapes (t, 3) or (t, 6), (c, 2), (b, 2), (q, 4).
     supports
         Held nodes.
     groups
         For each name in the file the rows it selects, e.g. ``groups["cables_x"]["cables"]``; the keys are those of
-        ``triangles``, ``cables``, ``beams`` and ``nodes`` that the group has.
+        ``triangles``, ``quads``, ``cables``, ``beams`` and ``nodes`` that the group has.
     """
 
     nodes: NDArray[np.float64]
@@ -40,6 +41,7 @@ class MeshData:
     beams: NDArray[np.int64]
     supports: tuple[Support, ...] = ()
     groups: Mapping[str, Mapping[str, NDArray[np.int64]]] = field(default_factory=dict)
+    quads: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
 
     def values(self, kind: str, by_group: Mapping[str, float]) -> NDArray[np.float64]:
         """Spread one value per group over the elements, e.g. tensions over cables.
@@ -47,7 +49,7 @@ class MeshData:
         Parameters
         ----------
         kind
-            ``"triangles"``, ``"cables"`` or ``"beams"``.
+            ``"triangles"``, ``"quads"``, ``"cables"`` or ``"beams"``.
         by_group
             Value of each group; together the groups must cover every element once.
 
@@ -61,7 +63,7 @@ class MeshData:
         InputError
             If a group does not exist, or an element has no value or two.
         """
-        checks.one_of("kind", kind, KINDS[:3])
+        checks.one_of("kind", kind, ELEMENTS)
         spread = np.full(len(getattr(self, kind)), np.nan)
         for name, value in by_group.items():
             rows = self.groups.get(name, {}).get(kind)
@@ -105,6 +107,7 @@ class MeshData:
         return Model.from_mesh(
             self.nodes,
             triangles=self.triangles,
+            quads=self.quads,
             membrane=membrane,
             cables=self.cables,
             cable=cable,

@@ -25,7 +25,7 @@ from tautflex.files.mesh.raw import (
     require_coordinates,
     shorten,
 )
-from tautflex.structure.model import DIRECTIONS
+from tautflex.structure.groups import DIRECTIONS
 
 LINES = {"CROD": "cable", "CONROD": "cable", "CBAR": "beam", "CBEAM": "beam"}
 # Cards that connect nodes in a way the readers do not know: leaving them out would change the structure in silence.

@@ -1,4 +1,4 @@
-"""What every mesh format has in common: numbered nodes, triangles, lines, and named groups of them."""
+"""What every mesh format has in common: numbered nodes, triangles, quads, lines, and named groups of them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class RawGroup:
     ----------
     name
         As the file writes it.
-    triangles, lines, nodes
+    triangles, lines, nodes, quads
         Selected rows of the arrays of `RawMesh`.
     directions
         Directions that the file itself holds at these nodes; empty if it says nothing.
@@ -35,6 +35,7 @@ class RawGroup:
     lines: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     nodes: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     directions: tuple[str, ...] = ()
+    quads: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ class RawMesh:
     ----------
     nodes
         Positions in the unit of the file, shape (node, 3).
-    triangles, lines
-        Rows of ``nodes``, shapes (t, 3) and (l, 2).
+    triangles, lines, quads
+        Rows of ``nodes``, shapes (t, 3) or (t, 6), (l, 2), and (q, 4).
     line_roles
         What the element type says about each line, shape (l,): ``"cable"``, ``"beam"``, or ``""`` where the format
         does not distinguish them and the name of the group decides.
@@ -62,6 +63,7 @@ class RawMesh:
     line_roles: NDArray[np.str_]
     groups: tuple[RawGroup, ...]
     typed: bool
+    quads: IntArray = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
 
 
 class Numbering:

@@ -8,8 +8,11 @@ from numpy.typing import ArrayLike, NDArray
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.structure.groups import ElementGroup
 
 Array = NDArray[np.float64]
+
+_EVEN, _ODD = ("ijk", "jki", "kij"), ("jik", "ikj", "kji")  # orders of three nodes, by the sign of their triple product
 
 
 def nodal_load(system: StructuralSystem, forces: ArrayLike) -> Array:
@@ -42,9 +45,10 @@ def nodal_load(system: StructuralSystem, forces: ArrayLike) -> Array:
 class PressureLoad:
     """Pressure that stays normal to the film while it moves.
 
-    It acts along the right-hand normal of each triangle's corner order. Its work is pressure times enclosed volume,
-    whose second derivative is the symmetric tangent; that is exact where the film's edge is closed, held, or slides in
-    planes through the origin (symmetry planes), and otherwise the symmetric part [Bufler 1984].
+    It acts along the right-hand normal of each element's corner order and is integrated over the interpolated surface.
+    Its work is pressure times enclosed volume, whose second derivative is the symmetric tangent; that is exact where
+    the film's edge is closed, held, or slides in planes through the origin (symmetry planes), and otherwise the
+    symmetric part [Bufler 1984].
 
     Parameters
     ----------
@@ -60,57 +64,75 @@ class PressureLoad:
     """
 
     def __init__(self, system: StructuralSystem, pressure: ArrayLike) -> None:
-        model = system.model
-        if not len(model.triangles):
+        count = system.model.membrane_count
+        if not count:
             raise InputError("pressure: expected a model with a film, got none; give triangles and a membrane section")
         given = np.asarray(pressure, dtype=float)
-        values = np.broadcast_to(given, (len(model.triangles),)) if given.ndim == 0 else given
-        self.pressure = checks.float_array("pressure", values, (len(model.triangles),))
+        values = np.broadcast_to(given, (count,)) if given.ndim == 0 else given
+        self.pressure = checks.float_array("pressure", values, (count,))
         self._system = system
-        self._reference = model.nodes[model.triangles]
-        self._dofs = system.place[model.translation_dofs[model.triangles]]
-        flat = self._dofs.reshape(len(self._dofs), 9)
-        self._slots = system.pattern.slots(flat[:, :, None], flat[:, None, :])
-
-    def _corners(self, q: Array) -> Array:
-        extended = np.append(q, 0.0)
-        return self._reference + extended[self._dofs]
+        ends = np.cumsum([len(group.connectivity) for group in system.model.surfaces])[:-1]
+        self._patches = [
+            _Patch(system, group, own)
+            for group, own in zip(system.model.surfaces, np.split(self.pressure, ends), strict=True)
+        ]
 
     def force(self, q: Array) -> Array:
-        """Force on the free unknowns [N], shape (size,): a third of ``p A n`` at each corner."""
-        corners = self._corners(q)
-        area = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        share = np.repeat((self.pressure[:, None] * area / 3.0)[:, None], 3, axis=1)
-        force = np.zeros(self._system.size + 1)
-        np.add.at(force, self._dofs, share)
+        """Force on the free unknowns [N], shape (size,): ``p n`` weighted with each node's interpolation function."""
+        force, extended = np.zeros(self._system.size + 1), np.append(q, 0.0)
+        for patch in self._patches:
+            np.add.at(force, patch.dofs, patch.forces(extended))
         return force[:-1]
 
     def work(self, q: Array) -> float:
         """Pressure times the volume between the film and the origin, above that of the reference [J]."""
-        moved, start = self._corners(q), self._reference
-        change = _triple(moved) - _triple(start)
-        return float(self.pressure @ change) / 6.0
+        extended = np.append(q, 0.0)
+        return sum(patch.work(extended) - patch.work(np.zeros_like(extended)) for patch in self._patches)
 
     def tangent(self, q: Array) -> Array:
         """Second derivative of the work [N/m], values in the pattern, shape (entries,)."""
-        corners = self._corners(q)
-        blocks = np.zeros((len(corners), 3, 3, 3, 3))
-        for i in range(3):
-            # d/dx_j of x_i . (x_j x x_k)/6 by x_i: the cross matrix of x_k.
-            j, k = (i + 1) % 3, (i + 2) % 3
-            cross = _cross_matrices(corners[:, k]) * (self.pressure / 6.0)[:, None, None]
-            blocks[:, i, :, j], blocks[:, j, :, i] = -cross, cross
-        values = np.zeros(self._system.pattern.entries + 1)
-        np.add.at(values, self._slots, blocks.reshape(len(corners), 9, 9))
+        values, extended = np.zeros(self._system.pattern.entries + 1), np.append(q, 0.0)
+        for patch in self._patches:
+            np.add.at(values, patch.slots, patch.second_derivative(extended))
         return values[:-1]
 
 
-def _triple(corners: Array) -> Array:
-    return np.sum(corners[:, 0] * np.cross(corners[:, 1], corners[:, 2]), axis=1)
+class _Patch:
+    """Film elements of one shape under pressure."""
 
+    def __init__(self, system: StructuralSystem, group: ElementGroup, pressure: Array) -> None:
+        self.pressure = pressure
+        self.dofs = system.place[system.model.translation_dofs[group.connectivity]]
+        flat = self.dofs.reshape(len(self.dofs), -1)
+        self.slots = system.pattern.slots(flat[:, :, None], flat[:, None, :])
+        self._reference = system.model.nodes[group.connectivity]
+        points, self._weights = group.shape.product_rule
+        self._functions, self._slopes = group.shape.functions(points), group.shape.slopes(points)
+        # The volume is sum over i, j, k of triple[i, j, k] x_i . (x_j x x_k) / 6, each triple counted with its sign.
+        one = np.einsum("p,pi,pj,pk->ijk", self._weights, self._functions, *np.moveaxis(self._slopes, 2, 0)) / 3.0
+        even, odd = (sum(np.einsum(f"{order}->ijk", one) for order in orders) for orders in (_EVEN, _ODD))
+        self._triple = even - odd
 
-def _cross_matrices(vectors: Array) -> Array:
-    """Matrices S with ``S b = v x b``, shape (n, 3, 3)."""
-    x, y, z = vectors.T
-    zero = np.zeros_like(x)
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
+    def _normals(self, corners: Array) -> Array:
+        """Area vectors that the points of the rule stand for, shape (element, point, 3)."""
+        along = np.einsum("pid,nik->npdk", self._slopes, corners)
+        return self._weights[:, None] * np.cross(along[:, :, 0], along[:, :, 1])
+
+    def forces(self, extended: Array) -> Array:
+        """Nodal forces [N], shape (element, node, 3)."""
+        normals = self._normals(self._reference + extended[self.dofs])
+        return np.einsum("pi,npk->nik", self._functions, self.pressure[:, None, None] * normals)
+
+    def work(self, extended: Array) -> float:
+        """Pressure times the volume of the cones between the elements and the origin [J]."""
+        corners = self._reference + extended[self.dofs]
+        places = np.einsum("pi,nik->npk", self._functions, corners)
+        return float(self.pressure @ np.einsum("npk,npk->n", places, self._normals(corners))) / 3.0
+
+    def second_derivative(self, extended: Array) -> Array:
+        """Of the work [N/m], shape (element, 3 node, 3 node)."""
+        corners = self._reference + extended[self.dofs]
+        levers = np.einsum("n,ijk,nkx->nijx", self.pressure, self._triple, corners)
+        # Block (i, j) turns a motion d of node j into d x lever.
+        blocks = np.cross(np.eye(3), levers[:, :, :, None, :])
+        return blocks.transpose(0, 1, 4, 2, 3).reshape(self.slots.shape)

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from tautflex.errors import InputError
+from tautflex.numeric import Array, Indices, Mask
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.prestress import PrestressedState
-
-Array = NDArray[np.float64]
 
 
 def full_snapshots(state: PrestressedState, data: xr.Dataset) -> Array:
@@ -51,7 +49,7 @@ def full_snapshots(state: PrestressedState, data: xr.Dataset) -> Array:
     return snapshots
 
 
-def transverse_unknowns(state: PrestressedState) -> NDArray[np.bool_]:
+def transverse_unknowns(state: PrestressedState) -> Mask:
     """Unknowns that the film's normal displacements move without stretching anything, shape (size,).
 
     About a flat reference the stiffness couples them with bending of the frame out of its plane, and with nothing in
@@ -63,14 +61,14 @@ def transverse_unknowns(state: PrestressedState) -> NDArray[np.bool_]:
     _, label = connected_components(matrix, directed=False)
     normal = np.zeros(system.size, dtype=bool)
     for index in system.block_index("membrane"):
-        block, places = system.blocks[index], system.element_places[index]
+        block, places = system.blocks[index], system.row_places[index]
         # Gradients w,1 and w,2 are the last two of a membrane.
         touched = np.any(block.gradient[:, 4:] != 0.0, axis=1)
         normal[places[touched & (places < system.size)]] = True
     return np.isin(label, np.unique(label[normal])) if normal.any() else np.ones(system.size, dtype=bool)
 
 
-def _rotations(state: PrestressedState, snapshots: Array, turning: NDArray[np.int64]) -> Array:
+def _rotations(state: PrestressedState, snapshots: Array, turning: Indices) -> Array:
     """Rotations of least energy for given translations, shape (field, rotation)."""
     pattern = state.system.pattern
     stiffness = pattern.matrix(state.tangent_entries)

@@ -7,14 +7,12 @@ nothing couples the two in the reference, so that vectors of one have zeros wher
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tautflex.errors import InputError
-from tautflex.reduction.bases.basis import BasisVectors, ritz
+from tautflex.numeric import Array
+from tautflex.reduction.bases.pod_basis import orthogonal_modes
 from tautflex.reduction.bases.snapshots import transverse_unknowns
+from tautflex.reduction.bases.vectors import BasisVectors, ritz
 from tautflex.solvers.static.prestress import PrestressedState
-
-Array = NDArray[np.float64]
 
 
 def two_part_basis(
@@ -53,21 +51,3 @@ def two_part_basis(
         for part, where in zip(found, ("across", "in the plane"), strict=False)
     )
     return BasisVectors(vectors, np.zeros((0, state.system.size)), amplitude / amplitude.max(), text)
-
-
-def orthogonal_modes(snapshots: Array, weighted: Array, count: int | None, lost: float, name: str) -> Array:
-    """Leading directions of snapshots (n, size) in an inner product, ``weighted = W snapshots``, shape (count, size).
-
-    Method of snapshots: eigenvectors of the Gram matrix, which is as small as the number of snapshots.
-    """
-    values, weights = np.linalg.eigh(snapshots @ weighted.T)
-    values, weights = values[::-1], weights[:, ::-1]
-    left = 1.0 - np.cumsum(values) / values.sum()
-    most = int(np.sum(values > 1e-12 * values[0]))
-    wanted = count if count is not None else min(most, int(np.argmax(left <= lost)) + 1)
-    if wanted > most:
-        raise InputError(
-            f"{name}: expected at most {most} vectors, the rank of the snapshots, got {wanted}; store more fields"
-        )
-    modes: Array = (weights[:, :wanted] / np.sqrt(values[:wanted])).T @ snapshots
-    return modes

@@ -34,7 +34,7 @@ def basis_blocks(system: StructuralSystem, vectors: Array) -> list[ElementBlock]
     Returns
     -------
     list of ElementBlock
-        With gradient matrices of shape (element, gradient, r).
+        With gradient matrices of shape (row, gradient, r); a row has no owner any more.
     """
     extended = np.concatenate([vectors, np.zeros((len(vectors), 1))], axis=1)
     return [
@@ -43,13 +43,14 @@ def basis_blocks(system: StructuralSystem, vectors: Array) -> list[ElementBlock]
             gradient=np.matmul(block.gradient, extended[:, places].transpose(1, 2, 0)),
             dofs=np.broadcast_to(np.arange(len(vectors)), (len(places), len(vectors))),
             initial_stress=stress,
+            owner=None,
         )
-        for block, places, stress in zip(system.blocks, system.element_places, system.initial_stress, strict=True)
+        for block, places, stress in zip(system.blocks, system.row_places, system.initial_stress, strict=True)
     ]
 
 
 def chosen_blocks(blocks: list[ElementBlock], weights: Array) -> list[ElementBlock]:
-    """Elements with a positive weight, their measures times the weights (element,) of all blocks in order."""
+    """Rows with a positive weight, their measures times the weights (row,) of all blocks in order."""
     ends = np.cumsum([len(block.measure) for block in blocks])[:-1]
     result = []
     for block, weight in zip(blocks, np.split(weights, ends), strict=True):
@@ -63,6 +64,7 @@ def chosen_blocks(blocks: list[ElementBlock], weights: Array) -> list[ElementBlo
                     elasticity=block.elasticity[keep],
                     initial_stress=block.initial_stress[keep],
                     measure=weight[keep] * block.measure[keep],
+                    size=block.size[keep],
                     axes=block.axes[keep],
                 )
             )
@@ -77,7 +79,7 @@ def blocks_store(blocks: list[ElementBlock], apart: bool = False) -> Store:
     blocks
         Blocks on a basis of r vectors.
     apart
-        Give every element r unknowns of its own, so that the kernel's force is a list of element forces.
+        Give every row r unknowns of its own, so that the kernel's force is a list of forces of rows.
     """
     places, first = list[Slots](), 0
     for block in blocks:

@@ -7,12 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.elements.laws import ELASTIC
-from tautflex.mechanics.kernel import add_average_forces, add_forces, apply_law, pack_strain, pack_stress
-from tautflex.mechanics.store import block_data
+from tautflex.elements.laws.law import call_law
+from tautflex.mechanics.kernel import add_average_forces, add_forces, pack_strain, pack_stress
+from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.mechanics.tangent import PACK, pack_core
+from tautflex.numeric import jit
 from tautflex.reduction.marching.dispatch import KERNELS, PlantKernels
-from tautflex.reduction.polynomial.forces import energies, jit
+from tautflex.reduction.polynomial.forces import energies
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -23,7 +24,7 @@ class HyperPlant(NamedTuple):
 
     Parameters
     ----------
-    first, second, viscous, turning_companions
+    first, second, viscous, turning_derivatives
         As in `Plant`, but empty: nothing is condensed.
     mass, damping, linear, turning
         As in `Plant`; ``linear`` is the stiffness of the reference.
@@ -44,7 +45,7 @@ class HyperPlant(NamedTuple):
     linear: Array
     viscous: Array
     turning: Array
-    turning_companions: Array
+    turning_derivatives: Array
     store: tuple[NDArray[Any], ...]
     gradient: Array
     reference: Array
@@ -86,7 +87,7 @@ def element_tangent(plant: HyperPlant, q: Array, given: Array) -> Array:
         strains, count = data.initial_stress.shape
         gradients = data.gradients
         local, strain, stress = np.empty((r, PACK)), np.empty((strains, PACK)), np.empty((strains, PACK))
-        g, slope = np.empty((gradients, PACK)), np.empty((strains, strains, PACK))
+        g, slope, density = np.empty((gradients, PACK)), np.empty((strains, strains, PACK)), np.empty(PACK)
         b, db = np.empty((strains, gradients, PACK)), np.empty((strains, gradients, PACK))
         core = np.empty((gradients, gradients, PACK))
         for first in range(0, count, PACK):
@@ -94,7 +95,7 @@ def element_tangent(plant: HyperPlant, q: Array, given: Array) -> Array:
             pack_strain(data, first, width, place, local, g, strain)
             pack_stress(data, first, width, strain, stress)
             if data.law != ELASTIC:
-                apply_law(data, first, width, stress, slope)
+                call_law(data.law, stress, slope, density, data.law_parameters, width)
             pack_core(data, first, width, g, stress, slope, b, db, core)
             for e in range(width):
                 row = start + (first + e) * gradients

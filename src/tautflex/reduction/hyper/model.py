@@ -17,15 +17,16 @@ from tautflex.elements.block import ElementBlock
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.kernel import add_forces
-from tautflex.reduction.bases.basis import BasisVectors
 from tautflex.reduction.bases.snapshots import full_snapshots
+from tautflex.reduction.bases.vectors import BasisVectors
 from tautflex.reduction.hyper.basis import two_part_basis
 from tautflex.reduction.hyper.blocks import basis_blocks, blocks_store, chosen_blocks
 from tautflex.reduction.hyper.forces import HyperPlant
 from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights
 from tautflex.reduction.marching.simulation import solve_reduced
 from tautflex.reduction.on_basis import OnBasis
-from tautflex.reduction.polynomial.projection import Coefficients, project_moments
+from tautflex.reduction.polynomial.condensation import CondensedModel, FrameMoments
+from tautflex.reduction.polynomial.projection import project_moments
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Run
@@ -46,7 +47,7 @@ class HyperReducedModel(OnBasis):
     blocks
         Chosen elements; their unknowns are the coordinates, their measures are weighted.
     weights
-        Weight of every element of the structure, and the error of the training forces.
+        Weight of every integration point of the structure, and the error of the training forces.
     seconds
         What the reduction cost [s], without the training run.
     """
@@ -58,29 +59,25 @@ class HyperReducedModel(OnBasis):
     seconds: float
 
     @cached_property
-    def coefficients(self) -> Coefficients:
-        """Inertia, loads and reference stiffness of the coordinates; monomials and companions there are none."""
+    def coefficients(self) -> CondensedModel:
+        """Inertia, loads and reference stiffness of the coordinates; nothing follows them."""
         system, vectors = self.state.system, self.basis.kept
-        moments = project_moments(system.inertia, vectors)
+        moments = FrameMoments.general(project_moments(system.inertia, vectors))
         stiffness = system.pattern.symmetric_matrix(self.state.tangent_entries)
-        linear, r = vectors @ (stiffness @ vectors.T), self.size
-        mass = np.einsum("aaij->ij", moments.pair)
-        return Coefficients(
+        linear, mass, r = vectors @ (stiffness @ vectors.T), moments.pair[0], self.size
+        return CondensedModel(
             mass=0.5 * (mass + mass.T),
             linear=0.5 * (linear + linear.T),
             quadratic=np.zeros((r, 0)),
             cubic=np.zeros((0, 0)),
             viscous=np.zeros((0, 0)),
-            turning=moments.pair,
-            turning_companions=np.zeros((3, 3, 0, r)),
-            first=moments.first,
-            zeroth=moments.zeroth,
-            first_stress=np.zeros((3, 3, 0)),
-            zeroth_stress=np.zeros((3, 0)),
+            turning=moments.pair[1:],
+            turning_derivatives=np.zeros((9, 0, r)),
+            load=moments.load,
+            load_stress=np.zeros((12, 0)),
             follow_linear=np.zeros((0, r)),
             follow_quadratic=np.zeros((0, 0)),
-            follow_first=np.zeros((3, 3, 0)),
-            follow_zeroth=np.zeros((3, 0)),
+            follow_load=np.zeros((12, 0)),
         )
 
     def plant(self, damping: Damping) -> HyperPlant:
@@ -97,8 +94,8 @@ class HyperReducedModel(OnBasis):
             damping.matrix(self.state.linear).projected(c.mass, c.linear, self.basis.kept),
             c.linear,
             np.zeros((0, 0)),
-            np.ascontiguousarray(c.turning),
-            c.turning_companions,
+            c.turning.reshape(3, 3, r, r),
+            c.turning_derivatives.reshape(3, 3, 0, r),
             store,
             np.concatenate([block.gradient.reshape(-1, r) for block in self.blocks]),
             reference[:-1],
@@ -119,7 +116,7 @@ class HyperReducedModel(OnBasis):
     def __repr__(self) -> str:
         return (
             f"HyperReducedModel({self.size} coordinates for {self.state.system.size} unknowns: "
-            f"{self.basis.description}; {self.weights.chosen} of {len(self.weights.values)} elements, training error "
+            f"{self.basis.description}; {self.weights.chosen} of {len(self.weights.values)} points, training error "
             f"{self.weights.residual:.2g}; {self.memory / 1e6:.3g} MB, made in {self.seconds:.3g} s)"
         )
 

@@ -5,6 +5,9 @@ elements like an integral over points, and ``sum xi_e V_e' f_e(V eta)`` its quad
 training snapshots in the sense of non-negative least squares, whose solutions have few non-zeros. Because they multiply
 element energies, the reduced force stays the gradient of an energy, convex where the elements' are
 [Farhat, Avery, Chapman & Cortial, Int. J. Numer. Meth. Engng 98 (2014) 625].
+What is weighed is a row of a block, an integration point: the whole element where it has one, and each point of its own
+where it has several. A row is what costs time and what has an energy, so that points that are not needed are left out
+and stability stays; that an element's rule integrates its rigid motions exactly plays no part on a basis.
 Own least squares, because scipy's nnls cannot stop at an error: it goes on to ever more elements.
 """
 
@@ -30,7 +33,7 @@ class ElementWeights:
     Parameters
     ----------
     values
-        Weight of every element, block after block, >= 0, shape (element,).
+        Weight of every row (integration point), block after block, >= 0, shape (row,).
     residual
         Error of the training forces relative to their norm.
     """
@@ -40,12 +43,12 @@ class ElementWeights:
 
     @property
     def chosen(self) -> int:
-        """Number of elements with a weight."""
+        """Number of rows with a weight."""
         return int(np.count_nonzero(self.values))
 
 
 def element_forces(blocks: list[ElementBlock], states: Array) -> Array:
-    """Forces ``V_e' (f_e(V eta) - f_e(0))`` of every element at states (n, r), shape (n, element, r)."""
+    """Forces ``V_e' (f_e(V eta) - f_e(0))`` of every row at states (n, r), shape (n, row, r)."""
     store = blocks_store(blocks, apart=True)
     count, r = sum(len(block.measure) for block in blocks), states.shape[1]
     stresses = np.empty(sum(block.initial_stress.size for block in blocks))
@@ -65,7 +68,7 @@ def train_weights(forces: Array, scale: Array, tolerance: float) -> ElementWeigh
     Parameters
     ----------
     forces
-        Element forces of the training states, shape (n, element, r).
+        Forces of the rows in the training states, shape (n, row, r).
     scale
         Natural frequency of each coordinate [rad/s], shape (r,): forces over it are measured by the root of the strain
         energy of the motion that they cause.

@@ -13,13 +13,14 @@ from tautflex.errors import InputError, NotConvergedError, UnsupportedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
-from tautflex.reduction.marching import steps
 from tautflex.reduction.marching.dispatch import internal_force, tangent
 from tautflex.reduction.marching.frame_terms import ReducedMoments, frame_at, frame_terms, sample
 from tautflex.reduction.marching.loads import InputLoads
 from tautflex.reduction.marching.schedule import Stretch, stretches
+from tautflex.reduction.marching.steps import march, march_explicit
+from tautflex.reduction.marching.work import EXPLICIT, StageNumbers, new_work, stage_numbers
 from tautflex.reduction.on_basis import OnBasis
-from tautflex.reduction.polynomial.forces import Frame, companion_forces, rows_from, total_force
+from tautflex.reduction.polynomial.forces import Frame, derivative_forces, rows_from, total_force
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
@@ -61,9 +62,7 @@ class ReducedRun:
         self._method = method if isinstance(method, Method) else None
         self.plant = rom.plant(problem.damping)
         c = rom.coefficients
-        self.moments = ReducedMoments(
-            np.concatenate([c.first, c.first_stress], axis=2), np.concatenate([c.zeroth, c.zeroth_stress], axis=1)
-        )
+        self.moments = ReducedMoments(c.first, c.zeroth)
         self.inputs = InputLoads(rom, InputSet(rom.state.system, problem.inputs))
         self._began = problem.maneuver.start()
         self.segments = split_segments(problem.maneuver.segments(), self.inputs.breaks)
@@ -73,8 +72,8 @@ class ReducedRun:
         self.stored = np.union1d(np.arange(0, problem.count + 1, problem.every), fields)
         self.eta, self.rate = np.zeros((2, len(self.stored), rom.size))
         self.reached = 0
-        self._work = steps.new_work(rom.size, (0,) if self._method is None else self._method.tangents)
-        self._march = steps.march_explicit if self._method is None else steps.march
+        self._work = new_work(rom.size, (0,) if self._method is None else self._method.tangents)
+        self._march = march_explicit if self._method is None else march
         self._halvings = 0
 
     @property
@@ -151,13 +150,13 @@ class ReducedRun:
                 return False
         return True
 
-    def _stages(self, size: float) -> tuple[steps.Coefficients, ...]:
+    def _stages(self, size: float) -> tuple[StageNumbers, ...]:
         """Plain numbers of a step of a size [s]."""
         if self._method is None:
-            return (steps.EXPLICIT._replace(size=size, step=size),)
-        return steps.coefficients(self._method, size)
+            return (EXPLICIT._replace(size=size, step=size),)
+        return stage_numbers(self._method, size)
 
-    def _frames(self, segment: Segment, starts: Array, stages: tuple[steps.Coefficients, ...]) -> Frame:
+    def _frames(self, segment: Segment, starts: Array, stages: tuple[StageNumbers, ...]) -> Frame:
         """Terms of the moving frame and inputs for every stage of steps inside one segment."""
         into = np.cumsum([0.0, *(stage.size for stage in stages[:-1])])
         offsets = into + np.array([stage.evaluation * stage.size for stage in stages])
@@ -178,7 +177,7 @@ class ReducedRun:
         work.jerk[:] = 0.0
         if self._method is None:
             stress, other = np.empty(len(self.plant.first)), np.empty(self.rom.size)
-            companion_forces(self.plant, frame, 0, work.q, work.v, stress, other)
+            derivative_forces(self.plant, frame, 0, work.q, work.v, stress, other)
             internal_force(self.plant, work.q, work.v, stress, work.forces)
 
     def _check_step(self, time_step: float) -> None:
@@ -218,7 +217,7 @@ class ReducedRun:
             scale = max(float(np.linalg.norm(frame.load)), 1e-300)
             if float(np.linalg.norm(force)) <= 1e-9 * scale:
                 return q
-            companion_forces(self.plant, frame, 0, q, v, stress, other)
+            derivative_forces(self.plant, frame, 0, q, v, stress, other)
             q = q - np.linalg.solve(tangent(self.plant, q, stress) + turning, force)
         raise NotConvergedError(
             "spinning equilibrium of the reduced model: Newton's method failed; reduce the angular rate or raise the "

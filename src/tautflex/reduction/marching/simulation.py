@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from tautflex.mechanics.membrane import survey_at
 from tautflex.reduction.marching.run import ReducedRun
-from tautflex.reduction.marching.validity import ABOUT, check_validity
+from tautflex.reduction.marching.validity import check_validity
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import energies
 from tautflex.solvers.transient.problem import Progress, TransientProblem
-from tautflex.solvers.transient.recorder import SCALARS, Samples, run_dataset
+from tautflex.solvers.transient.recorder import Samples, run_dataset
 from tautflex.solvers.transient.status import Run, Status
+from tautflex.solvers.variables import REDUCED_RUN, SCALARS, described
 
 Array = NDArray[np.float64]
 
@@ -68,12 +69,9 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
     attributes = problem.attributes | {"reduced_model": repr(rom), "warnings": checked.warnings}
     attributes["title"] += ", reduced model"
     data = run_dataset(rom.model, problem.placed, samples, attributes)
-    about = {"long_name": "coordinate of the reduced model", "units": "kg^1/2 m"}
-    return data.assign(
-        coordinate=(("time", "basis_vector"), eta, about), truncated_energy=("check_time", checked.truncated, ABOUT)
-    ).assign_coords(
-        check_time=("check_time", times[checked.samples], {"long_name": "instant of a check", "units": "s"})
-    )
+    arrays = {"coordinate": eta, "truncated_energy": checked.truncated}
+    instants = described(REDUCED_RUN, {"check_time": times[checked.samples]})
+    return data.assign(described(REDUCED_RUN, arrays)).assign_coords(instants)
 
 
 def _field(run: ReducedRun, row: int) -> tuple[float, Array, NDArray[np.int8]]:
@@ -81,4 +79,4 @@ def _field(run: ReducedRun, row: int) -> tuple[float, Array, NDArray[np.int8]]:
     system, time = run.rom.state.system, row * run.problem.time_step
     eta = run.eta[np.searchsorted(run.stored, row)]
     q = run.rom.displacement(eta, run.pulled(run.motions(np.array([time])))[0])
-    return time, system.translations(q), survey_at(system, q).film_states()
+    return time, system.translations(q), survey_at(system, q).membrane_states()

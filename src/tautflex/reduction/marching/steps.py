@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.numeric import jit
 from tautflex.reduction.marching.dispatch import average_force, internal_force, tangent
-from tautflex.reduction.polynomial.forces import Frame, Plant, companion_forces, frame_matrices, jit, slopes
-from tautflex.solvers.transient.methods.scheme import Combination, Method, Stage
+from tautflex.reduction.marching.work import StageNumbers, Work
+from tautflex.reduction.polynomial.forces import Frame, Plant, derivative_forces, frame_matrices, slopes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -22,120 +21,6 @@ _EPSILON = 2.220446049250313e-16
 _MOST_ITERATIONS = 40
 # Steps between two looks at the stability of an explicit method, and the part of its limit that is used.
 _CHECK_INTERVAL, _STABLE_SHARE = 32, 0.8
-
-
-class Coefficients(NamedTuple):
-    """A `Stage` as plain numbers.
-
-    Parameters
-    ----------
-    evaluation, weight, inertia, velocity, end_displacement, end_velocity, end_acceleration, average
-        Of its `StepScheme`; triples multiply (increment, velocity, acceleration).
-    size
-        Of the stage [s].
-    step
-        Of the whole step [s].
-    place, tangent
-        Number of the stage, and of its effective stiffness.
-    recalled
-        Factors of (way back, velocity, acceleration) of every state passed in velocity and acceleration at its start,
-        shape (state, 2, 3); (0, 2, 3): those of the start itself.
-    """
-
-    evaluation: float
-    weight: float
-    inertia: tuple[float, float, float]
-    velocity: tuple[float, float, float]
-    end_displacement: tuple[float, float, float]
-    end_velocity: tuple[float, float, float]
-    end_acceleration: tuple[float, float, float]
-    average: bool
-    size: float
-    step: float
-    place: int
-    tangent: int
-    recalled: Array
-
-
-class Work(NamedTuple):
-    """What survives from step to step.
-
-    Parameters
-    ----------
-    q, v, a, jerk, forces
-        State at the last instant; ``forces`` are all but inertia.
-    passed
-        State at the start of every stage of this step as it was last set, shape (stage, 5, r); of one stage it is not.
-    inverse
-        Inverses of effective stiffnesses (or of an explicit method's effective mass), shape (tangent, r, r).
-    on_velocity, on_displacement
-        Matrices of the frame in this step, shape (r, r).
-    scale
-        Largest force scale so far, shape (1,).
-    sizes
-        Size of the step that each inverse belongs to [s], 0: none, shape (tangent,).
-    counts
-        [steps, iterations, factorizations, force evaluations].
-    """
-
-    q: Array
-    v: Array
-    a: Array
-    jerk: Array
-    forces: Array
-    passed: Array
-    inverse: Array
-    on_velocity: Array
-    on_displacement: Array
-    scale: Array
-    sizes: Array
-    counts: Indices
-
-
-def new_work(size: int, tangents: tuple[int, ...] = (0,)) -> Work:
-    """Zeros for ``size`` coordinates and stages with the given numbers of effective stiffnesses."""
-    q, v, a, jerk, forces = (np.zeros(size) for _ in range(5))
-    passed, inverse = np.zeros((len(tangents), 5, size)), np.zeros((max(tangents) + 1, size, size))
-    on_velocity, on_displacement = (np.zeros((size, size)) for _ in range(2))
-    scale, sizes, counts = np.zeros(1), np.zeros(len(inverse)), np.zeros(4, dtype=np.int64)
-    return Work(q, v, a, jerk, forces, passed, inverse, on_velocity, on_displacement, scale, sizes, counts)
-
-
-def coefficients(method: Method, size: float) -> tuple[Coefficients, ...]:
-    """Plain numbers of the stages of a step of a size [s]."""
-    stages = zip(method.stages(size), method.tangents, strict=True)
-    return tuple(_of_stage(stage, size, place, tangent) for place, (stage, tangent) in enumerate(stages))
-
-
-def _of_stage(stage: Stage, size: float, place: int, tangent: int) -> Coefficients:
-    scheme = stage.scheme
-
-    def triple(c: Combination) -> tuple[float, float, float]:
-        return float(c.d), float(c.v), float(c.a)
-
-    recalled = [(triple(v), triple(a)) for v, a in zip(stage.velocity, stage.acceleration, strict=True)]
-    return Coefficients(
-        float(scheme.evaluation),
-        float(scheme.weight),
-        triple(scheme.inertia),
-        triple(scheme.velocity),
-        triple(scheme.end_displacement),
-        triple(scheme.end_velocity),
-        triple(scheme.end_acceleration),
-        bool(scheme.average_stress),
-        float(stage.share * size),
-        float(size),
-        place,
-        tangent,
-        np.array(recalled, dtype=float).reshape(-1, 2, 3),
-    )
-
-
-# What an explicit step needs of a scheme: frame terms at its end, and its size.
-_NOTHING = (0.0, 0.0, 0.0)
-EXPLICIT = Coefficients(
-    1.0, 1.0, _NOTHING, _NOTHING, _NOTHING, _NOTHING, _NOTHING, False, 0.0, 0.0, 0, 0, np.zeros((0, 2, 3))
-)
 
 
 # Loops in place of array expressions: those make the compiler generate shape checks and error texts, half of its time.
@@ -181,7 +66,7 @@ def _invert(matrix: Array, tangent: int, size: float, work: Work) -> bool:
 
 
 @jit
-def _renew(plant: Plant, c: Coefficients, q: Array, given: Array, work: Work) -> bool:
+def _renew(plant: Plant, c: StageNumbers, q: Array, given: Array, work: Work) -> bool:
     """Invert the effective stiffness at q; whether that was possible."""
     matrix = tangent(plant, q, given)
     moved = plant.viscous @ slopes(plant, q)
@@ -195,7 +80,7 @@ def _renew(plant: Plant, c: Coefficients, q: Array, given: Array, work: Work) ->
 
 
 @jit
-def _recall(c: Coefficients, work: Work) -> tuple[Array, Array]:
+def _recall(c: StageNumbers, work: Work) -> tuple[Array, Array]:
     """What a stage takes for velocity and acceleration at its start, see `Stage`."""
     v, a = np.zeros(work.q.size), np.zeros(work.q.size)
     for n in range(c.recalled.shape[0]):
@@ -209,7 +94,7 @@ def _recall(c: Coefficients, work: Work) -> tuple[Array, Array]:
 
 @jit
 def _residual(
-    plant: Plant, c: Coefficients, work: Work, start: tuple[Array, Array], d: Array, known: Array, given: Array,
+    plant: Plant, c: StageNumbers, work: Work, start: tuple[Array, Array], d: Array, known: Array, given: Array,
     forces: Array, result: Array,
 ) -> tuple[float, float]:  # fmt: skip
     """Fill residual and the part of the forces that depends on d; return norms of residual and internal force."""
@@ -231,7 +116,7 @@ def _residual(
 
 
 @jit
-def implicit_step(plant: Plant, frame: Frame, row: int, c: Coefficients, work: Work, tolerance: float) -> bool:
+def implicit_step(plant: Plant, frame: Frame, row: int, c: StageNumbers, work: Work, tolerance: float) -> bool:
     """One stage; ``work`` holds the new state if it converged and the old one if not."""
     r = work.q.size
     start = work.v, work.a
@@ -242,7 +127,7 @@ def implicit_step(plant: Plant, frame: Frame, row: int, c: Coefficients, work: W
     given, constant, known = np.empty(plant.first.size), np.empty(r), np.zeros(r)
     speed = _mix(c.velocity[1], start[0], c.velocity[2], start[1], 0.0, work.a)
     place, predicted = _mix(1.0, work.q, 1.0, d, 0.0, d), _mix(1.0, speed, c.velocity[0], d, 0.0, d)
-    companion_forces(plant, frame, row, place, predicted, given, constant)
+    derivative_forces(plant, frame, row, place, predicted, given, constant)
     frame_matrices(plant, frame, row, work.on_velocity, work.on_displacement)
     load = frame.load[row % frame.load.shape[0]]
     _add_times(1.0, work.on_velocity, speed, constant)
@@ -314,7 +199,7 @@ def explicit_step(plant: Plant, frame: Frame, row: int, size: float, work: Work)
     q = _mix(1.0, work.q, size, half, 0.0, half)
     given, total, internal, inertia = np.empty(plant.first.size), np.empty(r), np.empty(r), np.zeros(r)
     predicted = _mix(1.0, half, 0.5 * size, work.a, 0.0, half)
-    companion_forces(plant, frame, row, q, predicted, given, total)
+    derivative_forces(plant, frame, row, q, predicted, given, total)
     internal_force(plant, q, predicted, given, internal)
     work.counts[3] += 1
     # Stiffness that this very step has felt, against what central differences can follow.
@@ -343,7 +228,7 @@ def _stable(plant: Plant, frame: Frame, row: int, size: float, work: Work) -> bo
     Coordinates are mass-normalised, so eigenvalues of the tangent are squared frequencies.
     """
     given, other = np.empty(plant.first.size), np.empty(work.q.size)
-    companion_forces(plant, frame, row, work.q, work.v, given, other)
+    derivative_forces(plant, frame, row, work.q, work.v, given, other)
     stiffest = np.linalg.eigvalsh(tangent(plant, work.q, given))[-1]
     moved = plant.viscous @ slopes(plant, work.q)
     lagged = 0.0
@@ -357,7 +242,7 @@ def _stable(plant: Plant, frame: Frame, row: int, size: float, work: Work) -> bo
 def march(
     plant: Plant,
     frame: Frame,
-    stages: tuple[Coefficients, ...],
+    stages: tuple[StageNumbers, ...],
     work: Work,
     rows: Indices,
     stored: tuple[Array, Array],
@@ -400,7 +285,7 @@ def _return(work: Work) -> None:
 def march_explicit(
     plant: Plant,
     frame: Frame,
-    stages: tuple[Coefficients, ...],
+    stages: tuple[StageNumbers, ...],
     work: Work,
     rows: Indices,
     stored: tuple[Array, Array],

@@ -22,10 +22,6 @@ Array = NDArray[np.float64]
 _WINDOWS = 8
 # Part of the run's energy beyond which the truncated directions are worth a warning.
 _NOTABLE = 0.05
-ABOUT = {
-    "long_name": "strain energy that the unbalanced force would have outside the basis, over the run's largest energy",
-    "units": "1",
-}
 
 
 class Checked(NamedTuple):
@@ -79,7 +75,7 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
         motion = RigidMotion(motions[row, :3], motions[row, 3:6], motions[row, 6:])
         time = float(times[row])
         unbalanced = _unbalanced(run, workspace, time, eta[row], rate[row], pulled, motion, damping)
-        film = survey.film()
+        film = survey.membrane()
         scalars.append(stress_scalars(survey, film))
         watch.see(time, film, survey.cables)
         left.append(0.5 * float(unbalanced @ solver.solve(unbalanced)))

@@ -10,17 +10,11 @@ from __future__ import annotations
 from functools import singledispatch
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from tautflex.numeric import Array, Indices, jit
 from tautflex.reduction.marching import dispatch
 from tautflex.reduction.polynomial.monomials import monomials
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
-jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, error_model="numpy")
 
 # Of any plant, by its type.
 _internal_force = dispatch.internal_force
@@ -40,11 +34,11 @@ class Plant(NamedTuple):
     fields
         F, shape (k, m): the third-degree force is ``Y' F'F y``.
     viscous
-        Damping of the companions as ``Y' V'V dy/dt``, shape (l, m).
+        Damping of the static derivatives as ``Y' V'V dy/dt``, shape (l, m).
     turning
         ``M(Z)`` of the coordinates by (row, column) of Z, shape (3, 3, r, r).
-    turning_companions
-        The same between companions (per monomial) and coordinates, shape (3, 3, m, r).
+    turning_derivatives
+        The same between static derivatives (per monomial) and coordinates, shape (3, 3, m, r).
     """
 
     first: Indices
@@ -56,7 +50,7 @@ class Plant(NamedTuple):
     fields: Array
     viscous: Array
     turning: Array
-    turning_companions: Array
+    turning_derivatives: Array
 
 
 class Frame(NamedTuple):
@@ -69,7 +63,7 @@ class Frame(NamedTuple):
     load
         Inertial load less inputs, shape (n, r).
     stress
-        What the load on the companions adds to the stress per monomial, shape (n, m).
+        What the load on the static derivatives adds to the stress per monomial, shape (n, m).
     turns
         Whether any Z is not zero.
     """
@@ -107,7 +101,7 @@ def add_product(factor: Array, vector: Array, result: Array) -> None:
 def internal_force(plant: Plant, q: Array, v: Array, given: Array, force: Array) -> None:
     """Fill ``force`` with linear, second- and third-degree forces, and those of a given stress per monomial.
 
-    The companions' damping belongs here: at large deflections it is stiff, and a step has to solve for it.
+    The static derivatives' damping belongs here: at large deflections it is stiff, and a step has to solve for it.
     """
     r, m = q.size, plant.first.size
     y, stress = np.empty(m), given.copy()
@@ -153,10 +147,10 @@ def average_force(plant: Plant, start: Array, end: Array, v: Array, given: Array
 
 
 @jit
-def companion_forces(plant: Plant, frame: Frame, row: int, q: Array, v: Array, stress: Array, force: Array) -> None:
-    """Fill what companions do besides answering statically: stress per monomial, and force on the coordinates.
+def derivative_forces(plant: Plant, frame: Frame, row: int, q: Array, v: Array, stress: Array, force: Array) -> None:
+    """Fill what static derivatives do besides answering statically: stress per monomial, force on the coordinates.
 
-    They are pulled by the load, and coupled to the coordinates by the rotating frame, both small and smooth, so a step
+    The load offsets them, and the rotating frame couples them to the coordinates, both small and smooth, so a step
     takes them at its predicted state.
     """
     r, m = q.size, plant.first.size
@@ -180,9 +174,9 @@ def companion_forces(plant: Plant, frame: Frame, row: int, q: Array, v: Array, s
                 here = gyro * rate[k] + turn * q[plant.first[k]] * q[plant.second[k]]
                 total = 0.0
                 for j in range(r):
-                    total += plant.turning_companions[a, b, k, j] * (gyro * v[j] + turn * q[j])
+                    total += plant.turning_derivatives[a, b, k, j] * (gyro * v[j] + turn * q[j])
                     # M_ap(Z) = M_pa(Z')'
-                    force[j] += plant.turning_companions[b, a, k, j] * here
+                    force[j] += plant.turning_derivatives[b, a, k, j] * here
                 stress[k] += total
 
 
@@ -214,7 +208,7 @@ def total_force(plant: Any, frame: Frame, row: int, q: Array, v: Array, force: A
     r = q.size
     stress, other = np.empty(plant.first.size), np.empty(r)
     on_velocity, on_displacement = np.empty((r, r)), np.empty((r, r))
-    companion_forces(plant, frame, row, q, v, stress, other)
+    derivative_forces(plant, frame, row, q, v, stress, other)
     frame_matrices(plant, frame, row, on_velocity, on_displacement)
     _internal_force(plant, q, v, stress, force)
     load = frame.load[row % frame.load.shape[0]]

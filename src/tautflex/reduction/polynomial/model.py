@@ -7,25 +7,25 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.reduction.bases.basis import Basis, BasisVectors, ModalBasis
+from tautflex.numeric import Array
+from tautflex.reduction.bases.modal_basis import ModalBasis
+from tautflex.reduction.bases.vectors import Basis, BasisVectors
 from tautflex.reduction.marching.simulation import solve_reduced
 from tautflex.reduction.on_basis import OnBasis
+from tautflex.reduction.polynomial.condensation import CondensedModel, assemble
 from tautflex.reduction.polynomial.forces import Plant
 from tautflex.reduction.polynomial.monomials import WEAK_FIELD, monomial_rates, monomials, pairs, stress_fields
-from tautflex.reduction.polynomial.projection import Coefficients, Pieces, assemble, project
+from tautflex.reduction.polynomial.projection import Projection, project
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Run
 
-Array = NDArray[np.float64]
-
-# Fields of the companions' damping, itself a small force, may be coarser than those of the stiffness, so many times.
+# Fields of the static derivatives' damping, a small force, may be coarser than those of the stiffness, so many times.
 _COARSER = 100.0
 # Second-degree forces below this part of the linear ones are round-off of a flat reference.
 _ROUND_OFF = 1e-9
@@ -40,9 +40,9 @@ class ReducedModel(OnBasis):
     state
         The prestressed state that was reduced.
     basis
-        Vectors: displacement = eta kept + (E y + load response) companions.
-    pieces
-        Projected structure, in pieces that parameters weigh.
+        Vectors: displacement = eta kept + (E y + load response) derivatives.
+    projection
+        Projected structure, in affine parts that parameters weigh.
     seconds
         What the reduction cost [s].
     weak_field
@@ -51,19 +51,19 @@ class ReducedModel(OnBasis):
 
     state: PrestressedState
     basis: BasisVectors
-    pieces: Pieces
+    projection: Projection
     seconds: float
     weak_field: float = WEAK_FIELD
 
     @cached_property
-    def coefficients(self) -> Coefficients:
+    def coefficients(self) -> CondensedModel:
         """Equation of motion of the coordinates at the parameters of the state."""
-        return assemble(self.pieces)
+        return assemble(self.projection)
 
     @cached_property
     def monomial_vectors(self) -> Array:
         """Displacement that follows each monomial, shape (m, size)."""
-        return self.coefficients.follow_quadratic.T @ self.basis.companions
+        return self.coefficients.follow_quadratic.T @ self.basis.derivatives
 
     def plant(self, damping: Damping) -> Plant:
         """Arrays for the compiled stepper under a damping model."""
@@ -72,7 +72,7 @@ class ReducedModel(OnBasis):
         largest = float(np.abs(c.quadratic).max(initial=0.0) * self.basis.amplitude.max())
         curved = largest > _ROUND_OFF * float(np.abs(c.linear).max())
         fields, viscous = self.fields
-        # Companions have no mass here, so only the stiffness part of the damping acts on them.
+        # Static derivatives have no mass here, so only the stiffness part of the damping acts on them.
         matrix = damping.matrix(self.state.linear)
         share = float(matrix.stiffness)
         return Plant(
@@ -84,13 +84,13 @@ class ReducedModel(OnBasis):
             np.ascontiguousarray(c.quadratic if curved else c.quadratic[:0]),
             fields,
             np.sqrt(share) * viscous if share > 0.0 else viscous[:0],
-            np.ascontiguousarray(c.turning),
-            np.ascontiguousarray(c.turning_companions),
+            c.turning.reshape(3, 3, self.size, self.size),
+            np.ascontiguousarray(c.turning_derivatives).reshape(3, 3, -1, self.size),
         )
 
     @cached_property
     def fields(self) -> tuple[Array, Array]:
-        """Stress fields of the third-degree force, and of the companions' damping, shapes (k, m) and (l, m)."""
+        """Stress fields of the third-degree force, and of the static derivatives' damping, shapes (k, m) and (l, m)."""
         c, amplitude = self.coefficients, self.basis.amplitude
         return (
             stress_fields(0.25 * c.cubic, amplitude, self.weak_field),
@@ -103,22 +103,22 @@ class ReducedModel(OnBasis):
 
     @property
     def memory(self) -> int:
-        """Bytes of basis and pieces."""
-        arrays = [self.basis.kept, self.basis.companions, *self.pieces.stress.values()]
-        arrays += [*self.pieces.elastic.values()]
-        arrays += [array for part in self.pieces.higher.values() for array in (part.quadratic, part.cubic)]
-        arrays += [array for part in self.pieces.inertia.values() for array in (part.pair, part.first, part.zeroth)]
+        """Bytes of basis and projection."""
+        arrays = [self.basis.kept, self.basis.derivatives, *self.projection.stress.values()]
+        arrays += [*self.projection.elastic.values()]
+        arrays += [array for part in self.projection.higher.values() for array in (part.quadratic, part.cubic)]
+        arrays += [array for part in self.projection.inertia.values() for array in (part.pair, part.first, part.zeroth)]
         return sum(array.nbytes for array in arrays)
 
-    def displacement(self, eta: Array, pulled: Array | None = None) -> Array:
+    def displacement(self, eta: Array, offset: Array | None = None) -> Array:
         """Free unknowns [m, rad] from coordinates.
 
         Parameters
         ----------
         eta
             Coordinates, shape (..., r).
-        pulled
-            Companions that the load holds off, shape (..., p); None is none.
+        offset
+            Static derivatives that the load prescribes, shape (..., p); None is none.
 
         Returns
         -------
@@ -126,21 +126,21 @@ class ReducedModel(OnBasis):
             Shape (..., size).
         """
         result = eta @ self.basis.kept + monomials(eta) @ self.monomial_vectors
-        return result if pulled is None else result + pulled @ self.basis.companions
+        return result if offset is None else result + offset @ self.basis.derivatives
 
-    def motion(self, eta: Array, rate: Array, acceleration: Array, pulled: Array) -> tuple[Array, Array, Array]:
+    def motion(self, eta: Array, rate: Array, acceleration: Array, offset: Array) -> tuple[Array, Array, Array]:
         """Free unknowns, their velocities and accelerations from those of the coordinates, shapes (size,)."""
         kept, follow = self.basis.kept, self.monomial_vectors
         v = rate @ kept + monomial_rates(eta, rate) @ follow
         a = acceleration @ kept + (monomial_rates(eta, acceleration) + 2.0 * monomials(rate)) @ follow
-        return self.displacement(eta, pulled), v, a
+        return self.displacement(eta, offset), v, a
 
-    def seen(self, look: csr_array, eta: Array, rate: Array, pulled: Array) -> tuple[Array, Array]:
+    def seen(self, look: csr_array, eta: Array, rate: Array, offset: Array) -> tuple[Array, Array]:
         """Readings ``look @ q`` of displacement and velocity at instants, shapes (time, reading)."""
-        kept, companions, follow = (
-            (look @ vectors.T).T for vectors in (self.basis.kept, self.basis.companions, self.monomial_vectors)
+        kept, derivatives, follow = (
+            (look @ vectors.T).T for vectors in (self.basis.kept, self.basis.derivatives, self.monomial_vectors)
         )
-        place = eta @ kept + monomials(eta) @ follow + pulled @ companions
+        place = eta @ kept + monomials(eta) @ follow + offset @ derivatives
         return place, rate @ kept + monomial_rates(eta, rate) @ follow
 
     def __repr__(self) -> str:
@@ -158,10 +158,10 @@ def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: floa
     state
         Prestressed state; laws must be elastic (for wrinkling film see `hyper_reduce`).
     basis
-        `ModalBasis` (default: all transverse rigid accelerations), `PodBasis`, or anything that finds vectors.
+        `ModalBasis` (default: all transverse rigid accelerations), `PodBasis`, or another `Basis`.
     weak_field
-        Stress fields with less than this part of the strongest one's energy are left out (of the companions' damping,
-        a hundred times as much); 0 keeps all.
+        Stress fields with less than this part of the strongest one's energy are left out (of the static derivatives'
+        damping, a hundred times as much); 0 keeps all.
 
     Returns
     -------
@@ -179,7 +179,7 @@ def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: floa
     if not isinstance(basis, Basis):
         raise InputError(f"basis: expected an object such as ModalBasis(directions=('rx',)), got {basis!r}")
     checks.between("weak_field", weak_field, 0.0, 1e-2)
-    laws = sorted({block.law for block in state.system.blocks} - {"elastic"})
+    laws = sorted({block.law.name for block in state.system.blocks if not block.is_elastic})
     if laws:
         raise UnsupportedError(
             f"law: expected elastic film and cables, whose forces are polynomials, got {', '.join(laws)}; use "
@@ -191,5 +191,5 @@ def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: floa
             "are free; hold the frame (frame.support = 'corners')"
         )
     vectors = basis.vectors(state)
-    pieces = project(state, vectors)
-    return ReducedModel(state, vectors, pieces, clock.perf_counter() - began, weak_field)
+    projection = project(state, vectors)
+    return ReducedModel(state, vectors, projection, clock.perf_counter() - began, weak_field)

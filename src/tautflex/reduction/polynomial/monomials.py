@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from tautflex.numeric import Array, Indices
 
 # Stress fields that store less than this part of the energy of the strongest one are left out.
 WEAK_FIELD = 1e-5
@@ -47,15 +45,6 @@ def packed(table: Array) -> Array:
     both = table + np.swapaxes(table, -1, -2)
     result = both[..., first, second]
     result[..., first == second] *= 0.5
-    return result
-
-
-def unpacked(coefficients: Array, count: int) -> Array:
-    """Symmetric matrices of quadratic forms given per monomial: (..., m) -> (..., r, r)."""
-    first, second = pairs(count)
-    result = np.zeros((*coefficients.shape[:-1], count, count))
-    result[..., first, second] = 0.5 * coefficients
-    result[..., second, first] += 0.5 * coefficients
     return result
 
 

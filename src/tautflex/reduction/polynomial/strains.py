@@ -15,13 +15,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array, Indices
 from tautflex.reduction.polynomial.monomials import packed, pairs
-
-Array = NDArray[np.float64]
 
 _CHUNK_NUMBERS = 4_000_000  # doubles in the largest temporary of one chunk of elements
 
@@ -48,7 +46,7 @@ class _Chunk:
 
     index: int
     part: slice
-    places: NDArray[np.int64]
+    places: Indices
     gradient: Array
     linear: Array
     slope: Array
@@ -64,7 +62,7 @@ class _Chunk:
 def _chunks(system: StructuralSystem, vectors: Array) -> Iterator[_Chunk]:
     """Strains of all elements on the basis, in pieces that fit in memory."""
     extended = np.concatenate([vectors, np.zeros((len(vectors), 1))], axis=1)
-    for index, (block, places) in enumerate(zip(system.blocks, system.element_places, strict=True)):
+    for index, (block, places) in enumerate(zip(system.blocks, system.row_places, strict=True)):
         strains, gradients = block.linear.shape
         each = strains * max(len(vectors) ** 2, gradients * len(vectors))
         step = max(1, _CHUNK_NUMBERS // each)
@@ -130,7 +128,7 @@ def quadratic_forces(system: StructuralSystem, vectors: Array) -> Array:
     return total.T
 
 
-def _scatter(forces: Array, places: NDArray[np.int64], size: int) -> Array:
+def _scatter(forces: Array, places: Indices, size: int) -> Array:
     """Sum element forces (element, dof, m) on the free unknowns, shape (size, m)."""
     flat = places.ravel()
     selection = csr_array((np.ones(flat.size), (flat, np.arange(flat.size))), shape=(size + 1, flat.size))

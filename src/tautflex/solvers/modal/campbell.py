@@ -7,19 +7,19 @@ from itertools import pairwise
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
 from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.motion.coupling import Coupling
-from tautflex.motion.maneuvers import unit_axis
+from tautflex.motion.kinematics import unit_axis
+from tautflex.numeric import Array, Indices
 from tautflex.solvers.modal.spinning import SpinningModes, solve_spinning_modes
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.variables import CAMPBELL, described
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Progress = Callable[[float, str], None]
 
 # A link below this is looked at more closely, with rates halved at most so many times.
@@ -143,31 +143,19 @@ def _table(
     labels = np.array(
         [[modes.labels[k] or (0, 0) for k in order] for modes, order in zip(found, orders, strict=True)], dtype=int
     )
-    table = ("rate", "branch")
     data = {
-        "frequency": (table, branches("frequencies"), "frequency in the rotating frame", "Hz"),
-        "growth_rate": (table, branches("growth_rates"), "growth rate", "s-1"),
-        "damping_ratio": (table, branches("damping_ratios"), "damping ratio", "1"),
-        "whirl": (table, branches("whirl"), "sense of the orbits, 1 forward, -1 backward", "1"),
-        "mac": (table, np.array(links), "weakest link from the rate before", "1"),
-        "stable": ("rate", np.array([modes.stable for modes in found]), "whether no mode grows", "1"),
-        "min_principal_resultant": (
-            "rate",
-            np.array([modes.min_principal_resultant for modes in found]),
-            "smallest principal film resultant of the equilibrium",
-            "N m-1",
-        ),
-        "label_m": (table, labels[:, :, 0], "half-waves along x, 0 where none", "1"),
-        "label_n": (table, labels[:, :, 1], "half-waves along y, 0 where none", "1"),
+        "frequency": branches("frequencies"),
+        "growth_rate": branches("growth_rates"),
+        "damping_ratio": branches("damping_ratios"),
+        "whirl": branches("whirl"),
+        "mac": np.array(links),
+        "stable": np.array([modes.stable for modes in found]),
+        "min_principal_resultant": np.array([modes.min_principal_resultant for modes in found]),
+        "label_m": labels[:, :, 0],
+        "label_n": labels[:, :, 1],
     }
     return xr.Dataset(
-        {
-            name: (dims, array, {"long_name": words, "units": units})
-            for name, (dims, array, words, units) in data.items()
-        },
-        coords={
-            "rate": ("rate", rates, {"long_name": "angular rate", "units": "rad s-1"}),
-            "branch": np.arange(1, labels.shape[1] + 1),
-        },
+        described(CAMPBELL, data),
+        coords={**described(CAMPBELL, {"rate": rates}), "branch": np.arange(1, labels.shape[1] + 1)},
         attrs={"title": "frequencies of the spinning structure", "axis": axis, "origin": found[0].origin},
     )

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 from scipy.spatial import Delaunay, QhullError
 
 from tautflex.checks import float_array
+from tautflex.numeric import Array
 
 _NOISE = 0.1  # a lobe below this part of the largest one is no half-wave
 _OUTSIDE = 0.1  # largest part of the bounding box that the nodes may leave uncovered
-
-Array = NDArray[np.float64]
 
 
 class FilmSampler:

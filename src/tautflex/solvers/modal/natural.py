@@ -7,18 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from tautflex.errors import InputError
-from tautflex.mechanics.inertia import cross_matrix
+from tautflex.numeric import Array
 from tautflex.solvers.linear.eigenpairs import lowest_eigenpairs
 from tautflex.solvers.modal.labels import FilmSampler, half_wave_labels, symmetry_class
+from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.variables import mesh_variables
-
-Array = NDArray[np.float64]
-
-RIGID_DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+from tautflex.solvers.variables import COMPONENTS, MODES, described, mesh_variables
 
 
 @dataclass(frozen=True)
@@ -56,29 +52,20 @@ class Modes:
     def to_dataset(self) -> xr.Dataset:
         """Modes and mesh as a Dataset with units on every variable."""
         label = np.array([pair or (0, 0) for pair in self.labels])
-        dims = ("mode", "node", "component")
         data = {
-            "frequency": ("mode", self.frequencies, _about("natural frequency", "Hz")),
-            "shape": (dims, self.shapes, _about("mass-normalised mode shape", "kg^-1/2")),
-            "label_m": ("mode", label[:, 0], _about("half-waves along x, 0 where none", "1")),
-            "label_n": ("mode", label[:, 1], _about("half-waves along y, 0 where none", "1")),
-            "symmetry": (
-                "mode",
-                np.array(self.symmetry, dtype=str),
-                _about("symmetry about x = 0 and y = 0", "1"),
-            ),
-            "effective_mass": (
-                ("mode", "direction"),
-                self.effective_mass,
-                _about("effective mass (x, y, z) and inertia (rx, ry, rz)", "kg, kg m^2"),
-            ),
+            "frequency": self.frequencies,
+            "shape": self.shapes,
+            "label_m": label[:, 0],
+            "label_n": label[:, 1],
+            "symmetry": np.array(self.symmetry, dtype=str),
+            "effective_mass": self.effective_mass,
         }
         state = self.state
         return xr.Dataset(
-            {**data, **mesh_variables(state.model)},
+            {**described(MODES, data), **mesh_variables(state.model)},
             coords={
                 "mode": np.arange(1, len(self.frequencies) + 1),
-                "component": ["x", "y", "z"],
+                "component": COMPONENTS,
                 "direction": list(RIGID_DIRECTIONS),
             },
             attrs={
@@ -89,10 +76,6 @@ class Modes:
                 ),
             },
         )
-
-
-def _about(long_name: str, units: str) -> dict[str, str]:
-    return {"long_name": long_name, "units": units}
 
 
 def solve_modes(state: PrestressedState, n: int = 10) -> Modes:
@@ -125,7 +108,7 @@ def solve_modes(state: PrestressedState, n: int = 10) -> Modes:
     flat = translations.reshape(n, -1)
     vectors = vectors * np.sign(flat[np.arange(n), np.abs(flat).argmax(axis=1)])[:, None]
     labels, symmetry = describe_shapes(state, system.translations(vectors))
-    return Modes(state, frequencies, vectors, labels, symmetry, _effective_mass(state, vectors))
+    return Modes(state, frequencies, vectors, labels, symmetry, (vectors @ rigid_loads(system.inertia).T) ** 2)
 
 
 def describe_shapes(state: PrestressedState, shapes: Array) -> tuple[list[tuple[int, int] | None], list[str]]:
@@ -138,11 +121,3 @@ def describe_shapes(state: PrestressedState, shapes: Array) -> tuple[list[tuple[
     films = [shape[used] for shape in shapes]
     labels = [half_wave_labels(sampler, film[:, 2], in_plane=film[:, :2]) for film in films]
     return labels, [symmetry_class(sampler, film[:, 2]) for film in films]
-
-
-def _effective_mass(state: PrestressedState, vectors: Array) -> Array:
-    """Squared participation factors of unit rigid accelerations, shape (mode, 6)."""
-    inertia = state.system.inertia
-    loads = [inertia.zeroth_moment[axis] for axis in range(3)]
-    loads += [inertia.load(cross_matrix(np.eye(3)[axis])) for axis in range(3)]
-    return (vectors @ np.array(loads).T) ** 2

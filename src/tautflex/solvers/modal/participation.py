@@ -17,16 +17,17 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse.linalg import splu
 
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.inertia import InertiaOperator, cross_matrix
-from tautflex.solvers.modal.natural import RIGID_DIRECTIONS, Modes
-
-Array = NDArray[np.float64]
+from tautflex.mechanics.inertia import InertiaOperator
+from tautflex.numeric import Array, Complex
+from tautflex.solvers.modal.natural import Modes
+from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads, rigid_mass
+from tautflex.solvers.variables import APPENDAGE, COMPONENTS, described
 
 # Six of them: a structure that is not held at all has no interface to a hub.
 _FREE = 6
@@ -75,29 +76,24 @@ def appendage_data(
     free = _free_mass(inertia, loads)
     held = np.diag(free) > 1e-12 * np.diag(rigid)
     complete = np.divide(np.diag(shared), np.diag(free), out=np.full(6, np.nan), where=held)
-    square = ("direction", "other_direction")
-    one = ("mode", "direction")
     data = {
-        "frequency": ("mode", modes.frequencies, "natural frequency", "Hz"),
-        "damping_ratio": ("mode", _damping_ratios(modes, damping), "damping ratio", "1"),
-        "participation": (one, participation, "participation in rigid motions about the point", "kg^1/2, kg^1/2 m"),
-        "effective_mass": (one, participation**2, "effective mass and inertia", "kg, kg m^2"),
-        "rigid_mass": (square, rigid, "mass matrix of the rigid structure", "kg, kg m, kg m^2"),
-        "free_mass": (square, free, "mass matrix that all modes together hold", "kg, kg m, kg m^2"),
-        "residual_mass": (square, rigid - shared, "rigid mass less that of these modes", "kg, kg m, kg m^2"),
-        "completeness": ("direction", complete, "part of the free mass that these modes hold", "1"),
-        "point": ("component", place, "reference point", "m"),
+        "frequency": modes.frequencies,
+        "damping_ratio": _damping_ratios(modes, damping),
+        "participation": participation,
+        "effective_mass": participation**2,
+        "rigid_mass": rigid,
+        "free_mass": free,
+        "residual_mass": rigid - shared,
+        "completeness": complete,
+        "point": place,
     }
     return xr.Dataset(
-        {
-            name: (dims, array, {"long_name": words, "units": units})
-            for name, (dims, array, words, units) in data.items()
-        },
+        described(APPENDAGE, data),
         coords={
             "mode": np.arange(1, len(modes.frequencies) + 1),
             "direction": list(RIGID_DIRECTIONS),
             "other_direction": list(RIGID_DIRECTIONS),
-            "component": ["x", "y", "z"],
+            "component": COMPONENTS,
         },
         attrs={
             "title": "rigid-elastic coupling of the appendage",
@@ -107,7 +103,7 @@ def appendage_data(
     )
 
 
-def dynamic_mass(data: xr.Dataset, frequencies: ArrayLike) -> NDArray[np.complex128]:
+def dynamic_mass(data: xr.Dataset, frequencies: ArrayLike) -> Complex:
     """Matrix ``D(i w)`` from acceleration of the point to minus force and torque there.
 
     Parameters
@@ -127,29 +123,6 @@ def dynamic_mass(data: xr.Dataset, frequencies: ArrayLike) -> NDArray[np.complex
     gain = s**2 / (s**2 + 2.0 * ratio * natural * s + natural**2)
     participation = data["participation"].values
     return data["rigid_mass"].values - np.einsum("fj,ja,jb->fab", gain, participation, participation)
-
-
-def rigid_loads(inertia: InertiaOperator, point: Array) -> Array:
-    """Rows ``int rho N' e`` and ``int rho N' (e x (x - x_P))`` for the three unit vectors e, shape (6, size)."""
-    translations = inertia.zeroth_moment
-    turns = [cross_matrix(e) for e in np.eye(3)]
-    return np.array([*translations, *(inertia.load(turn, -turn @ point) for turn in turns)])
-
-
-def rigid_mass(inertia: InertiaOperator, point: Array) -> Array:
-    """Mass matrix of the rigid structure about a point [kg, kg m, kg m^2], shape (6, 6).
-
-    ``[[m 1, -S(h)], [S(h), J]]`` with ``h = int rho r``, ``J = int rho (r.r 1 - r r')``, ``r = x - x_P``.
-    """
-    mass, first = inertia.mass, inertia.mass_moment - inertia.mass * point
-    second = (
-        inertia.second_moment
-        - np.outer(inertia.mass_moment, point)
-        - np.outer(point, inertia.mass_moment)
-        + mass * np.outer(point, point)
-    )
-    turn = cross_matrix(first)
-    return np.block([[mass * np.eye(3), -turn], [turn, np.trace(second) * np.eye(3) - second]])
 
 
 def _free_mass(inertia: InertiaOperator, loads: Array) -> Array:

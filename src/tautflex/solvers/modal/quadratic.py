@@ -13,22 +13,19 @@ the shape's [Duffin 1955, J. Rational Mech. Anal. 4].
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import ArpackError, LinearOperator, SuperLU, eigs, splu
 
 from tautflex.errors import NotConvergedError
 from tautflex.mechanics.dampings.matrix import DampingMatrix
 from tautflex.mechanics.pattern import SparsityPattern
+from tautflex.numeric import Array, Complex
 from tautflex.solvers.linear.low_rank import LowRankUpdate
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _SPARE = 6  # eigenvalues asked for beyond the wanted pairs, so that none is cut in two
 _ROUNDOFF = 8.0 * np.finfo(float).eps
@@ -77,16 +74,6 @@ class QuadraticPencil:
         """``(C + G) vectors``, shape (size,) or (size, columns)."""
         result = self.matrices[1] @ vectors
         return result + self.beside.low_rank_force(vectors) if self.beside.rank else result
-
-    def backward_error(self, eigenvalues: Complex, vectors: Complex) -> Array:
-        """Residual over ``|l|^2 |M| |phi| + |l| |C + G| |phi| + |K| |phi|``, shape (mode,): 1e-16 at best."""
-        sizes = replace(self.beside, vectors=np.abs(self.beside.vectors))
-        residual = eigenvalues * self.beside.low_rank_force(vectors.T)
-        scale = np.abs(eigenvalues) * sizes.low_rank_force(np.abs(vectors.T))
-        for power, matrix in zip((2, 1, 0), self.matrices, strict=True):
-            residual += eigenvalues**power * (matrix @ vectors.T)
-            scale += np.abs(eigenvalues) ** power * (abs(matrix) @ np.abs(vectors.T))
-        return np.linalg.norm(residual, axis=0) / np.linalg.norm(scale, axis=0)
 
 
 def quadratic_forms(matrix: Any, vectors: Complex) -> Complex:

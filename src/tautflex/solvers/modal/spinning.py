@@ -11,24 +11,21 @@ from functools import cached_property
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.mechanics.inertia import cross_matrix
 from tautflex.mechanics.membrane import survey_at
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, fixed_axis_motion
+from tautflex.numeric import Array, Complex, cross_matrix
 from tautflex.solvers.modal.natural import describe_shapes
 from tautflex.solvers.modal.quadratic import QuadraticPencil, lowest_eigenpairs, quadratic_forms
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.variables import mesh_variables
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from tautflex.solvers.variables import COMPONENTS, SPINNING_MODES, described, mesh_variables
 
 # Least shift [rad/s], for structures at rest; spinning ones set their own scale.
 _SHIFT = 2.0 * np.pi * 0.02
@@ -106,21 +103,21 @@ class SpinningModes:
 
     def to_dataset(self) -> xr.Dataset:
         """Modes and mesh as a Dataset; ``shape`` at t = 0, ``shape_quadrature`` a quarter of a period earlier."""
-        dims, shapes = ("mode", "node", "component"), self.shapes
+        shapes = self.shapes
         label = np.array([pair or (0, 0) for pair in self.labels])
         data = {
-            "frequency": ("mode", self.frequencies, _about("frequency in the rotating frame", "Hz")),
-            "growth_rate": ("mode", self.growth_rates, _about("growth rate", "s-1")),
-            "damping_ratio": ("mode", self.damping_ratios, _about("damping ratio", "1")),
-            "whirl": ("mode", self.whirl, _about("sense of the orbits, 1 forward, -1 backward", "1")),
-            "shape": (dims, shapes.real, _about("real part of the mode shape", "kg^-1/2")),
-            "shape_quadrature": (dims, shapes.imag, _about("imaginary part of the mode shape", "kg^-1/2")),
-            "label_m": ("mode", label[:, 0], _about("half-waves along x, 0 where none", "1")),
-            "label_n": ("mode", label[:, 1], _about("half-waves along y, 0 where none", "1")),
+            "frequency": self.frequencies,
+            "growth_rate": self.growth_rates,
+            "damping_ratio": self.damping_ratios,
+            "whirl": self.whirl,
+            "shape": shapes.real,
+            "shape_quadrature": shapes.imag,
+            "label_m": label[:, 0],
+            "label_n": label[:, 1],
         }
         return xr.Dataset(
-            {**data, **mesh_variables(self.state.model)},
-            coords={"mode": np.arange(1, len(self.eigenvalues) + 1), "component": ["x", "y", "z"]},
+            {**described(SPINNING_MODES, data), **mesh_variables(self.state.model)},
+            coords={"mode": np.arange(1, len(self.eigenvalues) + 1), "component": COMPONENTS},
             attrs={
                 "title": "complex modes about a spinning equilibrium",
                 "normalisation": NORMALISATION,
@@ -130,10 +127,6 @@ class SpinningModes:
                 "min_principal_resultant": self.min_principal_resultant,
             },
         )
-
-
-def _about(long_name: str, units: str) -> dict[str, str]:
-    return {"long_name": long_name, "units": units}
 
 
 def solve_spinning_modes(
@@ -190,7 +183,7 @@ def solve_spinning_modes(
         eigenvalues,
         vectors,
         _whirl(state, spin, vectors),
-        survey_at(state.system, equilibrium).film().smallest,
+        survey_at(state.system, equilibrium).membrane().smallest,
     )
 
 

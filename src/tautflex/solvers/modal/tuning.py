@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError
+from tautflex.numeric import Array
 from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.model import Model
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -1,23 +1,19 @@
-"""Secant memory: makes an old factorization act like a fresh one for the few directions that changed."""
+"""Anderson acceleration: makes an old factorization act like a fresh one for the few directions that changed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Protocol
 
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from tautflex.numeric import Array, jit
 
 # Keeps nearly parallel pairs from cancelling each other with huge weights.
 _RIDGE = 1e-8
 
-_jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, error_model="numpy")
 
-
-@_jit
+@jit
 def _learn(
     changes: Array, shifts: Array, gram: Array, row: int, used: int, last: Array, solution: Array, residual: Array
 ) -> bool:
@@ -45,7 +41,7 @@ def _learn(
     return True
 
 
-@_jit
+@jit
 def _correct(changes: Array, shifts: Array, gram: Array, used: int, step: Array) -> None:
     """Solve ``(gram + ridge) gamma = -changes . step`` by Cholesky and add ``gamma . shifts`` to the step."""
     gamma, factor = np.empty(used), np.empty((used, used))
@@ -75,7 +71,7 @@ def _correct(changes: Array, shifts: Array, gram: Array, used: int, step: Array)
             step[i] += weight * shift[i]
 
 
-@_jit
+@jit
 def _propose(
     changes: Array, shifts: Array, gram: Array, count: int, known: bool, last: Array, solution: Array, residual: Array
 ) -> tuple[Array, float, int]:
@@ -108,7 +104,7 @@ class Axes(Protocol):
         ...
 
 
-class SecantMemory:
+class AndersonAcceleration:
     """Anderson acceleration in the energy norm of the factorized matrix K.
 
     From pairs (change of x, change of residual r) seen since the last factorization, the next step is the

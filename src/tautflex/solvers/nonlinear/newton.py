@@ -9,12 +9,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.solvers.nonlinear.anderson import SecantMemory
+from tautflex.solvers.nonlinear.anderson import AndersonAcceleration
 
 Array = NDArray[np.float64]
 
 # A slower old tangent is given up. A refactorization costs nine iterations (40x20 film), but a rate is a pessimistic
-# guess while the secant memory learns; the first one of a step tells nothing about the next ones at all.
+# guess while Anderson acceleration learns; the first one of a step tells nothing about the next ones at all.
 PATIENCE = 20
 SLOPE_ACCEPTED = 0.9
 
@@ -76,7 +76,7 @@ def solve_newton(
     start: Array,
     tolerance: float,
     max_iterations: int = 40,
-    memory: SecantMemory | None = None,
+    memory: AndersonAcceleration | None = None,
 ) -> NewtonOutcome:
     """Solve ``residual(x) = 0``.
 
@@ -95,13 +95,13 @@ def solve_newton(
     max_iterations
         Allowed number of steps.
     memory
-        Secant pairs of the current factorization, used and extended; None for plain steps.
+        Pairs seen since the current factorization, used and extended; None for plain steps.
 
     Returns
     -------
     NewtonOutcome
     """
-    memory = memory if memory is not None else SecantMemory(0)
+    memory = memory if memory is not None else AndersonAcceleration(0)
     memory.begin()
     outcome = NewtonOutcome(start)
     x = start

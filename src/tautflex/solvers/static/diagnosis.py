@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.mechanics.system import StructuralSystem
 from tautflex.structure.model import Model
 
 Array = NDArray[np.float64]
@@ -22,12 +23,18 @@ class Problem(NamedTuple):
     fatal: bool
 
 
-def find_problems(model: Model, tension: Array, resultants: Array, states: NDArray[np.int8]) -> list[Problem]:
+def find_problems(
+    system: StructuralSystem,
+    tension: Array,
+    resultants: Array,
+    states: NDArray[np.int8],
+    fractions: tuple[float, float],
+) -> list[Problem]:
     """Slack cables and film that is compressed, wrinkled or slack.
 
     Parameters
     ----------
-    model
+    system
         The structure.
     tension
         Tension of each cable [N], shape (c,).
@@ -35,26 +42,22 @@ def find_problems(model: Model, tension: Array, resultants: Array, states: NDArr
         Smaller and larger principal resultant of each film element [N/m], shape (t, 2).
     states
         0 taut, 1 wrinkled, 2 slack, per film element, shape (t,).
+    fractions
+        Parts of the film's area that are wrinkled and slack.
     """
-    laws = {group.section.law for group in model.groups if group.section.kind == "membrane"}  # type: ignore[union-attr]
-    film = _wrinkled_film(model, states) if "tension-field" in laws else _compressed_film(model, resultants)
-    return _slack_cables(model, tension) + film
+    wrinkles = any(block.kind == "membrane" and block.law.tension_only for block in system.blocks)
+    film = _wrinkled_film(system.model, states, fractions) if wrinkles else _compressed_film(system.model, resultants)
+    return _slack_cables(system, tension) + film
 
 
-def _slack_cables(model: Model, tension: Array) -> list[Problem]:
-    may_be_slack = np.concatenate(
-        [np.zeros(0, dtype=bool)]
-        + [
-            np.full(len(group.connectivity), group.section.slack)  # type: ignore[union-attr]
-            for group in model.groups
-            if group.section.kind == "cable"
-        ]
-    )
+def _slack_cables(system: StructuralSystem, tension: Array) -> list[Problem]:
     slack = np.flatnonzero(tension < 0.0)
     if not slack.size:
         return []
+    cables = [block for block in system.blocks if block.kind == "cable"]
+    may_be_slack = np.repeat([block.law.tension_only for block in cables], [len(block.dofs) for block in cables])
     worst = int(slack[np.argmin(tension[slack])])
-    place = _point(model.nodes[model.cables[worst]].mean(axis=0))
+    place = place_of(system.model, "cable", worst)
     count = f"{slack.size} of {tension.size} cables"
     if may_be_slack[slack].all():
         nothing = f"cable {worst} at {place} is slack ({count}) and carries nothing"
@@ -71,7 +74,7 @@ def _compressed_film(model: Model, values: Array) -> list[Problem]:
     if not compressed.size:
         return []
     worst = int(np.argmin(values[:, 0]))
-    place = _point(model.nodes[model.triangles[worst]].mean(axis=0))
+    place = place_of(model, "membrane", worst)
     given = model.prestress_mode == "uniform"
     remedy = (
         "give tensile stresses (positive stress_x, stress_y)"
@@ -87,14 +90,12 @@ def _compressed_film(model: Model, values: Array) -> list[Problem]:
     return [Problem(text, bool(given or values[worst, 0] < -_COMPRESSION_ALLOWED * largest))]
 
 
-def _wrinkled_film(model: Model, states: NDArray[np.int8]) -> list[Problem]:
+def _wrinkled_film(model: Model, states: NDArray[np.int8], fractions: tuple[float, float]) -> list[Problem]:
     index = np.flatnonzero(states)
     if not index.size:
         return []
-    corners = model.nodes[model.triangles]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    wrinkled, slack = (float(area[states == state].sum() / area.sum()) for state in (1, 2))
-    place = _point(corners[index[np.argmax(states[index])]].mean(axis=0))
+    wrinkled, slack = fractions
+    place = place_of(model, "membrane", int(index[np.argmax(states[index])]))
     text = f"part of the film is not taut: {wrinkled:.1%} of its area is wrinkled, {slack:.1%} slack, e.g. at {place}"
     if (states == 2).all():
         return [Problem("the whole film is slack; give it tension", True)]
@@ -120,5 +121,6 @@ def soft_text(count: int) -> str:
     )
 
 
-def _point(position: Array) -> str:
-    return "(" + ", ".join(f"{value:.3g}" for value in position) + ") m"
+def place_of(model: Model, kind: str, element: int) -> str:
+    """Centre of an element, numbered through all of its kind, in words."""
+    return "(" + ", ".join(f"{value:.3g}" for value in model.centre(kind, element)) + ") m"

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
 from tautflex.errors import NotConvergedError
-from tautflex.mechanics.loads.pressure import PressureLoad
+from tautflex.mechanics.loads.pressure import PressureLoad, nodal_load
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.solvers.linear.factorization import SymmetricFactorization
@@ -107,6 +107,7 @@ def solve_static(
     extra: Array | None = None,
     tolerance: float = 1e-9,
     *,
+    forces: ArrayLike | None = None,
     pressure: PressureLoad | None = None,
     steps: int = 1,
     start: Array | None = None,
@@ -123,20 +124,24 @@ def solve_static(
         Values of an additional symmetric stiffness K_T in the pattern, shape (entries,).
     tolerance
         Allowed ratio of residual norm to load norm.
+    forces
+        Dead forces that act on the nodes [N], shape (node, 3); None is none.
     pressure
         Follower pressure on the film.
     steps
-        Equal steps in which load and pressure are applied.
+        Equal steps in which load, forces and pressure are applied.
     start
         First guess [m, rad], shape (size,); None is the reference.
 
     Returns
     -------
     numpy.ndarray
-        Free unknowns [m, rad], shape (size,).
+        Free unknowns [m, rad], shape (size,); ``state.system.translations`` makes displacements of the nodes of them.
 
     Raises
     ------
+    InputError
+        If ``forces`` has the wrong shape or ``steps`` is no whole number of at least 1.
     NotConvergedError
         If no equilibrium is found.
 
@@ -147,7 +152,10 @@ def solve_static(
     """
     system = state.system
     checks.whole("steps", steps, 1)
-    problem = _StaticProblem(state, np.zeros(system.size) if load is None else load, extra, pressure, tolerance)
+    dead = np.zeros(system.size) if load is None else load
+    if forces is not None:
+        dead = dead - nodal_load(system, forces)
+    problem = _StaticProblem(state, dead, extra, pressure, tolerance)
     x = np.zeros(system.size) if start is None else start
     for step in range(1, steps + 1):
         problem.set_share(step / steps)

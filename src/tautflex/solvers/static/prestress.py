@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 
 from tautflex.errors import PrestressError
 from tautflex.mechanics.dampings.damping import LinearStructure
-from tautflex.mechanics.membrane import FilmSurvey, film_states, principal_resultants, principal_values, survey_at
+from tautflex.mechanics.membrane import (
+    MembraneSurvey,
+    membrane_states,
+    principal_resultants,
+    principal_values,
+    survey_at,
+)
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.solvers.linear.eigenpairs import NaturalModes
 from tautflex.solvers.linear.factorization import SymmetricFactorization
@@ -64,14 +70,14 @@ class PrestressedState:
 
         They are the system's initial stresses, or what nonlinear laws make of those trial stresses.
         """
-        if all(block.law == "elastic" for block in self.system.blocks):
+        if all(block.is_elastic for block in self.system.blocks):
             return list(self.system.initial_stress)
         return self.system.stress(np.zeros(self.system.size))
 
     @cached_property
-    def film_states(self) -> NDArray[np.int8]:
+    def membrane_states(self) -> NDArray[np.int8]:
         """0 taut, 1 wrinkled, 2 slack, per film element, shape (t,)."""
-        return film_states(self.system)
+        return membrane_states(self.system)
 
     @property
     def wrinkled_fraction(self) -> float:
@@ -84,21 +90,21 @@ class PrestressedState:
         return self._survey.slack
 
     @cached_property
-    def _survey(self) -> FilmSurvey:
-        return survey_at(self.system, np.zeros(self.system.size)).film()
+    def _survey(self) -> MembraneSurvey:
+        return survey_at(self.system, np.zeros(self.system.size)).membrane()
 
     @property
     def membrane_stress(self) -> Array:
-        """Film stress (sx, sy, txy) in local axes [Pa], shape (t, 3)."""
+        """Film stress (sx, sy, txy) in local axes at every integration point [Pa], shape (row, 3)."""
         return self.system.stress_of("membrane", self.stress)
 
     @property
     def cable_tension(self) -> Array:
         """Cable tension [N], shape (c,)."""
         pieces = [
-            group.section.area * stress[:, 0]  # type: ignore[union-attr]
-            for group, stress in zip(self.model.groups, self.stress, strict=True)
-            if group.section.kind == "cable"
+            block.size * stress[:, 0]
+            for block, stress in zip(self.system.blocks, self.stress, strict=True)
+            if block.kind == "cable"
         ]
         return np.concatenate(pieces) if pieces else np.zeros(0)
 
@@ -162,7 +168,9 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     reference, _ = workspace.force(np.zeros(system.size))
     residual = float(np.abs(reference).max(initial=0.0))
     state = PrestressedState(system, reference, residual, residual / largest_force(system, workspace.stress), 0)
-    problems = find_problems(model, state.cable_tension, principal_resultants(system, state.stress), state.film_states)
+    resultants = principal_resultants(system, state.stress)
+    fractions = state.wrinkled_fraction, state.slack_fraction
+    problems = find_problems(system, state.cable_tension, resultants, state.membrane_states, fractions)
     unstable = count_unstable(state)
     if unstable:
         problems.append(Problem(instability_text(model, unstable), True))
@@ -177,13 +185,13 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
 
 def count_unstable(state: PrestressedState) -> int:
     """Number of negative eigenvalues of (K, M), counted by the pivots of K + shift M."""
-    wrinkles = any(block.law == "tension-field" for block in state.system.blocks)
-    return _count_below(state, -_SLACK_SHIFT if wrinkles and state.film_states.any() else -_STABILITY_SHIFT)
+    wrinkles = any(block.kind == "membrane" and block.law.tension_only for block in state.system.blocks)
+    return _count_below(state, -_SLACK_SHIFT if wrinkles and state.membrane_states.any() else -_STABILITY_SHIFT)
 
 
 def _count_soft(state: PrestressedState) -> int:
     """Number of motions, beside rigid ones, that wrinkled or slack film leaves almost without stiffness."""
-    if not state.film_states.any() or all(block.law == "elastic" for block in state.system.blocks):
+    if not state.membrane_states.any() or all(block.is_elastic for block in state.system.blocks):
         return 0
     return max(0, _count_below(state, _SLACK_SHIFT) - state.model.rigid_freedom)
 

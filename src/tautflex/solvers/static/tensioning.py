@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.elements import ElementBlock
+from tautflex.elements.laws import Elastic
 from tautflex.errors import PrestressError
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.solvers.linear.factorization import SymmetricFactorization
@@ -49,9 +50,9 @@ def respond(given: StructuralSystem) -> StructuralSystem:
     keep_cables = given.model.prestress_mode == "initial-strain"
     blocks = tuple(_flat(block, keep_cables) for block in given.blocks)
     start = [np.zeros_like(stress) for stress in given.initial_stress]
-    linear = given.with_initial_stress(start, tuple(replace(block, law="elastic") for block in blocks))
+    linear = given.with_initial_stress(start, tuple(replace(block, law=Elastic()) for block in blocks))
     load, _ = given.force(np.zeros(given.size))
-    if all(block.law == "elastic" for block in given.blocks):
+    if all(block.is_elastic for block in given.blocks):
         displacement = _solve_singular(linear, linear.tangent(np.zeros(given.size)), -load)
     else:
         displacement = _minimum(given, blocks)
@@ -74,7 +75,7 @@ def _flat(block: ElementBlock, keep_cables: bool) -> ElementBlock:
     """Block without its quadratic strain; cables whose tension is final do not respond."""
     flat = replace(block, quadratic=np.zeros_like(block.quadratic))
     if block.kind == "cable" and not keep_cables:
-        return replace(flat, elasticity=np.zeros_like(block.elasticity), law="elastic")
+        return replace(flat, elasticity=np.zeros_like(block.elasticity), law=Elastic())
     return flat
 
 
@@ -100,23 +101,13 @@ def _minimum(given: StructuralSystem, blocks: tuple[ElementBlock, ...]) -> Array
     """
     x = np.zeros(given.size)
     scale = float(np.linalg.norm(given.force(x)[0])) or largest_force(given, given.initial_stress)
-    residual = max(block.law_parameters[2] for block in blocks)
-    for share in _SHARES:
-        final = bool(share <= residual)
-        system = given.with_initial_stress(
-            given.initial_stress, blocks if final else tuple(_with_share(block, float(share)) for block in blocks)
-        )
-        tolerance = _TOLERANCE if final else _ON_THE_WAY
-        outcome = find_minimum(_FlatEnergy(system, scale), given.pattern, x, tolerance, floor=_SHIFT)
-        x = outcome.x
-        if final:
-            break
+    last = max(block.law.share for block in blocks)
+    for share in (*_SHARES[last < _SHARES], last):
+        walked = tuple(replace(block, law=block.law.with_share(share)) for block in blocks)
+        system = given.with_initial_stress(given.initial_stress, blocks if share == last else walked)
+        tolerance = _TOLERANCE if share == last else _ON_THE_WAY
+        x = find_minimum(_FlatEnergy(system, scale), given.pattern, x, tolerance, floor=_SHIFT).x
     return x
-
-
-def _with_share(block: ElementBlock, share: float) -> ElementBlock:
-    young, poisson, _ = block.law_parameters
-    return replace(block, law_parameters=(young, poisson, share))
 
 
 def _solve_singular(system: StructuralSystem, stiffness: Array, load: Array) -> Array:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.membrane import FilmSurvey
+from tautflex.mechanics.membrane import MembraneSurvey
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.solvers.static.diagnosis import place_of
 
 Array = NDArray[np.float64]
 
@@ -45,9 +46,9 @@ class CompressionWatch:
     def __init__(self, system: StructuralSystem) -> None:
         self._system = system
         self._film, self._cable, self._instants = _Worst(), _Worst(), 0
-        self._film_elastic = all(block.law != "tension-field" for block in system.blocks)
+        self._film_elastic = not any(block.kind == "membrane" and block.law.tension_only for block in system.blocks)
 
-    def see(self, time: float, film: FilmSurvey, cables: list[tuple[Array, float, bool]]) -> None:
+    def see(self, time: float, film: MembraneSurvey, cables: list[tuple[Array, Array, bool]]) -> None:
         """Look at one instant: its film, and stress, section and elasticity of every cable block."""
         self._instants += 1
         if self._film_elastic and film.smallest < -_NOTABLE * max(film.largest, 0.0):
@@ -57,30 +58,26 @@ class CompressionWatch:
             if elastic:
                 element = int(stress.argmin())
                 if stress[element] < 0.0:
-                    self._cable.see(float(stress[element]) * area, time, first + element, 0.0)
+                    self._cable.see(float(stress[element] * area[element]), time, first + element, 0.0)
             first += len(stress)
 
     def warnings(self) -> list[str]:
         """Sentences with how much, where, when, and what to switch on; empty if there is nothing to say."""
         found = []
         if self._film.instants:
-            worst, model = self._film, self._system.model
-            place = _point(model.nodes[model.triangles[worst.element]].mean(axis=0))
+            worst = self._film
+            place = place_of(self._system.model, "membrane", worst.element)
             found.append(
                 f"the elastic film carried compression: {worst.value:.3g} N/m at t = {worst.time:.4g} s, element "
                 f"{worst.element} at {place}; at {worst.instants / self._instants:.0%} of the stored instants, up to "
                 f"{worst.area:.0%} of its area; a real film wrinkles, set membrane.law = 'tension-field'"
             )
         if self._cable.instants:
-            worst, model = self._cable, self._system.model
-            place = _point(model.nodes[model.cables[worst.element]].mean(axis=0))
+            worst = self._cable
+            place = place_of(self._system.model, "cable", worst.element)
             found.append(
                 f"an elastic cable pushed: {worst.value:.3g} N at t = {worst.time:.4g} s, cable {worst.element} at "
                 f"{place}; at {worst.instants / self._instants:.0%} of the stored instants; a real cable goes slack, "
                 "set cables.slack = true"
             )
         return found
-
-
-def _point(position: Array) -> str:
-    return "(" + ", ".join(f"{value:.3g}" for value in position) + ") m"

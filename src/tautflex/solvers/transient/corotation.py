@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from tautflex.mechanics.inertia import cross_matrix
-from tautflex.mechanics.kernel import FASTMATH
 from tautflex.mechanics.products import product
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import FASTMATH, cross_matrix
 
 Array = NDArray[np.float64]
 Places = NDArray[np.uint32]

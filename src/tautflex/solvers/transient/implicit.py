@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tautflex.motion.kinematics import Segment
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
-from tautflex.solvers.nonlinear.anderson import SecantMemory
+from tautflex.solvers.nonlinear.anderson import AndersonAcceleration
 from tautflex.solvers.nonlinear.newton import NewtonOutcome, relative_error, solve_newton
 from tautflex.solvers.transient.corotation import Corotation
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, StepForces, StepNumbers
@@ -54,7 +54,7 @@ class Stepper:
         # Tangents that do not turn keep linear momentum to round-off at any tolerance, as conserving methods should.
         self._corotation = None if method.average_stress else Corotation(equation.system)
         self._refresh_cost = _REFRESH_COST_UNTURNED if self._corotation is None else _REFRESH_COST
-        self._memory = SecantMemory(axes=self._corotation)
+        self._memory = AndersonAcceleration(axes=self._corotation)
         self._numbers: dict[int, tuple[float, StepNumbers]] = {}
         self._largest_scale = 0.0
         self._diagonal = equation.state.tangent_entries[self._pattern.diagonal]

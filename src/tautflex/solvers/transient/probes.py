@@ -1,4 +1,4 @@
-"""Measuring points: linear interpolation inside the film's triangles, or the nearest node."""
+"""Measuring points: interpolated inside the film's elements, as these do themselves, or the nearest node."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.products import product
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.structure.locate import locate
+from tautflex.structure.model import Model
 
 Array = NDArray[np.float64]
 
@@ -57,7 +59,8 @@ def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], read
     probes
         Name -> position (x, y) or (x, y, z) [m]; two numbers mean a point of the film seen along z.
     reading
-        ``"interpolate"`` inside the triangle that contains the point, or ``"nearest-node"``.
+        ``"interpolate"`` inside the film element that contains the point, or ``"nearest-node"``; a structure without
+        a film is read at its nodes.
 
     Returns
     -------
@@ -66,14 +69,12 @@ def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], read
     Raises
     ------
     InputError
-        If a probe lies outside the film, or there is no film to interpolate in.
+        If a probe lies outside the film or, without one, away from the nodes.
     """
     checks.one_of("probe_reading", reading, READINGS)
     if not isinstance(probes, Mapping):
         raise InputError(f"probes: expected a mapping such as {{'A': (0.7, 0.4)}}, got {probes!r}")
     model = system.model
-    triangles = model.triangles
-    candidates = np.unique(triangles) if len(triangles) else np.arange(len(model.nodes))
     rows, columns, values, positions = [], [], [], []
     for number, (name, position) in enumerate(probes.items()):
         try:
@@ -82,11 +83,10 @@ def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], read
             point = np.zeros(0)
         if point.size not in (2, 3) or not np.all(np.isfinite(point)):
             raise InputError(f"probes.{name}: expected two or three finite coordinates [m], got {position!r}")
-        if reading == "nearest-node" or not len(triangles):
-            offset = model.nodes[candidates][:, : point.size] - point
-            nodes, weights = np.array([candidates[int(np.argmin(np.sum(offset**2, axis=1)))]]), np.ones(1)
+        if reading == "interpolate" and model.surfaces:
+            nodes, weights = _on_film(model, name, point)
         else:
-            nodes, weights = _containing_triangle(model.nodes, triangles, name, point)
+            nodes, weights = np.array([_nearest_node(model, name, point, reading)]), np.ones(1)
         positions.append(weights @ model.nodes[nodes])
         for node, weight in zip(nodes, weights, strict=True):
             for axis in range(3):
@@ -100,30 +100,31 @@ def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], read
     return ProbeSet(tuple(probes), np.array(positions).reshape(-1, 3), matrix)
 
 
-def _containing_triangle(
-    nodes: Array, triangles: NDArray[np.int64], name: str, point: Array
-) -> tuple[NDArray[np.int64], Array]:
-    """Nodes and area coordinates of the triangle under a point."""
-    corners = nodes[triangles][:, :, :2]
-    edge = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=2)
-    determinant = edge[:, 0, 0] * edge[:, 1, 1] - edge[:, 0, 1] * edge[:, 1, 0]
-    usable = np.abs(determinant) > 1e-14 * np.abs(edge).max() ** 2
-    offset = point[:2] - corners[:, 0]
-    safe = np.where(usable, determinant, 1.0)
-    second = (offset[:, 0] * edge[:, 1, 1] - offset[:, 1] * edge[:, 0, 1]) / safe
-    third = (offset[:, 1] * edge[:, 0, 0] - offset[:, 0] * edge[:, 1, 0]) / safe
-    share = np.stack([1.0 - second - third, second, third], axis=1)
-    inside = usable & (share.min(axis=1) >= -1e-9)
-    if point.size == 3:
-        height = np.einsum("nc,nc->n", share, nodes[triangles][:, :, 2])
-        inside &= np.abs(height - point[2]) <= 1e-6 * np.ptp(nodes, axis=0).max()
-    found = np.flatnonzero(inside)
-    if not found.size:
-        used = nodes[np.unique(triangles)]
-        low, high = used.min(axis=0), used.max(axis=0)
+def _nearest_node(model: Model, name: str, point: Array, reading: str) -> int:
+    """Node nearest to a point, of the film where there is one; without, "interpolate" expects a node there."""
+    candidates = np.unique(model.triangles) if model.surfaces else np.arange(len(model.nodes))
+    away = np.sum((model.nodes[candidates][:, : point.size] - point) ** 2, axis=1)
+    nearest = int(candidates[int(np.argmin(away))])
+    if reading == "interpolate" and np.sqrt(away.min()) > 1e-6 * np.ptp(model.nodes, axis=0).max():
+        x, y, z = model.nodes[nearest]
         raise InputError(
-            f"probes.{name}: expected a point on the film ({low[0]:g} <= x <= {high[0]:g}, {low[1]:g} <= y <= "
-            f"{high[1]:g} m), got {point.tolist()}; the origin is at the antenna's centre"
+            f"probes.{name}: expected the position of a node, because there is no film to interpolate in, got "
+            f"{point.tolist()}; the nearest is node {nearest} at ({x:g}, {y:g}, {z:g}) m: give that, or set "
+            "probe_reading = 'nearest-node'"
         )
-    best = int(found[0])
-    return triangles[best], np.clip(share[best], 0.0, 1.0)
+    return nearest
+
+
+def _on_film(model: Model, name: str, point: Array) -> tuple[NDArray[np.int64], Array]:
+    """Nodes and weights of the film element under a point."""
+    for group in model.surfaces:
+        found = locate(group.shape, model.nodes, group.connectivity, point)
+        if found is not None:
+            element, weights = found
+            return group.connectivity[element], weights
+    used = model.nodes[np.unique(model.triangles)]
+    low, high = used.min(axis=0), used.max(axis=0)
+    raise InputError(
+        f"probes.{name}: expected a point on the film ({low[0]:g} <= x <= {high[0]:g}, {low[1]:g} <= y <= "
+        f"{high[1]:g} m), got {point.tolist()}; the origin is at the antenna's centre"
+    )

@@ -18,8 +18,7 @@ from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
-from tautflex.motion.kinematics import Maneuver
-from tautflex.motion.maneuvers import AtRest
+from tautflex.motion.kinematics import AtRest, Maneuver
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.adaptive import Adaptive
 from tautflex.solvers.transient.explicit import ExplicitMethod

@@ -8,28 +8,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from tautflex.elements.laws import FILM_STATES
-from tautflex.mechanics.membrane import FilmSurvey, StressSurvey
+from tautflex.mechanics.membrane import MEMBRANE_STATES, MembraneSurvey, StressSurvey
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.mechanics.workspace import Workspace
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.solvers.transient.compression import CompressionWatch
 from tautflex.solvers.transient.probes import ProbeSet
-from tautflex.solvers.variables import mesh_variables
+from tautflex.solvers.variables import COMPONENTS, RUN, SCALARS, described, mesh_variables
 from tautflex.structure.model import Model
 
 Array = NDArray[np.float64]
-COMPONENTS = ["x", "y", "z"]
-# Scalars of every sample: name -> units, long name.
-SCALARS = {
-    "kinetic_energy": ("J", "kinetic energy of the elastic motion"),
-    "strain_energy": ("J", "strain energy above the reference"),
-    "min_principal_resultant": ("N m-1", "smallest principal film resultant"),
-    "max_principal_resultant": ("N m-1", "largest principal film resultant"),
-    "wrinkled_fraction": ("1", "part of the film's area that is wrinkled (would be, with the elastic law)"),
-    "slack_fraction": ("1", "part of the film's area that is slack (would be, with the elastic law)"),
-    "slack_cables": ("1", "number of cables without tension"),
-}
 
 
 class Samples(NamedTuple):
@@ -56,7 +44,7 @@ class Samples(NamedTuple):
     fields: list[tuple[float, Array, NDArray[np.int8]]]
 
 
-def stress_scalars(survey: StressSurvey, film: FilmSurvey) -> dict[str, float]:
+def stress_scalars(survey: StressSurvey, film: MembraneSurvey) -> dict[str, float]:
     """Scalars of a sample that stresses tell, by their names."""
     return {
         "min_principal_resultant": film.smallest,
@@ -104,7 +92,7 @@ class Recorder:
         probe, spin = self._probe[row], self._spin[row]
         probe[0], probe[1] = self._probes.read(q), self._probes.read(v)
         spin[0], spin[1] = motion.angular_velocity, motion.angular_acceleration
-        film = self._survey.film()
+        film = self._survey.membrane()
         scalars = stress_scalars(self._survey, film) | {"kinetic_energy": kinetic, "strain_energy": strain}
         for name, value in scalars.items():
             self._scalars[name][row] = value
@@ -115,7 +103,7 @@ class Recorder:
         """Store the whole field if this step was asked for."""
         if step in self._field_steps:
             self._workspace.strain_energy(q)  # the stresses on which the states depend
-            self._fields.append((time, self._system.translations(q), self._survey.film_states()))
+            self._fields.append((time, self._system.translations(q), self._survey.membrane_states()))
 
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""
@@ -129,43 +117,22 @@ class Recorder:
 
 def run_dataset(model: Model, probes: ProbeSet, samples: Samples, attributes: dict[str, Any]) -> xr.Dataset:
     """Dataset of the samples of a run, with the mesh."""
-    data: dict[str, tuple[Any, ...]] = {}
-    for kind, (suffix, units, words) in enumerate(
-        (("", "m", "elastic displacement"), ("_velocity", "m s-1", "elastic velocity"))
-    ):
-        for axis, name in enumerate("uvw"):
-            about = {"long_name": f"{words} along {COMPONENTS[axis]}", "units": units}
-            data[name + suffix] = (("time", "probe"), samples.probe[:, kind, :, axis], about)
-    for kind, (name, units) in enumerate((("angular_velocity", "rad s-1"), ("angular_acceleration", "rad s-2"))):
-        about = {"long_name": name.replace("_", " ") + " of the floating frame", "units": units}
-        data[name] = (("time", "component"), samples.spin[:, kind], about)
-    for name, (units, words) in SCALARS.items():
-        data[name] = ("time", samples.scalars[name], {"long_name": words, "units": units})
-    fields = np.array([field for _, field, _ in samples.fields]).reshape(-1, len(model.nodes), 3)
-    about = {"long_name": "elastic displacement of all nodes", "units": "m"}
-    data["displacement"] = (("field_time", "node", "component"), fields, about)
-    states = np.array([state for _, _, state in samples.fields], dtype=np.int8).reshape(
-        len(samples.fields), len(model.triangles)
+    arrays: dict[str, Any] = {}
+    for kind, suffix in enumerate(("", "_velocity")):
+        arrays |= {name + suffix: samples.probe[:, kind, :, axis] for axis, name in enumerate("uvw")}
+    arrays["angular_velocity"], arrays["angular_acceleration"] = samples.spin[:, 0], samples.spin[:, 1]
+    arrays |= samples.scalars
+    arrays["displacement"] = np.array([field for _, field, _ in samples.fields]).reshape(-1, len(model.nodes), 3)
+    states = np.array([state[model.triangle_owner] for _, _, state in samples.fields], dtype=np.int8)
+    arrays["film_state"] = states.reshape(len(samples.fields), len(model.triangles))
+    arrays["probe_position"] = probes.positions
+    data = described(RUN, arrays)
+    data["film_state"][-1].update(
+        flag_values=np.arange(len(MEMBRANE_STATES), dtype=np.int8), flag_meanings=" ".join(MEMBRANE_STATES)
     )
-    flags: dict[str, Any] = {
-        "flag_values": np.arange(len(FILM_STATES), dtype=np.int8),
-        "flag_meanings": " ".join(FILM_STATES),
-    }
-    flags |= {"long_name": "state of each film element", "units": "1"}
-    data["film_state"] = (("field_time", "triangle_element"), states, flags)
-    about = {"long_name": "reference position of the probe", "units": "m"}
-    data["probe_position"] = (("probe", "component"), probes.positions, about)
+    times = {"time": samples.time, "field_time": np.array([time for time, *_ in samples.fields])}
     return xr.Dataset(
         {**data, **mesh_variables(model)},
-        coords={
-            "time": ("time", samples.time, {"long_name": "time", "units": "s"}),
-            "probe": list(probes.names),
-            "component": COMPONENTS,
-            "field_time": (
-                "field_time",
-                np.array([time for time, *_ in samples.fields]),
-                {"long_name": "time of stored fields", "units": "s"},
-            ),
-        },
+        coords={**described(RUN, times), "probe": list(probes.names), "component": COMPONENTS},
         attrs=attributes,
     )

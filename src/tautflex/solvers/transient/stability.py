@@ -1,14 +1,17 @@
-"""Largest natural angular frequency of a mesh: the limit of explicit time steps."""
+"""Largest natural angular frequency of a mesh: the limit of explicit time steps.
+
+Own, because scipy's `eigsh` takes ten solves at least where a vector that is nearly right needs one: 1.7 ms against
+0.2 ms on 20 x 10 cells, which every hundredth step would pay with 3 % of the time of a run.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-Array = NDArray[np.float64]
+from tautflex.numeric import Array
 
 
 def largest_eigenvalue(

@@ -8,8 +8,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.kernel import FASTMATH, add_forces
+from tautflex.mechanics.kernel import add_forces
 from tautflex.mechanics.products import add_pair_products
+from tautflex.numeric import FASTMATH
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -15,16 +13,13 @@ from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.transient.driver import GridDriver
 from tautflex.solvers.transient.equation import MotionState
 from tautflex.solvers.transient.free_hub.equation import HubEquation, HubMotion
-from tautflex.solvers.transient.recorder import COMPONENTS, Recorder
+from tautflex.solvers.transient.recorder import Recorder
+from tautflex.solvers.variables import COMPONENTS, HUB, about, described
 
 Array = NDArray[np.float64]
 
-_HISTORIES = (
-    ("hub_position", "m", "position of the floating frame's origin, inertial axes"),
-    ("hub_velocity", "m s-1", "velocity of the floating frame's origin, inertial axes"),
-    ("linear_momentum", "kg m s-1", "total linear momentum, inertial axes"),
-    ("angular_momentum", "kg m2 s-1", "total angular momentum about the inertial origin, inertial axes"),
-)
+# Vectors of every sample.
+_HISTORIES = ("hub_position", "hub_velocity", "linear_momentum", "angular_momentum")
 
 
 _REST = RigidMotion(np.zeros(3), np.zeros(3), np.zeros(3))
@@ -77,15 +72,10 @@ class HubFlight:
 
     def complete(self, data: xr.Dataset) -> xr.Dataset:
         """Dataset with the hub's motion, momenta and work added; kinetic energy is that of the whole spacecraft."""
-        variables: dict[str, Any] = {}
         vectors = np.array([sample[1] for sample in self._samples]).reshape(-1, 4, 3)
-        for column, (name, units, words) in enumerate(_HISTORIES):
-            variables[name] = (("time", "component"), vectors[:, column], {"long_name": words, "units": units})
-        attitude = np.array([sample[0] for sample in self._samples]).reshape(-1, 4)
-        about = {"long_name": "attitude quaternion, scalar first, floating frame to inertial frame", "units": "1"}
-        variables["attitude"] = (("time", "quaternion"), attitude, about)
-        about = {"long_name": "work of all external forces since the start", "units": "J"}
-        variables["work"] = ("time", np.array([sample[2] for sample in self._samples]), about)
-        data = data.assign(variables).assign_coords(component=COMPONENTS, quaternion=["w", "x", "y", "z"])
-        data["kinetic_energy"].attrs["long_name"] = "kinetic energy of hub and structure, inertial frame"
+        arrays = {name: vectors[:, column] for column, name in enumerate(_HISTORIES)}
+        arrays["attitude"] = np.array([sample[0] for sample in self._samples]).reshape(-1, 4)
+        arrays["work"] = np.array([sample[2] for sample in self._samples])
+        data = data.assign(described(HUB, arrays)).assign_coords(component=COMPONENTS, quaternion=["w", "x", "y", "z"])
+        data["kinetic_energy"].attrs |= about(HUB["kinetic_energy"])
         return data

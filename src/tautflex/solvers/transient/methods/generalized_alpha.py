@@ -81,9 +81,9 @@ class Newmark(OneStageMethod):
     Parameters
     ----------
     gamma
-        Velocity parameter, >= 1/2; above 1/2 it damps and falls to first order.
+        Velocity parameter in [0.5, 1]; above 1/2 it damps and falls to first order.
     beta
-        Displacement parameter; unconditionally stable for beta >= (gamma + 1/2)^2 / 4.
+        Displacement parameter in (0, 1]; unconditionally stable for beta >= (gamma + 1/2)^2 / 4.
 
     Raises
     ------

@@ -15,7 +15,7 @@ class WilsonTheta(OneStageMethod):
     Parameters
     ----------
     theta
-        Collocation parameter; linearly unconditionally stable for theta >= 1.37, default 1.4 (the paper's).
+        Collocation parameter in [1, 3]; linearly unconditionally stable for theta >= 1.37, default 1.4 (the paper's).
 
     Raises
     ------

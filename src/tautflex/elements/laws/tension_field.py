@@ -1,52 +1,24 @@
-r"""Nonlinear laws: stress and tangent from the elastic trial stress [theory.md 2].
+"""Tension field: film that wrinkles instead of carrying compression [theory.md 2].
 
-A law sees the trial stress ``s = sigma_0 + D strain`` of one element and replaces it. Both laws here are gradients of
-a convex stored energy (Pipkin's relaxed energy), so that statics stay well posed:
-
-* *slack* cable: ``s`` where positive, else nothing;
-* *tension field*: with effective strain ``e = D^-1 s`` and principal values ``s_2 <= s_1``, ``e_1``,
-  taut where ``s_2 >= 0``: ``s``; slack where ``e_1 <= 0``: nothing; else wrinkled, uniaxial tension ``E e_1`` along
-  the major principal direction.
-
-A small share of the elastic law, `RESIDUAL_STIFFNESS`, stays in slack and wrinkled states, so that Newton's tangent is
-never singular; the compression it leaves is that share of the elastic law's.
+With effective strain ``e = D^-1 s`` of the trial stress and principal values ``s_2 <= s_1``, ``e_1``: taut where
+``s_2 >= 0``, ``s``; slack where ``e_1 <= 0``, nothing; else wrinkled, uniaxial tension ``E e_1`` along the major
+principal direction.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import ClassVar
+
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-
-ELASTIC, SLACK, TENSION_FIELD = 0, 1, 2
-LAWS = {"elastic": ELASTIC, "slack": SLACK, "tension-field": TENSION_FIELD}
-RESIDUAL_STIFFNESS = 1e-7
-FILM_STATES = ("taut", "wrinkled", "slack")
-
-_jit = numba.njit(cache=True, error_model="numpy")
+from tautflex.elements.laws.law import LawFunction, TensionOnly, register_law
+from tautflex.numeric import FASTMATH, Array
+from tautflex.structure.materials import Material
 
 
-@_jit
-def slack_factor(trial: float, residual: float) -> float:
-    """Factor on stress and stiffness of a cable at a trial stress [Pa]; ``residual`` where it is slack."""
-    return 1.0 if trial > 0.0 else residual
-
-
-@_jit
-def film_state(sx: float, sy: float, txy: float, poisson_ratio: float) -> int:
-    """Index in `FILM_STATES` of a plane stress, elastic trial or tension-field alike (mixed criterion)."""
-    mean = 0.5 * (sx + sy)
-    radius = np.sqrt(0.25 * (sx - sy) * (sx - sy) + txy * txy)
-    # A uniaxial stress is taut in spite of its round-off.
-    if mean - radius >= -1e-12 * (mean + radius) and mean + radius > 0.0:
-        return 0
-    # Major principal strain of the trial stress, times E.
-    return 1 if mean + radius - poisson_ratio * (mean - radius) > 0.0 else 2
-
-
-@_jit
+@numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 def tension_field(
     sx: float,
     sy: float,
@@ -107,3 +79,30 @@ def tension_field(
         for j in range(3):
             tangent[i, j] += rest * slope[i] * slope[j] + curve * bend[i] * bend[j]
     return keep * elastic + 0.5 * rest * major * major
+
+
+@LawFunction
+def tension_field_points(stress: Array, tangent: Array, energy: Array, parameters: Array, count: int) -> None:
+    """`tension_field` at every point; parameters: Young's modulus [Pa], Poisson ratio, residual share."""
+    young, poisson, residual = parameters
+    result, slope = np.empty(3), np.empty((3, 3))
+    for e in range(count):
+        energy[e] = tension_field(stress[0, e], stress[1, e], stress[2, e], young, poisson, residual, result, slope)
+        for s in range(3):
+            stress[s, e] = result[s]
+            for r in range(3):
+                tangent[s, r, e] = slope[s, r]
+
+
+@register_law
+@dataclass(frozen=True)
+class TensionField(TensionOnly):
+    """Film that wrinkles instead of carrying compression; option: `residual`."""
+
+    name: ClassVar[str] = "tension-field"
+    sections: ClassVar[tuple[str, ...]] = ("membrane",)
+    function: ClassVar[LawFunction | None] = tension_field_points
+
+    def parameters(self, material: Material) -> tuple[float, ...]:
+        """Young's modulus [Pa], Poisson ratio and residual share."""
+        return material.youngs_modulus, material.poisson_ratio, self.residual

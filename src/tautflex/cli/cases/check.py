@@ -1,45 +1,17 @@
-"""`tautflex init` and `tautflex check`: write a case, look at a case."""
+"""`tautflex check`: look at a case."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
-
-from tautflex.cli.options import AsJson, CaseFile, Force, Overrides, about, print_json, require_new_file
+from tautflex.cli.options import AsJson, CaseFile, Overrides, Plugins, about, print_json, use_plugins
 from tautflex.errors import InputError
 
 
-def init(
-    name: Annotated[Path, Parameter(help="File to write.")],
-    /,
-    *,
-    force: Force = False,
-    as_json: AsJson = False,
-) -> int:
-    """Write a commented case: the paper's antenna M2 and its stop maneuver.
-
-    Example: tautflex init m2.toml
-    """
-    from tautflex.case import M2_TEMPLATE
-
-    require_new_file(name, force=force)
-    name.write_text(M2_TEMPLATE, encoding="utf-8")
-    if as_json:
-        print_json({"file": str(name)})
-    else:
-        from tautflex.cli.cards import say
-
-        say(f"Wrote {name}. Next: tautflex run {name}")
-    return 0
-
-
-def check(case: CaseFile, /, *, override: Overrides = None, as_json: AsJson = False) -> int:
+def check(case: CaseFile, /, *, override: Overrides = None, plugin: Plugins = None, as_json: AsJson = False) -> int:
     """Validate a case, build its model and prestress, summarize and warn.
 
     Example: tautflex check m2.toml --set mesh.divisions=[20,10]
     """
+    use_plugins(plugin)
     from tautflex.case import load_case
 
     try:

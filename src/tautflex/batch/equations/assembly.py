@@ -1,0 +1,137 @@
+"""Reduced models of changed parameters for rotations about one line, assembled for one run [theory.md 10].
+
+The stress fields of the reduced model stay as they are: with F its fields and U their duals (``U F`` is the projection
+onto them), the third-degree force of changed parameters is ``Y' F' A F y``, ``A = U' C U``, which is the single run's
+own where nothing has changed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from tautflex.motion.kinematics import unit_axis
+from tautflex.numeric import Array
+from tautflex.reduction.polynomial.condensation import CondensedModel, Factors, FrameMoments, condense
+from tautflex.reduction.polynomial.model import ReducedModel
+from tautflex.reduction.polynomial.monomials import monomial_sizes
+
+# Terms below this part of their kind are round-off of zeros that the structure has.
+_ROUND_OFF = 1e-11
+# Places of the Euler and the centrifugal term, and of the gyroscopic one with the first.
+TURN, PULL = 0, 1
+
+
+@dataclass(frozen=True)
+class Fields:
+    """Stress fields F of the reduced model, shape (k, m), and their duals U, shape (m, k).
+
+    Where there are too many for two products with F to pay, ``shape`` is None: A is then ``F' U' C U F``, per monomial.
+    """
+
+    shape: Array | None
+    dual: Array
+
+    @classmethod
+    def of(cls, fields: Array, amplitude: Array) -> Fields:
+        """Fields from their factor, judged at the typical size of each coordinate."""
+        count, monomials = fields.shape
+        weighed = fields * monomial_sizes(amplitude) ** 2
+        dual = np.zeros((monomials, 0))
+        if count:
+            dual = np.asarray(np.linalg.solve(weighed @ fields.T, weighed).T, dtype=np.float64)
+        if count * (count + monomials) < monomials**2:
+            return cls(fields, dual)
+        return cls(None, np.eye(monomials) if count == monomials else dual @ fields)
+
+    def project(self, matrix: Any) -> Any:
+        """A of a matrix over monomials."""
+        return self.dual.T @ matrix @ self.dual
+
+    def full(self, matrix: Any) -> Any:
+        """Matrix over monomials of A, shape (m, m)."""
+        return matrix if self.shape is None else self.shape.T @ matrix @ self.shape
+
+
+class Assembly:
+    """What condensed models are weighed from: weights Z and loads are those of `FrameMoments.about_axis`.
+
+    Parameters
+    ----------
+    rom
+        Reduced model.
+    axis, origin
+        Line that the frame turns about.
+    cubic, viscous
+        Stress fields of the third-degree force and of the static derivatives' damping.
+    """
+
+    def __init__(
+        self,
+        rom: ReducedModel,
+        axis: tuple[float, float, float],
+        origin: tuple[float, float, float],
+        cubic: Fields,
+        viscous: Fields,
+    ) -> None:
+        self._rom, self._cubic, self._viscous = rom, cubic, viscous
+        line = unit_axis(axis), np.asarray(origin, dtype=float)
+        self._moments = {k: FrameMoments.about_axis(part, *line) for k, part in rom.projection.inertia.items()}
+        self._find_structure()
+
+    def _find_structure(self) -> None:
+        """Which terms are nothing, and which change with stiffness or density, from two generic changes."""
+        no_readings = np.zeros((len(self._rom.basis.derivatives), 0))
+        others = {kind: 1.07 + 0.06 * i for i, kind in enumerate(sorted(self._rom.projection.elastic))}
+        own = self(Factors(), no_readings, np)
+        stiff = self(Factors(1.13, 0.91, others), no_readings, np)
+        heavy = self(Factors(density=others), no_readings, np)
+
+        def changes(other: CondensedModel) -> frozenset[str]:
+            pairs = zip(own._fields, own, other, strict=True)
+            return frozenset(name for name, a, b in pairs if np.abs(a - b).max(initial=0.0) > _ROUND_OFF * _largest(a))
+
+        def nothing(name: str, place: int) -> bool:
+            pairs = [getattr(c, name) for c in (own, stiff, heavy)]
+            return all(_largest(pair[place]) <= _ROUND_OFF * _largest(pair) for pair in pairs)
+
+        terms = [(name, place) for name in ("turning", "turning_derivatives") for place in (TURN, PULL)]
+        self.absent = frozenset(term for term in terms if nothing(*term))
+        self.by_stiffness, self.by_density = changes(stiff), changes(heavy)
+
+    def __call__(self, factors: Factors, readings: Any, xp: ModuleType) -> CondensedModel:
+        """Condensed model of one run.
+
+        Parameters
+        ----------
+        factors
+            Parameters, possibly traced.
+        readings
+            Readings of the static derivatives, shape (p, n).
+        xp
+            numpy or jax.numpy.
+
+        Returns
+        -------
+        CondensedModel
+            ``cubic`` and ``viscous`` are A of the forces ``Y' F' A F y``, see `Fields`; ``follow_quadratic`` and
+            ``follow_load`` lead to the readings, shapes (n, m) and (2, n).
+        """
+        c = condense(self._rom.projection, self._moments, factors, xp)
+        return c._replace(
+            cubic=_even(self._cubic.project(0.25 * c.cubic)),
+            viscous=_even(self._viscous.project(c.viscous)),
+            follow_quadratic=readings.T @ c.follow_quadratic,
+            follow_load=c.follow_load @ readings,
+        )
+
+
+def _even(matrix: Any) -> Any:
+    return 0.5 * (matrix + matrix.T)
+
+
+def _largest(array: Any) -> float:
+    return float(np.abs(array).max(initial=0.0))

@@ -1,0 +1,1 @@
+"""What the classes and sections say about the keys of a case file."""

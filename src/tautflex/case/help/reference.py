@@ -1,0 +1,194 @@
+"""The keys of a case file, listed from the sections and classes themselves."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from types import UnionType
+from typing import Any, Literal, NamedTuple, Union, get_args, get_origin
+
+from annotated_types import Ge, Gt, Le, Lt
+from pydantic.fields import FieldInfo
+
+from tautflex.case.help import docstrings
+from tautflex.case.messages import choices, show
+from tautflex.case.options import Chosen
+from tautflex.case.schema import Case
+from tautflex.case.section import Section
+from tautflex.case.sections.maneuver import Step
+from tautflex.case.tables import TimeTableKeys
+from tautflex.errors import CaseError
+
+_RANGE = re.compile(r"(?<=, )[<>]=? ?\d+(?:[./]\d+)?|in [\[(][^\])]*[\])]")
+_NAMES = {float: "number", int: "integer", bool: "true or false", str: "text", type(None): ""}
+_SIGNS = {Gt: (">", "gt"), Ge: (">=", "ge"), Lt: ("<", "lt"), Le: ("<=", "le")}
+
+
+class KeyEntry(NamedTuple):
+    """One key: where it may be left out, its default is empty, where it must not, ``"needed"``."""
+
+    name: str
+    type: str
+    unit: str
+    range: str
+    default: str
+    meaning: str
+
+
+class SectionEntry(NamedTuple):
+    """Keys of a section, or of one kind that it may be of: ``[maneuver] kind = "stop"``."""
+
+    title: str
+    about: str
+    keys: tuple[KeyEntry, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain tables and lists."""
+        return {"title": self.title, "about": self.about, "keys": [key._asdict() for key in self.keys]}
+
+
+def reference(name: str | None = None) -> list[SectionEntry]:
+    """List the keys of a case file, classes registered by the user included.
+
+    Parameters
+    ----------
+    name
+        One section; None lists all.
+
+    Returns
+    -------
+    list of SectionEntry
+
+    Raises
+    ------
+    CaseError
+        If there is no such section.
+    """
+    names = [one for one, field in Case.model_fields.items() if _section(field) is not None]
+    if name is not None and name not in names:
+        raise CaseError(f"keys: expected one of {choices(names)}, got {show(name)}; choose one of them")
+    return [entry for one in names if name in (None, one) for entry in _entries(one, Case.model_fields[one])]
+
+
+def _entries(name: str, field: FieldInfo) -> Iterator[SectionEntry]:
+    section, title = _section(field), f"[{name}]" if name != "inputs" else "[inputs.NAME]"
+    assert section is not None
+    if not issubclass(section, Chosen):
+        yield SectionEntry(title, _about(section), _keys(section))
+        return
+    shared = _keys(section)
+    if shared:
+        yield SectionEntry(title, f"{_about(section)} Keys beside those of the {section.naming_key}:", shared)
+    for kind, cls in section.registry.items():
+        about = docstrings.summary(cls) or _about(section).rstrip(".")
+        keys = tuple(key for key in _keys(section.of_kind(kind)) if key.name not in section.model_fields)
+        yield SectionEntry(f'{title} {section.naming_key} = "{kind}"', f"{about}.", keys)
+    if name == "maneuver":
+        yield SectionEntry("[[maneuver.steps]]", f"{_about(Step)} Its kind and keys are those above.", _keys(Step))
+    if name == "inputs":
+        yield SectionEntry("{ times, values } or { file }", _about(TimeTableKeys), _keys(TimeTableKeys))
+
+
+def _section(field: FieldInfo) -> type[Section] | None:
+    """The section that a field of the case holds, if it holds one."""
+    waiting = [field.annotation]
+    while waiting:
+        one = waiting.pop()
+        if isinstance(one, type) and issubclass(one, Section):
+            return one
+        waiting += get_args(one)
+    return None
+
+
+def _about(section: type[Section]) -> str:
+    return docstrings.plain((section.__doc__ or "").split("\n\n")[0])
+
+
+def _keys(section: type[Section]) -> tuple[KeyEntry, ...]:
+    chosen = section if issubclass(section, Chosen) else None
+    texts = docstrings.field_texts(chosen.made_from) if chosen and chosen.made_from else {}
+    named = chosen.naming_key if chosen else None
+    fields = {name: field for name, field in section.model_fields.items() if name != named}
+    return tuple(_key(name, field, texts.get(name) or _sentence(field)) for name, field in fields.items())
+
+
+def _sentence(field: FieldInfo) -> str:
+    text = (field.description or "").removeprefix("choice true or false: ")
+    return f"{text[:1].upper()}{text[1:]}."
+
+
+def _key(name: str, field: FieldInfo, text: str) -> KeyEntry:
+    limits = _limits(field.metadata) or [part for hint in get_args(field.annotation) for part in _limits_of(hint)]
+    found = _RANGE.search(text)
+    return KeyEntry(
+        name=name,
+        type=_type(field.annotation),
+        unit=docstrings.unit(text),
+        range=", ".join(limits) or (found[0] if found else ""),
+        default="needed" if field.is_required() else _default(field),
+        meaning=text,
+    )
+
+
+def _limits_of(hint: Any) -> list[str]:
+    """Limits of an annotated number, whose annotations may be nested fields of pydantic."""
+    parts = getattr(hint, "__metadata__", ())
+    return _limits([one for part in parts for one in getattr(part, "metadata", (part,))])
+
+
+def _limits(metadata: Sequence[Any]) -> list[str]:
+    return [
+        f"{sign} {getattr(one, key):g}"
+        for one in metadata
+        for kind, (sign, key) in _SIGNS.items()
+        if isinstance(one, kind)
+    ]
+
+
+def _default(field: FieldInfo) -> str:
+    value = field.get_default(call_default_factory=True)
+    return "" if value is None else show(value).replace("'", '"')
+
+
+def _type(hint: Any) -> str:
+    origin, parts = get_origin(hint), get_args(hint)
+    if hasattr(hint, "__metadata__"):
+        return _type(parts[0])
+    if origin is Literal:
+        return " | ".join(f'"{part}"' for part in parts)
+    if origin in (Union, UnionType):
+        return " or ".join(dict.fromkeys(filter(None, map(_type, parts))))
+    if origin is tuple:
+        inner = [_type(part) for part in parts if part is not Ellipsis]
+        if Ellipsis not in parts:
+            return f"[{', '.join(inner)}]"
+        return f"list of {inner[0]}s" if inner[0].isalpha() else "list of lists"
+    if origin is dict:
+        return "table"
+    if isinstance(hint, type) and issubclass(hint, TimeTableKeys):
+        return "{ times, values } or { file }"
+    if isinstance(hint, type) and issubclass(hint, Section):
+        return "table"
+    return _NAMES.get(hint, "")
+
+
+def markdown(entries: list[SectionEntry]) -> str:
+    """The reference as a page of the documentation."""
+    lines = [
+        "# The case file",
+        "",
+        "TOML, SI units, `schema = 1` at the top. A key without default may be left out, which the texts call None.",
+        "",
+        "This page is what `tautflex keys --markdown` prints (`make reference` writes it): the classes themselves say",
+        "what stands here. `tautflex keys SECTION` shows one section, with `--plugin FILE.py` also classes of yours.",
+        "",
+    ]
+    for entry in entries:
+        lines += [f"## {entry.title}", "", entry.about, ""]
+        if entry.keys:
+            lines += ["| key | value | unit | range | default | meaning |", "|---|---|---|---|---|---|"]
+        for key in entry.keys:
+            cells = (f"`{key.name}`", key.type, key.unit, key.range, key.default, key.meaning)
+            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+        lines += [""] if entry.keys else []
+    return "\n".join(lines).rstrip() + "\n"

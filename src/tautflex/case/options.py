@@ -1,0 +1,278 @@
+"""Sections made from classes: the fields of a frozen dataclass are the keys, its docstring is the help.
+
+A section names a class by one key (``kind``, or ``method`` of the solver). What the keys mean, which are needed and
+which ranges they have is the class's own business: the section is checked by making the object.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union, get_args, get_origin, get_type_hints
+
+from numpy.typing import ArrayLike
+from pydantic import BeforeValidator, Field, Strict, create_model, model_validator
+
+from tautflex import checks
+from tautflex.case.help import docstrings
+from tautflex.case.messages import choices, meaning, show
+from tautflex.case.registry import Registry, kind_of
+from tautflex.case.section import Flag, Number, Section
+from tautflex.case.tables import TimeTableKeys
+from tautflex.errors import CaseError, InputError
+
+# Type of a case file's value for each of Python's, and the example of messages and documents where there is no default.
+_TYPES: dict[Any, tuple[Any, Any]] = {
+    float: (Number, 1.0),
+    int: (Annotated[int, Strict()], 1),
+    bool: (Flag, True),
+    str: (Annotated[str, Strict()], "text"),
+}
+_TABLE: Any = tuple[Number, ...] | tuple[tuple[Number, ...], ...]
+_IN_TIME: Any = Annotated[Number | tuple[Number, ...] | TimeTableKeys, BeforeValidator(TimeTableKeys.from_table)]
+
+
+def value_type(hint: Any) -> tuple[Any, Any]:
+    """Type of a case file's value for the annotation of a field, and an example."""
+    parts = get_args(hint)
+    if get_origin(hint) in (Union, types.UnionType):
+        if any(get_origin(part) is Callable for part in parts):
+            return _IN_TIME, 1.0
+        rest = set(parts) - set(get_args(ArrayLike))
+        inner = [value_type(part) for part in parts if part in rest and part is not type(None)]
+        kinds, examples = [kind for kind, _ in inner], [example for _, example in inner]
+        if len(rest) + len(get_args(ArrayLike)) == len(parts):
+            kinds, examples = [*kinds, _TABLE], [*examples, (0.0, 1.0)]
+        if type(None) in parts:
+            kinds.append(None)
+        return Union[tuple(kinds)], examples[0]  # noqa: UP007 - how many there are is only known here
+    if get_origin(hint) in (tuple, list, Sequence):
+        inner = [value_type(part) for part in parts if part is not Ellipsis]
+        kinds = [kind for kind, _ in inner]
+        repeated = get_origin(hint) is not tuple or Ellipsis in parts
+        return tuple.__class_getitem__((kinds[0], ...) if repeated else tuple(kinds)), tuple(
+            example for _, example in inner
+        )
+    return _TYPES.get(hint, (hint, parts[0] if parts else None))
+
+
+class Chosen(Section):
+    """Section whose further keys are the fields of one of several registered classes.
+
+    Sub-classes say among which; calling one of them with the keys of a section gives the section of the class that
+    the keys name, ``Maneuver(kind="stop", rate=0.6, duration=1.0)``.
+
+    Raises
+    ------
+    CaseError
+        If a key does not belong to that class, is missing, or has a value that the class refuses.
+    """
+
+    registry: ClassVar[Registry]
+    naming_key: ClassVar[str] = "kind"
+    standard_kind: ClassVar[str | None] = None
+    """Class that is meant where the case names none; None: it must."""
+    harmless_keys: ClassVar[tuple[str, ...]] = ()
+    """Keys that may stand with any class as long as they have the value that others take for granted."""
+    omitted_fields: ClassVar[tuple[str, ...]] = ()
+    """Fields of the class that are no keys, because others stand for them."""
+    optional_keys: ClassVar[tuple[str, ...]] = ()
+    """Fields that the class needs, which the case may give by other keys."""
+    made_from: ClassVar[type | None] = None
+    origin_section: ClassVar[type[Chosen]]
+
+    def __new__(cls, /, **values: Any) -> Self:
+        """Section of the class that the keys name."""
+        if cls.made_from is not None:
+            return super().__new__(cls)
+        return super().__new__(cls.of_kind(values.get(cls.naming_key, cls.standard_kind)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Classes made on the fly have no place that other processes could import them from."""
+        return _again, (self.chooser(), self.model_dump(exclude_none=True))
+
+    if TYPE_CHECKING:  # the keys of the class, which type checkers cannot know
+
+        def __getattr__(self, name: str) -> Any: ...
+
+    @classmethod
+    def kinds(cls) -> list[str]:
+        """Names of the classes."""
+        return list(cls.registry)
+
+    @classmethod
+    def of_kind(cls, kind: object) -> type[Self]:
+        """Section of a class by its name."""
+        if kind is None:
+            example = f"{cls.naming_key} = {cls.kinds()[0]!r}"
+            raise CaseError(
+                f"{cls.naming_key}: missing, expected one of {choices(cls.kinds())}, for example {example}; add it"
+            )
+        if kind not in cls.kinds():
+            raise CaseError(
+                f"{cls.naming_key}: expected one of {choices(cls.kinds())}, got {show(kind)}; choose one of them"
+            )
+        return _section(cls.chooser(), cls.registry[str(kind)])
+
+    @classmethod
+    def chooser(cls) -> type[Self]:
+        """Section that chooses among the classes."""
+        return cls if cls.made_from is None else cls.origin_section  # type: ignore[return-value]
+
+    @classmethod
+    def parts_for(cls, target: type) -> tuple[type[Chosen], ...]:
+        """Sections that together hold the keys of a class which are not its fields."""
+        return (cls,)
+
+    @classmethod
+    def all_keys(cls) -> set[str]:
+        """Keys of all classes, for a guess at what a misspelt one means."""
+        return {name for kind in cls.kinds() for name in cls.of_kind(kind).model_fields}
+
+    @classmethod
+    def home_of(cls, name: str) -> str | None:
+        """First class that has a key."""
+        return next((kind for kind in cls.kinds() if name in cls.of_kind(kind).model_fields), None)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _keys_belong_to_the_class(cls, values: Any) -> Any:
+        if cls.made_from is None or not isinstance(values, dict):
+            return values
+        kept = {}
+        for name, value in values.items():
+            other = None if name in cls.model_fields else cls.home_of(name)
+            if other is None:
+                kept[name] = value
+            elif name not in cls.harmless_keys or not _is_default(cls.of_kind(other), name, value):
+                text = f"{name}: expected no value with {cls.choice()}, got {show(value)}"
+                raise ValueError(f"{text}; remove it or set {cls.naming_key} = {other!r}")
+        return kept
+
+    @model_validator(mode="after")
+    def _class_takes_the_values(self) -> Self:
+        if self.made_from is not None:
+            try:
+                self.check_values()
+            except CaseError as error:
+                raise ValueError(str(error)) from None
+        return self
+
+    @classmethod
+    def choice(cls) -> str:
+        """The key that names the class, and its value."""
+        return f"{cls.naming_key} = {cls.model_fields[cls.naming_key].default!r}"
+
+    def check_values(self) -> None:
+        """Raise CaseError if the class refuses the values; files are not read for that."""
+        if not any(isinstance(value, TimeTableKeys) and value.file for value in self.__dict__.values()):
+            self.build()
+
+    def build(self, **known: Any) -> Any:
+        """Make the object; arguments that are known otherwise replace those of the case.
+
+        Raises
+        ------
+        CaseError
+            If the class refuses the values, or a table cannot be read; the message begins with the key.
+        """
+        assert self.made_from is not None
+        try:
+            return self.made_from(**self.arguments() | known)
+        except CaseError:
+            raise
+        except (ValueError, TypeError, ArithmeticError) as error:
+            raise CaseError(self.in_words_of_the_case(str(error))) from None
+
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of the class."""
+        assert self.made_from is not None
+        names = {field.name for field in dataclasses.fields(self.made_from)} & set(type(self).model_fields)
+        values = {name: getattr(self, name) for name in names}
+        for name, value in values.items():
+            if isinstance(value, TimeTableKeys):
+                with within(name):
+                    values[name] = value.table()
+        return values
+
+    def in_words_of_the_case(self, text: str) -> str:
+        """Message of the class with what the case can add: the class that refuses, and the meaning of the key."""
+        name, _, _ = text.partition(":")
+        field = type(self).model_fields.get(name)
+        if field is None:
+            return text
+        for vague in checks.VAGUE_REMEDIES:
+            text = text.removesuffix(f"; {vague}")
+        if ";" in text:
+            return text
+        if ": expected one of" in text:
+            before, sign, after = text.rpartition(", got ")
+            return f"{before} with {self.choice()}{sign}{after}; choose one of them"
+        return f"{text}; write the {meaning(name, field)}"
+
+
+@contextmanager
+def within(name: str) -> Iterator[None]:
+    """Put the name of a section or key in front of what is wrong inside it."""
+    try:
+        yield
+    except InputError as error:
+        raise CaseError(f"{name}.{error}") from None
+
+
+def keys_of(target: type, omitted: Sequence[str] = (), optional: Sequence[str] = ()) -> dict[str, Any]:
+    """Keys of a section for the fields of a dataclass, as `pydantic.create_model` takes them."""
+    try:
+        texts, hints, keys = docstrings.field_texts(target), get_type_hints(target), {}
+    except Exception as error:  # annotations may hold anything that a class's author wrote
+        text = f"{target.__name__}: cannot read the types of its fields ({type(error).__name__}: {error})"
+        raise InputError(f"{text}; import their names at run time too") from None
+    for field in dataclasses.fields(target):
+        if not field.init or field.name in omitted:
+            continue
+        kind, example = value_type(hints[field.name])
+        given: dict[str, Any] = {}
+        if field.name in optional:
+            kind, given["default"] = kind | None, None
+        elif field.default is not dataclasses.MISSING:
+            given["default"], example = field.default, example if field.default in (None, ()) else field.default
+        elif field.default_factory is not dataclasses.MISSING:
+            given["default_factory"] = field.default_factory
+        words = docstrings.short(texts.get(field.name, "")) or field.name.replace("_", " ")
+        if kind is Flag:
+            words = f"choice true or false: {words}"
+        keys[field.name] = (kind, Field(description=words, examples=[example], **given))
+    return keys
+
+
+def section_of(target: type) -> type[Section]:
+    """Section of one class, which needs no name for it."""
+    return create_model(target.__name__, __base__=Section, __doc__=target.__doc__, **keys_of(target))
+
+
+@cache
+def _section(base: type[Chosen], target: type) -> Any:
+    """Section of a class among those that a base chooses from."""
+    bases = base.parts_for(target)
+    taken = [name for part in bases for name in (*part.model_fields, *part.omitted_fields)]
+    kind = kind_of(target)
+    keys: dict[str, Any] = {
+        base.naming_key: (Literal[kind], Field(default=kind, description=base.registry.role, examples=[kind]))
+    }
+    keys |= keys_of(target, taken, bases[0].optional_keys)
+    section = create_model(target.__name__, __base__=bases, __doc__=target.__doc__, **keys)
+    made: Any = section  # type checkers do not know the parents of a class made on the fly
+    made.made_from, made.origin_section = target, base
+    return made
+
+
+def _again(base: type[Chosen], values: dict[str, Any]) -> Chosen:
+    return base(**values)
+
+
+def _is_default(section: type[Section], name: str, value: object) -> bool:
+    default = section.model_fields[name].default
+    return value == default or (isinstance(value, list) and tuple(value) == default)

@@ -1,0 +1,123 @@
+"""Sections [inputs.NAME] of a case file: what acts on the structure in time; each input's class is its own section."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from tautflex.case.messages import show
+from tautflex.case.options import Chosen
+from tautflex.case.registry import INPUTS
+from tautflex.case.section import Number
+from tautflex.errors import CaseError
+from tautflex.structure.model import Model
+
+Side = Literal["-x", "+x", "-y", "+y"]
+Point = tuple[Number, Number] | tuple[Number, Number, Number]
+
+
+class Input(Chosen):
+    """Force, tension, temperature or an input of yours in time: a number or vector, or a table over time."""
+
+    registry = INPUTS
+
+    @classmethod
+    def parts_for(cls, target: type) -> tuple[type[Chosen], ...]:
+        """Nodes and cables, which a case knows no numbers of, may be chosen by place."""
+        names = {field.name for field in dataclasses.fields(target)}
+        return (*((_Nodes,) if "nodes" in names else ()), *((_Cables,) if "cables" in names else ()), cls)
+
+    def placed(self, model: Model) -> Any:
+        """Make the input for a model.
+
+        Raises
+        ------
+        CaseError
+            If the class refuses the values, or nothing stands where the case says; the message begins with the key.
+        """
+        return self.build()
+
+
+class _Nodes(Chosen):
+    """Nodes by number or place."""
+
+    optional_keys = ("nodes",)
+    near: Point | tuple[Point, ...] | None = Field(
+        default=None, description="point, or list of points, whose nearest nodes are meant [m]", examples=[(0.5, 0.2)]
+    )
+    side: Side | None = Field(default=None, description="side of the film whose nodes are meant", examples=["+x"])
+
+    def check_values(self) -> None:
+        given = [name for name in ("nodes", "near", "side") if getattr(self, name) is not None]
+        if not given:
+            text = f"nodes: missing, {self.choice()} expects nodes, near or side"
+            raise CaseError(f"{text}; add for example near = [0.5, 0.2]")
+        if len(given) > 1:
+            value = show(getattr(self, given[1]))
+            raise CaseError(f"{given[1]}: expected no value beside {given[0]}, got {value}; keep one of the two")
+        if self.nodes is not None:
+            super().check_values()
+
+    def placed(self, model: Model) -> Any:
+        if self.near is not None:
+            points = np.atleast_2d(np.asarray(self.near, dtype=float))
+            return self.build(nodes=tuple(_nearest(model, point) for point in points))
+        if self.side is not None:
+            return self.build(nodes=_nodes_of_side(model, self.side))
+        return self.build()
+
+
+class _Cables(Chosen):
+    """Cables by number or side."""
+
+    side: Side | None = Field(
+        default=None, description="side of the film whose cables are meant; all if not given", examples=["+x"]
+    )
+
+    def check_values(self) -> None:
+        if self.side is not None and self.cables is not None:
+            raise CaseError(f"side: expected no value beside cables, got {show(self.side)}; keep one of the two")
+        super().check_values()
+
+    def placed(self, model: Model) -> Any:
+        if self.side is None:
+            return self.build()
+        return self.build(cables=_cables_of_side(model, self.side))
+
+
+def _nearest(model: Model, point: NDArray[np.float64]) -> int:
+    """Node nearest to a point (x, y) of the plane z = 0, or (x, y, z)."""
+    place = np.zeros(3)
+    place[: len(point)] = point
+    return int(np.linalg.norm(model.nodes - place, axis=1).argmin())
+
+
+def _axis(side: Side) -> tuple[int, float]:
+    return "xy".index(side[1]), 1.0 if side[0] == "+" else -1.0
+
+
+def _nodes_of_side(model: Model, side: Side) -> tuple[int, ...]:
+    """Nodes of the film that lie farthest in a direction, in their order along the side."""
+    axis, sign = _axis(side)
+    film = np.unique(model.triangles)
+    if not film.size:
+        raise CaseError(f"side: expected a model with a film, got none for {show(side)}; give nodes or near")
+    places = sign * model.nodes[film, axis]
+    span = np.ptp(model.nodes[film], axis=0).max()
+    edge = film[places >= places.max() - 1e-6 * span]
+    return tuple(int(node) for node in edge[np.argsort(model.nodes[edge, 1 - axis], kind="stable")])
+
+
+def _cables_of_side(model: Model, side: Side) -> tuple[int, ...]:
+    """Cables that run mainly along an axis, on one side of the origin."""
+    axis, sign = _axis(side)
+    ends = model.nodes[model.cables]
+    along = np.abs(ends[:, 1] - ends[:, 0])
+    chosen = (along[:, axis] >= along[:, 1 - axis]) & (sign * ends[:, :, axis].mean(axis=1) > 0.0)
+    if not chosen.any():
+        raise CaseError(f"side: expected a side with cables, got {show(side)}; give the numbers of cables instead")
+    return tuple(int(cable) for cable in np.flatnonzero(chosen))

@@ -1,0 +1,137 @@
+"""Tables in case files: motion and inputs over time, in CSV files or written out."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Collection
+from pathlib import Path
+from typing import Annotated, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, Strict, model_validator
+
+from tautflex.case.section import Number, Section
+from tautflex.errors import CaseError
+from tautflex.mechanics.loads.time_table import TimeTable
+
+# Columns of a table file for each argument of `Tabulated`.
+COLUMNS = {
+    "rates": (("rate",), ("rate_x", "rate_y", "rate_z")),
+    "quaternions": (("q_w", "q_x", "q_y", "q_z"),),
+    "accelerations": (("acceleration",), ("acceleration_x", "acceleration_y", "acceleration_z")),
+}
+_LARGEST_FILE = 100_000_000
+
+
+def read_table(path: str) -> dict[str, NDArray[np.float64]]:
+    """Read a motion table from a CSV file.
+
+    Parameters
+    ----------
+    path
+        File with a header line and one row per instant: a column ``time`` [s]; ``rate`` or ``rate_x``, ``rate_y``,
+        ``rate_z`` [rad/s], or ``q_w``, ``q_x``, ``q_y``, ``q_z``; perhaps ``acceleration`` or ``acceleration_x``, ...
+        [m/s^2]. Other columns are ignored, lines that begin with # too.
+
+    Returns
+    -------
+    dict
+        ``times`` and whichever of ``rates``, ``quaternions``, ``accelerations`` the file has.
+
+    Raises
+    ------
+    CaseError
+        One line with the file, what was expected and what to do.
+    """
+    used = {"time", *(column for choices in COLUMNS.values() for columns in choices for column in columns)}
+    header, numbers = _read(path, used, "time,rate")
+    table = {"times": numbers[:, header.index("time")]}
+    for name, choices in COLUMNS.items():
+        for columns in choices:
+            if all(column in header for column in columns):
+                found = numbers[:, [header.index(column) for column in columns]]
+                table[name] = found[:, 0] if len(columns) == 1 else found
+    return table
+
+
+class TimeTableKeys(Section):
+    """Number or vector over time, straight between the rows: ``times`` and ``values``, or a CSV ``file``.
+
+    The file has a header line with a column ``time``; its other columns are the values in their order.
+    """
+
+    times: tuple[Number, ...] | None = Field(
+        default=None, description="instants of the rows [s], rising", examples=[(0.0, 1.0)]
+    )
+    values: tuple[Number, ...] | tuple[tuple[Number, ...], ...] | None = Field(
+        default=None, description="value at each instant, a number or a list", examples=[(0.0, 0.1)]
+    )
+    file: Annotated[str, Strict()] | None = Field(
+        default=None, description="name of a CSV file with the table", examples=["force.csv"]
+    )
+
+    @model_validator(mode="after")
+    def _one_table(self) -> Self:
+        given = [name for name in ("times", "values") if getattr(self, name) is not None]
+        if self.file is not None and given:
+            raise ValueError(
+                f"file: expected no file beside {given[0]}, got {self.file!r}; keep the file or the numbers"
+            )
+        if self.file is None and len(given) < 2:
+            lacking = "times" if "times" not in given else "values"
+            text = f"{lacking}: missing, a table in time expects times and values, or a file"
+            raise ValueError(f"{text}; add for example times = [0.0, 1.0], values = [0.0, 0.1]")
+        return self
+
+    def table(self) -> TimeTable:
+        """Read or make the table; CaseError if the file cannot be read or the rows do not go together."""
+        if self.file is None:
+            return TimeTable(self.times or (), self.values or ())
+        header, numbers = _read(self.file, None, "time,value")
+        times, values = numbers[:, header.index("time")], np.delete(numbers, header.index("time"), axis=1)
+        return TimeTable(times, values[:, 0] if values.shape[1] == 1 else values)
+
+
+def _read(path: str, used: Collection[str] | None, example: str) -> tuple[list[str], NDArray[np.float64]]:
+    """Header and numbers of a CSV file with a column time; None uses all columns."""
+    lines = _lines(path)
+    header = [name.strip() for name in lines[0]] if lines else []
+    if "time" not in header:
+        text = f"file: expected a column time in the header of {path!r}, got {', '.join(header)[:60] or 'nothing'}"
+        raise CaseError(f"{text}; begin the file with for example {example}")
+    numbers = np.array([_numbers(path, header, used, row, cells) for row, cells in enumerate(lines[1:], start=2)])
+    return header, numbers.reshape(-1, len(header))
+
+
+def _lines(path: str) -> list[list[str]]:
+    """Cells of all lines that are neither empty nor comments."""
+    try:
+        if Path(path).stat().st_size > _LARGEST_FILE:
+            raise CaseError(
+                f"file: expected a table of at most {_LARGEST_FILE / 1e6:g} MB, got more in {path!r}; thin it"
+            )
+        content = Path(path).read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise CaseError(f"file: no such file {path!r}; its name is relative to the case file") from None
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        raise CaseError(f"file: cannot read {path!r} ({reason}); expected a CSV file") from None
+    kept = [line for line in content.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    return list(csv.reader(kept))
+
+
+def _numbers(path: str, header: list[str], used: Collection[str] | None, row: int, cells: list[str]) -> list[float]:
+    """Numbers of the columns that are used; the others may hold anything."""
+    if len(cells) != len(header):
+        text = f"file: expected {len(header)} cells in row {row} of {path!r}, got {len(cells)}"
+        raise CaseError(f"{text}; separate them by commas")
+    values = []
+    for name, cell in zip(header, cells, strict=True):
+        try:
+            values.append(float(cell) if used is None or name in used else math.nan)
+        except ValueError:
+            text = f"file: expected a number in row {row}, column {name} of {path!r}, got {cell[:30]!r}"
+            raise CaseError(f"{text}; correct it") from None
+    return values

@@ -1,0 +1,102 @@
+"""`tautflex tune`: tensions that give wanted natural frequencies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from tautflex.cli.options import (
+    AsJson,
+    CaseFile,
+    Force,
+    Overrides,
+    Plugins,
+    about,
+    print_json,
+    require_new_file,
+    use_plugins,
+)
+from tautflex.errors import CaseError
+
+if TYPE_CHECKING:
+    from tautflex.case import Case
+
+
+def tune(
+    case: CaseFile,
+    /,
+    *,
+    frequency: Annotated[
+        list[float],
+        Parameter(name="--frequency", help="Wanted natural frequency [Hz]; twice scales x and y apart."),
+    ],
+    mode: Annotated[
+        list[int] | None,
+        Parameter(name="--mode", help="Mode that shall have it, from 1; once per frequency."),
+    ] = None,
+    output: Annotated[Path | None, Parameter(name=["-o", "--output"], help="File for the tuned case.")] = None,
+    force: Force = False,
+    override: Overrides = None,
+    plugin: Plugins = None,
+    as_json: AsJson = False,
+) -> int:
+    """Scale the cable tensions until chosen natural frequencies hit their targets.
+
+    Example: tautflex tune m2.toml --frequency 1.0 -o tuned.toml
+    """
+    use_plugins(plugin)
+    from tautflex.case import load_case
+
+    numbers = mode or list(range(1, len(frequency) + 1))
+    if not 1 <= len(frequency) <= 2 or len(numbers) != len(frequency):
+        text = f"--frequency, --mode: expected one or two pairs, got {len(frequency)} and {len(numbers)}"
+        raise CaseError(f"{text}; give one --mode per --frequency")
+    loaded = load_case(case, override or ())
+    if loaded.cables is None:
+        text = f"{case}: membrane.edges: expected 'cables', got {loaded.membrane.edges!r}"
+        raise CaseError(f"{text}; tuning scales cable tensions, for a fixed film choose membrane.stress_x and stress_y")
+    if output is not None:
+        require_new_file(output, force=force)
+
+    from tautflex.case.build import build_model
+    from tautflex.solvers.modal.tuning import tune_pretension
+
+    with about(case):
+        result = tune_pretension(build_model(loaded), frequencies=frequency, modes=numbers)
+    tuned = _scaled(loaded, float(result.scale_x), float(result.scale_y))
+    assert tuned.cables is not None
+    answer: dict[str, Any] = {
+        "pretension_x": tuned.cables.pretension_x,
+        "pretension_y": tuned.cables.pretension_y,
+        "frequencies": [float(value) for value in result.frequencies],
+        "files": {},
+    }
+    if output is not None:
+        output.write_text(f"# {case.name}, tuned by `tautflex tune`\n\n{tuned.to_toml()}", encoding="utf-8")
+        answer["files"] = {"case": str(output)}
+    if as_json:
+        print_json(answer)
+    else:
+        from tautflex.cli.cards import show_tuning
+
+        show_tuning(case, answer)
+    return 0
+
+
+def _scaled(case: Case, scale_x: float, scale_y: float) -> Case:
+    """Scale the tensions of a case, and with them a film stress that the case states by itself."""
+    assert case.cables is not None
+    changes: dict[str, dict[str, Any]] = {
+        "cables": {
+            "pretension_x": case.cables.pretension_x * scale_x,
+            "pretension_y": case.cables.pretension_y * scale_y,
+        }
+    }
+    if case.membrane.stress_x is not None and case.membrane.stress_y is not None:
+        changes["membrane"] = {
+            "stress_x": case.membrane.stress_x * scale_x,
+            "stress_y": case.membrane.stress_y * scale_y,
+        }
+    return case.replaced(**changes)

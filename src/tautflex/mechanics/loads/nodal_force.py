@@ -1,0 +1,35 @@
+"""Forces on nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tautflex.mechanics.loads.inputs import PreparedInput, TimeInput
+from tautflex.mechanics.loads.prepared import PatternLoad, TimeFunction, nodal_pattern
+from tautflex.mechanics.system import StructuralSystem
+
+
+@dataclass(frozen=True)
+class NodalForce(TimeInput):
+    """Dead force on nodes, the same on each.
+
+    Parameters
+    ----------
+    nodes
+        Node numbers.
+    force
+        Force on every node in floating-frame axes [N], three numbers or a function of time.
+    breaks
+        Instants at which the function jumps [s].
+    """
+
+    nodes: Sequence[int]
+    force: TimeFunction
+    breaks: tuple[float, ...] = ()
+
+    def prepare(self, system: StructuralSystem) -> PreparedInput:
+        """Bind to a system."""
+        return PatternLoad(*nodal_pattern(system, self.nodes, np.ones(len(self.nodes))), self.force, "force")

@@ -1,0 +1,78 @@
+"""What inputs come down to once they are bound to a structure: a pattern of forces, or a change of initial stresses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tautflex import checks
+from tautflex.errors import InputError
+from tautflex.mechanics.loads.inputs import PreparedInput
+from tautflex.mechanics.system import StructuralSystem
+
+Array = NDArray[np.float64]
+TimeFunction = Callable[[float], ArrayLike] | ArrayLike
+"""Constant, or function of time [s]."""
+
+
+def value_at(function: TimeFunction, time: float) -> Array:
+    """Value of a function of time, or of a constant."""
+    return np.asarray(function(time) if callable(function) else function, dtype=float)
+
+
+@dataclass(frozen=True)
+class PatternLoad(PreparedInput):
+    """Force whose nodal pattern is constant.
+
+    ``pattern`` gives the force on the free unknowns, shape (size, 3), ``held`` the wrench of the rest, shape (6, 3).
+    """
+
+    pattern: Array
+    held: Array
+    function: TimeFunction
+    name: str
+
+    def load(self, time: float) -> Array:
+        """Force on the free unknowns [N, N m], shape (size,)."""
+        return self.pattern @ checks.vector3(self.name, value_at(self.function, time))
+
+    def held_wrench(self, time: float) -> Array:
+        """Force, and torque about the origin, that supported directions take up [N, N m], shape (6,)."""
+        return self.held @ checks.vector3(self.name, value_at(self.function, time))
+
+
+@dataclass(frozen=True)
+class StressChange(PreparedInput):
+    """Stress change linear in a few numbers: ``columns[block]`` has shape (element, strain, number)."""
+
+    function: TimeFunction
+    columns: dict[int, Array]
+    count: int
+    name: str
+
+    def stress(self, time: float) -> dict[int, Array]:
+        """Change of initial stress by block number, shapes (element, strain)."""
+        value = np.atleast_1d(value_at(self.function, time))
+        if value.shape not in ((1,), (self.count,)) or not np.all(np.isfinite(value)):
+            raise InputError(f"{self.name}: expected one or {self.count} finite numbers, got {value.tolist()}")
+        value = np.broadcast_to(value, (self.count,))
+        return {index: column @ value for index, column in self.columns.items()}
+
+
+def checked_nodes(system: StructuralSystem, nodes: Sequence[int]) -> NDArray[np.int64]:
+    """Node numbers as an array; InputError if one is not in the model."""
+    return checks.index_array("nodes", np.reshape(np.asarray(nodes), (-1, 1)), 1, len(system.model.nodes))[:, 0]
+
+
+def nodal_pattern(system: StructuralSystem, nodes: Sequence[int], share: Array) -> tuple[Array, Array]:
+    """Force on free unknowns and wrench of the others (`PatternLoad`), where each node gets its share."""
+    pattern, held = np.zeros((system.size + 1, 3)), np.zeros((6, 3))
+    for node, part in zip(checked_nodes(system, nodes), share, strict=True):
+        place = system.place[system.model.translation_dofs[node]]
+        pattern[place, range(3)] += part
+        forces = part * np.diag(place == system.size)
+        held += np.concatenate([forces, np.cross(system.model.nodes[node], forces).T])
+    return pattern[:-1], held

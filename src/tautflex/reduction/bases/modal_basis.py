@@ -1,0 +1,90 @@
+"""Natural modes as basis of a reduced model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tautflex import checks
+from tautflex.errors import InputError
+from tautflex.numeric import Array, Indices
+from tautflex.reduction.bases.static_derivatives import TREATMENTS, add_static_derivatives
+from tautflex.reduction.bases.vectors import Basis, BasisVectors, ReferenceSolver, ritz
+from tautflex.solvers.modal.natural import solve_modes
+from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads
+from tautflex.solvers.static.prestress import PrestressedState
+
+
+@dataclass(frozen=True)
+class ModalBasis(Basis):
+    """Natural modes chosen by their participation in the load, static correction, and static modal derivatives.
+
+    Parameters
+    ----------
+    directions
+        Rigid accelerations that load the structure, of ``"x", "y", "z", "rx", "ry", "rz"``. The paper's antenna turns
+        about x: ``("rx",)``. Fewer directions make a smaller model.
+    count
+        Number of modes; None takes every mode with a part of at least ``threshold`` in a load's static strain energy.
+    threshold
+        Smallest part that counts.
+    candidates
+        Number of lowest modes among which is chosen.
+    static_correction
+        Add, for each direction, the static response that the chosen modes leave out.
+    derivatives
+        ``"condensed"``: in-plane fields follow at once; ``"unknowns"``: they move, with mass; ``"none"``: left out,
+        which makes the film far too stiff.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range.
+    """
+
+    directions: Sequence[str] = ("z", "rx", "ry")
+    count: int | None = None
+    threshold: float = 5e-4
+    candidates: int = 60
+    static_correction: bool = True
+    derivatives: str = "condensed"
+
+    def __post_init__(self) -> None:
+        if not self.directions:
+            raise InputError("directions: expected at least one of 'x', 'y', 'z', 'rx', 'ry', 'rz', got none")
+        for direction in self.directions:
+            checks.one_of("directions", direction, RIGID_DIRECTIONS)
+        if self.count is not None:
+            checks.whole("count", self.count, 1)
+        checks.between("threshold", self.threshold, 0.0, 1.0)
+        checks.whole("candidates", self.candidates, 1)
+        checks.one_of("derivatives", self.derivatives, TREATMENTS)
+
+    def vectors(self, state: PrestressedState) -> BasisVectors:
+        """Find the vectors for a prestressed state."""
+        solver = ReferenceSolver(state)
+        inertia = state.system.inertia
+        every = rigid_loads(inertia)
+        loads = np.array([every[RIGID_DIRECTIONS.index(direction)] for direction in self.directions])
+        static = np.array([solver.solve(load) for load in loads])
+        modes = solve_modes(state, n=min(self.candidates, state.system.size - 1))
+        values = (2.0 * np.pi * modes.frequencies) ** 2
+        participation = (modes.vectors @ loads.T).T
+        shares = participation**2 / values / np.einsum("di,di->d", loads, static)[:, None]
+        chosen = self._choose(shares)
+        kept = modes.vectors[chosen]
+        if self.static_correction:
+            kept = np.concatenate([kept, static])
+        kept = ritz(state, kept)
+        amplitude = np.abs(loads @ kept.T).max(axis=0) / solver.energies(kept)
+        text = f"{len(chosen)} natural modes"
+        return add_static_derivatives(state, solver, kept, amplitude, self.directions, self.derivatives, text)
+
+    def _choose(self, shares: Array) -> Indices:
+        """Modes in order of frequency; ``shares`` (direction, mode) are parts of the static strain energy."""
+        best = shares.max(axis=0)
+        order = np.argsort(-best, kind="stable")
+        wanted = self.count if self.count is not None else max(1, int(np.sum(best >= self.threshold)))
+        return np.sort(order[:wanted])

@@ -1,0 +1,100 @@
+"""Static modal derivatives: the in-plane fields that a deflection calls for [Idelsohn & Cardona 1985].
+
+Stretching a film in its plane is far stiffer than moving it sideways, so these fields are in equilibrium at every
+instant. Those that are not much faster than the kept motion, such as the bending of the frame in its plane, become
+unknowns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tautflex.mechanics.inertia import InertiaOperator
+from tautflex.numeric import Array, cross_matrix
+from tautflex.reduction.bases.vectors import BasisVectors, ReferenceSolver, ritz
+from tautflex.reduction.polynomial.monomials import pairs
+from tautflex.reduction.polynomial.strains import quadratic_forces
+from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS
+from tautflex.solvers.static.prestress import PrestressedState
+
+TREATMENTS = ("condensed", "unknowns", "none")
+# Fields below this part of the largest strain energy are round-off.
+_NEGLIGIBLE = 1e-12
+# Coordinates below this part of the largest do not set the pace of the derivatives.
+_NOTABLE = 0.05
+# A derivative is in equilibrium at every instant if its frequency is this many times the fastest forcing.
+_FAST = 2.0
+
+
+def add_static_derivatives(
+    state: PrestressedState,
+    solver: ReferenceSolver,
+    kept: Array,
+    amplitude: Array,
+    directions: Sequence[str],
+    mode: str,
+    text: str,
+) -> BasisVectors:
+    """Static modal derivatives of the kept vectors, split into slow ones (unknowns) and fast ones (condensed).
+
+    Parameters
+    ----------
+    state
+        Prestressed state.
+    solver
+        Its static solver.
+    kept
+        Mass-normalised Ritz vectors, shape (r, size).
+    amplitude
+        Typical size of each coordinate, shape (r,); it weighs what the derivatives are worth.
+    directions
+        Rigid accelerations whose spin pulls on the static derivatives.
+    mode
+        One of `TREATMENTS`.
+    text
+        Description of the kept vectors.
+    """
+    nothing = np.zeros((0, state.system.size))
+    if mode == "none":
+        return BasisVectors(kept, nothing, amplitude, f"{text}, no static derivatives")
+    first, second = pairs(len(kept))
+    sizes = np.maximum(amplitude, 1e-2 * amplitude.max())
+    forces = quadratic_forces(state.system, kept) * (sizes[first] * sizes[second])[:, None]
+    fields = np.array([-solver.solve(force) for force in forces])
+    # Responses to the centrifugal loads carry the stiffening by spin.
+    inertia = state.system.inertia
+    offset = np.array([solver.solve(load) for load in _spin_loads(inertia, directions)]).reshape(-1, state.system.size)
+    offset = offset * np.sqrt(solver.energies(fields).max() / solver.energies(offset))[:, None]
+    fields = np.concatenate([fields, offset])
+    # Orthogonal to the kept vectors in the energy, so that both do not compete.
+    fields = fields - (fields @ solver.multiply(kept).T / solver.energies(kept)) @ kept
+    gram = fields @ solver.multiply(fields).T
+    values, turn = np.linalg.eigh(0.5 * (gram + gram.T))
+    keep = values > _NEGLIGIBLE * max(values[-1], 0.0)
+    if not keep.any() or values[-1] <= 0.0:
+        return BasisVectors(kept, nothing, amplitude, f"{text}, no static derivatives")
+    span = (turn[:, keep] / np.sqrt(values[keep])).T @ fields
+    if mode == "unknowns":
+        joined = ritz(state, np.concatenate([kept, span]))
+        fast, moving = nothing, len(span)
+    else:
+        # Natural frequencies of the derivatives among themselves: stiffness is the identity in this span.
+        inverse, turn = np.linalg.eigh(span @ (inertia.mass_matrix @ span.T))
+        highest = 2.0 * np.sqrt(solver.energies(kept)[amplitude > _NOTABLE * amplitude.max()].max())
+        slow = inverse > 1.0 / (_FAST * highest) ** 2
+        joined = ritz(state, np.concatenate([kept, turn.T[slow] @ span]))
+        fast, moving = turn.T[~slow] @ span, int(slow.sum())
+    text = f"{text}, {moving} moving and {len(fast)} condensed static derivatives"
+    # What a coordinate is worth, from the kept vectors and from the fields that they call for.
+    parts = np.concatenate([kept * amplitude[:, None], fields]) @ (inertia.mass_matrix @ joined.T)
+    worth = np.sqrt(np.sum(parts**2, axis=0))
+    return BasisVectors(joined, fast, worth, text)
+
+
+def _spin_loads(inertia: InertiaOperator, directions: Sequence[str]) -> list[Array]:
+    """Centrifugal loads of unit angular velocities about the given axes that are not zero [N, N m], shapes (size,)."""
+    spins = [cross_matrix(np.eye(3)[RIGID_DIRECTIONS.index(name) - 3]) for name in directions if name.startswith("r")]
+    loads = [inertia.load(spin @ spin) for spin in spins]
+    return [load for load in loads if np.any(load)]

@@ -1,0 +1,90 @@
+"""Numbering of a structure's unknowns: which exist, which are held, and how it moves as a rigid body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.structure.groups import DIRECTIONS, ElementGroup, Support
+
+
+@dataclass(frozen=True)
+class Numbering:
+    """Nodes, groups of elements and supports, and the unknowns that follow from them.
+
+    Unknowns are numbered node by node: three translations, then three rotations at nodes that carry beams.
+    """
+
+    nodes: NDArray[np.float64]
+    groups: tuple[ElementGroup, ...]
+    supports: tuple[Support, ...] = ()
+
+    @cached_property
+    def dof_offset(self) -> NDArray[np.int64]:
+        """First unknown of each node, shape (node + 1,); the last entry is the number of unknowns."""
+        per_node = np.full(len(self.nodes), 3)
+        for group in self.groups:
+            if group.section.rotational:
+                per_node[group.connectivity] = 6
+        return np.concatenate([[0], np.cumsum(per_node)])
+
+    @property
+    def dof_count(self) -> int:
+        """Number of unknowns before supports are applied."""
+        return int(self.dof_offset[-1])
+
+    def element_dofs(self, group: ElementGroup) -> NDArray[np.int64]:
+        """Unknowns of each element, shape (element, 3 or 6 per corner)."""
+        count = 6 if group.section.rotational else 3
+        first = self.dof_offset[group.connectivity]
+        return (first[:, :, None] + np.arange(count)).reshape(len(first), -1)
+
+    @cached_property
+    def translation_dofs(self) -> NDArray[np.int64]:
+        """Unknowns of the three translations of each node, shape (node, 3)."""
+        return self.dof_offset[:-1, None] + np.arange(3)
+
+    @cached_property
+    def fixed_dofs(self) -> NDArray[np.int64]:
+        """Unknowns held by supports, sorted."""
+        fixed: set[int] = set()
+        for support in self.supports:
+            for direction in support.directions:
+                step = DIRECTIONS.index(direction)
+                for node in support.nodes:
+                    dof = int(self.dof_offset[node]) + step
+                    if dof < self.dof_offset[node + 1]:
+                        fixed.add(dof)
+        return np.array(sorted(fixed), dtype=np.int64)
+
+    @cached_property
+    def free_dofs(self) -> NDArray[np.int64]:
+        """Unknowns that can move, sorted."""
+        return np.setdiff1d(np.arange(self.dof_count), self.fixed_dofs)
+
+    @cached_property
+    def rigid_motions(self) -> NDArray[np.float64]:
+        """Infinitesimal rigid motions about the origin, shape (dof, 6): three translations, three rotations."""
+        motions = np.zeros((self.dof_count, 6))
+        x, y, z = self.nodes.T
+        dofs = self.translation_dofs
+        for axis in range(3):
+            motions[dofs[:, axis], axis] = 1.0
+        motions[dofs[:, 1], 3], motions[dofs[:, 2], 3] = -z, y
+        motions[dofs[:, 0], 4], motions[dofs[:, 2], 4] = z, -x
+        motions[dofs[:, 0], 5], motions[dofs[:, 1], 5] = -y, x
+        turning = np.flatnonzero(np.diff(self.dof_offset) == 6)
+        for axis in range(3):
+            motions[self.dof_offset[turning] + 3 + axis, 3 + axis] = 1.0
+        return motions
+
+    @property
+    def rigid_freedom(self) -> int:
+        """Number of independent rigid motions that the supports leave free."""
+        motions = self.rigid_motions / max(1.0, float(np.abs(self.nodes).max()))
+        held = motions[self.fixed_dofs]
+        rank = int(np.linalg.matrix_rank(held, tol=1e-9)) if held.size else 0
+        return int(np.linalg.matrix_rank(motions, tol=1e-9)) - rank

@@ -1,0 +1,235 @@
+"""Sections [inputs.NAME]: forces, tensions and temperatures in time from a case file."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import tautflex as tf
+from tautflex.case import M2_TEMPLATE, load_case, parse_case
+from tautflex.case.build import build_inputs
+from tautflex.cli import main
+from tautflex.errors import CaseError
+
+FILM = """schema = 1
+[membrane]
+length = 1.0
+width = 0.8
+thickness = 1e-4
+youngs_modulus = 3.5e9
+poisson_ratio = 0.34
+density = 1530.0
+edges = "fixed"
+stress_x = 4000.0
+stress_y = 3000.0
+[mesh]
+divisions = [4, 4]
+[solver]
+time_step = 0.01
+end_time = 0.3
+[output.probes]
+A = [0.2, 0.1]
+"""
+
+
+def film_case(section: str) -> tf.Case:
+    return parse_case(f"{FILM}{section}\n")
+
+
+@pytest.fixture(scope="module")
+def film():
+    return tf.solve_prestress(tf.build_model(parse_case(FILM)))
+
+
+@pytest.fixture(scope="module")
+def antenna():
+    return tf.solve_prestress(tf.build_model(parse_case(M2_TEMPLATE)))
+
+
+def test_each_kind_means_its_class(antenna):
+    text = """
+[inputs.push]
+kind = "nodal-force"
+nodes = [3, 5]
+force = [0.0, 0.0, 1e-3]
+[inputs.edge]
+kind = "edge-force"
+nodes = [0, 1, 2]
+force = { times = [0.0, 1.0], values = [[0, 0, 0], [0, 0, 1]] }
+[inputs.reel]
+kind = "cable-tension"
+change = 0.1
+breaks = [0.5]
+[inputs.sun]
+kind = "membrane-temperature"
+change = { times = [0.0, 1.0, 2.0], values = [0, 40, 40] }
+expansion = 1e-5
+"""
+    case = parse_case(M2_TEMPLATE + text)
+    assert parse_case(case.to_toml()) == case
+    push, edge, reel, sun = build_inputs(case, antenna)
+    assert push == tf.NodalForce((3, 5), (0.0, 0.0, 1e-3))
+    assert (edge.nodes, edge.force(0.25).tolist()) == ((0, 1, 2), [0.0, 0.0, 0.25])
+    assert reel == tf.CableTension(0.1, breaks=(0.5,))
+    assert (sun.expansion, float(sun.change(0.5)), float(sun.change(9.0))) == (1e-5, 20.0, 40.0)
+    assert sun.change.breaks == (0.0, 1.0)
+
+
+def test_places_instead_of_numbers(antenna):
+    model = antenna.model
+
+    def chosen(section: str):
+        (found,) = build_inputs(parse_case(M2_TEMPLATE + f"\n[inputs.one]\n{section}\n"), antenna)
+        return found
+
+    (node,) = chosen('kind = "nodal-force"\nnear = [0.21, -0.1]\nforce = [0, 0, 1]').nodes
+    np.testing.assert_allclose(model.nodes[node], [0.2, -0.1, 0.0], atol=1e-12)
+    two = chosen('kind = "nodal-force"\nnear = [[0.2, -0.1], [1.0, 0.5]]\nforce = [0, 0, 1]').nodes
+    np.testing.assert_allclose(model.nodes[list(two)][:, :2], [[0.2, -0.1], [1.0, 0.5]], atol=1e-12)
+    side = chosen('kind = "edge-force"\nside = "-y"\nforce = [0, 0, 1]').nodes
+    np.testing.assert_allclose(model.nodes[list(side)][:, 0], np.linspace(-1.0, 1.0, 11), atol=1e-12)
+    np.testing.assert_allclose(model.nodes[list(side)][:, 1], -0.5)
+    cables = chosen('kind = "cable-tension"\nchange = 0.1\nside = "+x"').cables
+    ends = model.nodes[model.cables[list(cables)]]
+    assert len(cables) == 6  # per short edge
+    np.testing.assert_allclose(ends[:, :, 1].std(axis=1), 0.0, atol=1e-12)
+    assert ends[:, :, 0].min() > 0.9
+
+
+def test_a_force_in_a_case_moves_the_film_as_in_python(film):
+    section = '[inputs.push]\nkind = "nodal-force"\nnear = [0.0, 0.0]\n'
+    case = film_case(
+        section + "force = { times = [0.0, 0.105, 0.105, 0.2], values = [[0, 0, 0], [0, 0, 2e-3], "
+        "[0, 0, 1e-3], [0, 0, 0]] }"
+    ).replaced(solver={"tolerance": 1e-11})
+    node = int(np.linalg.norm(film.model.nodes, axis=1).argmin())
+
+    def force(time):
+        up = 2e-3 * time / 0.105 if time < 0.105 else max(0.0, 1e-3 * (0.2 - time) / 0.095)
+        return 0.0, 0.0, up
+
+    found = tf.run_case(case)
+    expected = tf.simulate(
+        film,
+        time_step=0.01,
+        end_time=0.3,
+        tolerance=1e-11,
+        probes={"A": (0.2, 0.1)},
+        inputs=[tf.NodalForce([node], force, breaks=(0.0, 0.105, 0.2))],
+    )
+    assert float(np.abs(expected.data.w).max()) > 1e-5
+    np.testing.assert_allclose(found.data.w, expected.data.w, rtol=1e-9, atol=1e-15)
+
+
+def test_tables_from_files_stand_beside_the_case(tmp_path, monkeypatch):
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "push.csv").write_text("time,x,y,z\n0,0,0,0\n0.1,0,0,1e-3\n", encoding="utf-8")
+    (tmp_path / "there" / "sun.csv").write_text("# K\nchange,time\n0,0\n30,0.2\n", encoding="utf-8")
+    section = (
+        '[inputs.push]\nkind = "nodal-force"\nnear = [0, 0]\nforce = { file = "push.csv" }\n'
+        '[inputs.sun]\nkind = "membrane-temperature"\nexpansion = 1e-6\nchange.file = "sun.csv"\n'
+    )
+    (tmp_path / "there" / "case.toml").write_text(FILM + section, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    case = load_case("there/case.toml")
+    push, sun = build_inputs(case, tf.solve_prestress(tf.build_model(case)))
+    assert push.force(0.05).tolist() == [0.0, 0.0, 5e-4]
+    assert float(sun.change(0.1)) == 15.0
+
+
+BAD = {
+    "no kind": ("nodes = [1]", ["inputs.one.kind: missing", "'nodal-force'"]),
+    "unknown kind": ('kind = "wind"', ["inputs.one.kind", "'cable-tension'", "got 'wind'"]),
+    "no force": ('kind = "nodal-force"\nnodes = [1]', ["inputs.one.force: missing", "[N]"]),
+    "no nodes": ('kind = "nodal-force"\nforce = [0, 0, 1]', ["inputs.one.nodes: missing", "near = [0.5, 0.2]"]),
+    "nodes twice": (
+        'kind = "nodal-force"\nforce = [0, 0, 1]\nnodes = [1]\nside = "+x"',
+        ["inputs.one.side", "beside nodes", "'+x'"],
+    ),
+    "key of another kind": (
+        'kind = "nodal-force"\nnear = [0, 0]\nforce = [0, 0, 1]\nexpansion = 1.0',
+        ["inputs.one.expansion", "kind = 'nodal-force'", "set kind = 'membrane-temperature'"],
+    ),
+    "misspelt": ('kind = "nodal-force"\nnear = [0, 0]\nforse = 1', ["inputs.one.forse", "did you mean 'force'"]),
+    "force of text": ('kind = "nodal-force"\nnear = [0, 0]\nforce = "up"', ["inputs.one.force", "'up'"]),
+    "number for a vector": (
+        'kind = "nodal-force"\nnear = [0, 0]\nforce = 1.0',
+        ["inputs.one.force: expected shape (3)"],
+    ),
+    "no such node": ('kind = "nodal-force"\nnodes = [99]\nforce = [0, 0, 1]', ["inputs.one.nodes", "0..24", "got 99"]),
+    "no such side": ('kind = "nodal-force"\nside = "up"\nforce = [0, 0, 1]', ["inputs.one.side", "'up'", "'+x'"]),
+    "no cables": ('kind = "cable-tension"\nchange = 1.0', ["inputs.one.", "cables", "got none"]),
+    "half a table": (
+        'kind = "nodal-force"\nnear = [0, 0]\nforce = { times = [0, 1] }',
+        ["inputs.one.force", "values: missing"],
+    ),
+    "rows": (
+        'kind = "nodal-force"\nnear = [0, 0]\nforce = { times = [0, 1], values = [[0, 0, 1]] }',
+        ["inputs.one.force.values", "2 rows", "got 1"],
+    ),
+    "falling times": (
+        'kind = "membrane-temperature"\nexpansion = 1e-6\nchange = { times = [1, 0], values = [0, 1] }',
+        ["inputs.one.change.times", "rising", "0 s after 1 s"],
+    ),
+    "no such file": (
+        'kind = "membrane-temperature"\nexpansion = 1e-6\nchange = { file = "gone.csv" }',
+        ["inputs.one.change.file", "no such file 'gone.csv'"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_mistakes_are_one_line_that_names_the_key(name, film):
+    section, words = BAD[name]
+    with pytest.raises(CaseError) as caught:
+        build_inputs(film_case(f"[inputs.one]\n{section}"), film)
+    message = str(caught.value)
+    assert "\n" not in message
+    for word in words:
+        assert word in message
+
+
+def test_check_tries_the_inputs_and_run_takes_them(tmp_path, capsys):
+    path = tmp_path / "case.toml"
+    path.write_text(FILM + '[inputs.reel]\nkind = "cable-tension"\nchange = 1.0\n', encoding="utf-8")
+    assert main(["check", str(path)]) == 2
+    assert "inputs.reel" in capsys.readouterr().err
+    path.write_text(
+        FILM + '[inputs.push]\nkind = "nodal-force"\nnear = [0.1, 0.1]\nforce = [0, 0, 1e-3]\n', encoding="utf-8"
+    )
+    assert main(["check", str(path)]) == 0
+    assert main(["run", str(path), "-o", str(tmp_path / "out"), "--json"]) == 0
+    capsys.readouterr()
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["probes"]["A"]["amplitude"] > 1e-5
+    assert "[inputs.push]" in tf.load(tmp_path / "out" / "run.nc").attrs["case"]
+
+
+@pytest.mark.parametrize(
+    ("times", "values", "breaks"),
+    [
+        ([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], (0.0, 2.0)),  # a straight line bends at its ends only
+        ([1.0, 2.0], [3.0, 3.0], ()),  # a constant nowhere
+        ([0.0, 1.0, 1.0, 2.0], [0.0, 1.0, 5.0, 6.0], (0.0, 1.0, 2.0)),  # a jump
+        ([0.0, 1.0, 2.0], [[0.0, 1.0], [1.0, 1.0], [2.0, 4.0]], (0.0, 1.0, 2.0)),
+    ],
+)
+def test_tables_in_time_bend_where_they_bend(times, values, breaks):
+    assert tf.TimeTable(times, values).breaks == breaks
+
+
+def test_a_jump_counts_from_its_instant_on():
+    table = tf.TimeTable([0.0, 1.0, 1.0, 2.0], [0.0, 1.0, 5.0, 6.0])
+    before = float(table(np.nextafter(1.0, 0.0)))
+    assert (before, float(table(1.0)), float(table(1.5))) == (pytest.approx(1.0), 5.0, 5.5)
+    assert (float(table(-1.0)), float(table(3.0))) == (0.0, 6.0)
+
+
+def test_the_template_shows_a_section_that_works(antenna):
+    start = M2_TEMPLATE.index("# [inputs.knock]")
+    shown = "\n".join(line.removeprefix("# ") for line in M2_TEMPLATE[start:].splitlines())
+    (knock,) = build_inputs(parse_case(M2_TEMPLATE[:start] + shown), antenna)
+    np.testing.assert_allclose(antenna.model.nodes[knock.nodes[0]], [0.2, 0.1, 0.0], atol=1e-12)
+    assert knock.force(0.1).tolist() == [0.0, 0.0, 1e-3]

@@ -1,0 +1,84 @@
+"""One way from a case to its run: in Python, on the command line, and in the reproduction of the paper."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tautflex as tf
+from tautflex.case import parse_case
+from tautflex.cli import main
+from tautflex.paper.cases.catalogue import RunSpec
+from tautflex.paper.finished_runs import stored
+from tautflex.paper.work import perform_one
+
+FILM = """schema = 1
+[membrane]
+length = 1.0
+width = 0.8
+thickness = 1e-4
+youngs_modulus = 3.5e9
+poisson_ratio = 0.34
+density = 1530.0
+edges = "fixed"
+stress_x = 4000.0
+stress_y = 3000.0
+[mesh]
+divisions = [4, 4]
+[maneuver]
+kind = "stop"
+rate = 0.5
+duration = 0.1
+[solver]
+time_step = 0.01
+end_time = 0.3
+[output]
+fields = [0.1, 5.0]
+probes = { A = [0.2, 0.1] }
+"""
+VARIANTS = {
+    "plain": "",
+    "adaptive": 'solver.method="generalized-alpha" solver.adaptive_tolerance=1e-3 solver.max_step=0.02',
+    "tight": "solver.tolerance=1e-12 solver.max_halvings=2",
+    "reduced": 'reduction.directions=["rx"] reduction.count=3',
+}
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_the_same_numbers_wherever_a_case_runs(name, tmp_path, capsys):
+    """Options that the reproduction used to drop are among these."""
+    path = tmp_path / "film.toml"
+    overrides = VARIANTS[name].split()
+    path.write_text(parse_case(FILM, overrides).to_toml(), encoding="utf-8")
+    case = tf.load_case(path)
+    run = tf.run_case(case)
+    assert run.status.value == "completed"
+    assert main(["run", str(path), "-o", str(tmp_path / "out"), "--json"]) == 0
+    capsys.readouterr()
+    spec = RunSpec("film", case, "published", "M2", 0.5, 0.1)
+    assert perform_one(spec, tmp_path / "kept")[0] == "completed"
+    for other in map(tf.load, (tmp_path / "out" / "run.nc", stored(spec, tmp_path / "kept"))):
+        assert other.sizes == run.data.sizes
+        for variable in ("w", "strain_energy", "kinetic_energy", "max_principal_resultant"):
+            np.testing.assert_array_equal(other[variable], run.data[variable])
+    # what the options do is seen in the run
+    assert ("adaptive" in run.data.attrs) == (name == "adaptive")
+    assert ("reduced_model" in run.data.attrs) == (name == "reduced")
+    if name == "tight":
+        assert run.stats.back_substitutions > tf.run_case(parse_case(FILM)).stats.back_substitutions
+
+
+def test_a_run_that_fails_raises_or_is_returned_as_asked():
+    film = "membrane.width=1.0 membrane.stress_x=15000.0 membrane.stress_y=15000.0 mesh.divisions=[8,8]"
+    options = "maneuver.rate=0.01 solver.end_time=2.0 solver.tolerance=1e-300 solver.max_halvings=0"
+    impossible = parse_case(FILM, [*film.split(), *options.split()])
+    with pytest.raises(tf.NotConvergedError):
+        tf.run_case(impossible)
+    assert tf.run_case(impossible, throw=False).status.value == "not-converged"
+
+
+def test_progress_is_told():
+    told = []
+    tf.run_case(parse_case(FILM), lambda fraction, message: told.append((fraction, message)))
+    assert told[0] == (0.0, "prestress")
+    assert told[-1][0] == 1.0
