@@ -18,7 +18,7 @@ from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.probes import place_probes
 from tautflex.structure.antenna import AntennaLayout, build_antenna
 
-METHODS = [tf.Newmark(), tf.WilsonTheta(), tf.EnergyConserving(), tf.GeneralizedAlpha(0.8), tf.HHT(0.1)]
+METHODS = [tf.Newmark(), tf.WilsonTheta(), tf.EnergyConserving(), tf.GeneralizedAlpha(0.8), tf.HHT(0.1), tf.Bathe()]
 HUB = {"mass": 20.0, "inertia": (4.0, 5.0, 6.0), "center": (0.1, -0.05, 0.2)}
 
 
@@ -111,84 +111,90 @@ def test_work_of_torque_and_force_is_the_energy_gained(antenna, verification_row
     verification_row("free hub: work - energy gained, relative, dt = 1 ms", 0, errors[1], "work = energy change")
 
 
+def smooth_torque(time, state):
+    return 0.5 * np.sin(np.pi * time / 0.4) ** 4 * np.array([1.0, 0.5, -0.7])
+
+
 @pytest.mark.parametrize("method", [*METHODS, tf.GeneralizedAlpha(0.0)], ids=lambda m: m.name)
 def test_hub_and_film_converge_at_second_order(antenna, method, verification_row):
-    """Rates of the hub and displacements of the film against a run with a step 8 times smaller."""
-    torque = lambda t, s: (np.sin(20 * t), 0.0, 0.5 * np.cos(9 * t))  # noqa: E731
-    hub = tf.FreeHub(**HUB, angular_velocity=(0.3, 0.2, -0.1), torque=torque)
-    given = {"method": method, "end_time": 0.04, "probes": {"A": (0.7, 0.4)}, "tolerance": 1e-11}
-    runs = [tf.simulate(antenna, hub, time_step=step, **given).data for step in (1e-3, 5e-4, 1.25e-4)]
-    for name in ("w", "angular_velocity", "hub_position"):
+    """A torque that stirs up no vibration the steps could not resolve, against a run with a step of an eighth."""
+    hub = tf.FreeHub(20.0, (4.0, 5.0, 6.0), angular_velocity=(0.0, 0.0, 0.1), torque=smooth_torque)
+    given = {"method": method, "end_time": 0.32, "probes": {"A": (0.7, 0.4)}, "tolerance": 1e-10}
+    runs = [tf.simulate(antenna, hub, time_step=step, **given).data for step in (8e-3, 4e-3, 1e-3)]
+    for name in ("w", "angular_velocity", "attitude"):
         last = [run[name].values[-1] for run in runs]
         coarse, fine = (float(np.abs(found - last[2]).max()) for found in last[:2])
         # The reference has an error of its own: (1 - 1/64) / (1/4 - 1/64).
-        assert coarse / fine == pytest.approx(4.2, rel=0.1)
+        assert coarse / fine == pytest.approx(4.2, rel=0.18)
         verification_row(f"free hub, {method.name}: ratio of errors of {name}", 4.2, coarse / fine, "order 2")
 
 
 def test_a_force_on_the_structure_moves_the_spacecraft(antenna, verification_row):
-    """0.5 N for 1 s on all nodes, the held ones too: momentum F t whatever the film does, work = energy gained."""
-    nodes = len(antenna.model.nodes)
-    push = tf.NodalForce(range(nodes), lambda t: (0.0, 0.0, 0.5 / nodes if t < 1.0 else 0.0), breaks=(1.0,))
-    hub = tf.FreeHub(20.0, (4.0, 5.0, 6.0))
-    data = tf.simulate(antenna, hub, method=tf.Newmark(), time_step=2.5e-3, end_time=1.2, inputs=[push]).data
-    error = float(np.abs(data.linear_momentum.values[-1] - (0.0, 0.0, 0.5)).max()) / 0.5
-    assert error < 1e-12
-    mass = 20.0 + antenna.system.inertia.mass
-    np.testing.assert_allclose(data.hub_velocity.values[-1, 2], 0.5 / mass, rtol=0.02)
-    energy = (data.kinetic_energy + data.strain_energy).values
-    gap = abs(float((energy[-1] - energy[0]) / data.work[-1]) - 1.0)
-    assert gap < 1e-8
-    verification_row("free hub, 0.5 N for 1 s on the film: momentum - F t, relative", 0, error, "impulse")
-    verification_row("free hub, 0.5 N for 1 s on the film: work - energy gained", 0, gap, "work = energy change")
+    """On all nodes, held ones too: momentum is the impulse whatever the film does, work the energy gained."""
+    nodes, largest, end = len(antenna.model.nodes), 0.1, 0.2
+    # The trapezoidal rule integrates a whole period of the squared sine exactly.
+    push = tf.NodalForce(range(nodes), lambda t: (0.0, 0.0, largest / nodes * np.sin(np.pi * t / end) ** 2))
+    gaps = []
+    for step in (2e-3, 1e-3):
+        given = {"method": tf.GeneralizedAlpha(0.8), "time_step": step, "end_time": end, "tolerance": 1e-10}
+        data = tf.simulate(antenna, tf.FreeHub(20.0, (4.0, 5.0, 6.0)), inputs=[push], **given).data
+        impulse = np.array([0.0, 0.0, 0.5 * largest * end])
+        error = float(np.abs(data.linear_momentum.values[-1] - impulse).max() / impulse[2])
+        assert error < 1e-12
+        energy = (data.kinetic_energy + data.strain_energy).values
+        gaps.append(abs(float((energy[-1] - energy[0]) / data.work[-1]) - 1.0))
+    assert gaps[0] / gaps[1] == pytest.approx(4.0, rel=0.05)
+    verification_row("free hub, force on the film: momentum - impulse, relative", 0, error, "impulse")
+    verification_row("free hub, force on the film: work - energy gained, dt = 1 ms", 0, gaps[1], "work = energy change")
 
 
 def test_a_force_off_the_centre_turns_the_spacecraft(antenna, verification_row):
-    """A constant force in hub axes on a free and a held node, small angles: angular momentum r x F t about O."""
+    """Constant forces in hub axes on a free and on a held node, small angles: angular momentum r x F t."""
     model = antenna.model
-    held = int(next(iter(model.supports)).nodes[0])
-    free = int(np.argmin(np.linalg.norm(model.nodes - (0.5, 0.25, 0.0), axis=1)))
-    force, step, end = np.array([0.0, 0.0, 1e-3]), 1e-3, 0.2
-    hub = tf.FreeHub(20.0, (4.0, 5.0, 6.0))
+    held, free = model.supports[0].nodes[0], int(np.argmin(np.linalg.norm(model.nodes - (0.5, 0.25, 0.0), axis=1)))
+    force, end = np.array([0.0, 0.0, 1e-3]), 0.05
+    given = {"method": tf.GeneralizedAlpha(0.8), "time_step": 1e-3, "end_time": end}
     pushes = [tf.NodalForce([node], tuple(force)) for node in (held, free)]
-    data = tf.simulate(antenna, hub, method=tf.GeneralizedAlpha(0.8), time_step=step, end_time=end, inputs=pushes).data
+    data = tf.simulate(antenna, tf.FreeHub(20.0, (4.0, 5.0, 6.0)), inputs=pushes, **given).data
     exact = np.cross(model.nodes[held] + model.nodes[free], force) * end
     error = float(np.linalg.norm(data.angular_momentum.values[-1] - exact) / np.linalg.norm(exact))
-    assert error < 1e-4
+    assert error < 1e-7
     verification_row("free hub, force on a held and a free node: angular momentum - r x F t", 0, error, "impulse")
 
 
-def test_cables_that_are_reeled_in_do_not_push_the_spacecraft(antenna):
-    """Tension and temperature in time are internal: they move hub and film, and no momentum."""
-    hub = tf.FreeHub(**HUB)
-    reel = tf.CableTension(lambda t: 0.05 * np.sin(40 * t))
-    heat = tf.MembraneTemperature(lambda t: 2e-3 * min(t / 0.02, 1.0), 2e-5)
-    start = np.random.default_rng(1).normal(size=(len(antenna.model.nodes), 3)) * 1e-3
-    given = {"method": tf.HHT(0.05), "time_step": 1e-3, "end_time": 0.05, "initial_velocity": start}
-    still, driven = (tf.simulate(antenna, hub, inputs=inputs, **given).data for inputs in ((), [reel, heat]))
+def test_tension_and_temperature_keep_the_momenta(antenna):
+    """They are internal: structure and hub move otherwise, their momenta do not."""
+    reel = tf.CableTension(lambda t: 0.2 * np.sin(40 * t))
+    heat = tf.MembraneTemperature(lambda t: 0.02 * min(t / 0.02, 1.0), 2e-5)
+    given = {"method": tf.HHT(0.05), "time_step": 1e-3, "end_time": 0.03, "initial_velocity": throw}
+    still, driven = (tf.simulate(antenna, tf.FreeHub(**HUB), inputs=i, **given).data for i in ((), [reel, heat]))
     for name in ("linear_momentum", "angular_momentum"):
         values = driven[name].values
-        assert np.abs(values - values[0]).max() < 1e-14 * np.abs(values).max() + 1e-16
-    assert np.abs(driven.hub_position - still.hub_position).max() > 1e-3 * np.abs(still.hub_position).max()
+        assert np.abs(values - values[0]).max() <= 1e-13 * np.abs(values).max()
+    resultants = [run.max_principal_resultant.values for run in (still, driven)]
+    assert np.abs(resultants[1] - resultants[0]).max() > 0.01 * resultants[0].max()
 
 
-@pytest.mark.parametrize("method", [tf.GeneralizedAlpha(0.8), tf.WilsonTheta()], ids=lambda m: m.name)
-def test_adaptive_steps_follow_their_tolerance(antenna, method, verification_row):
-    """Errors of film and hub fall with the tolerance, and the steps that pay for it grow as its root."""
-    hub = tf.FreeHub(**HUB, angular_velocity=(0.3, 0.2, -0.1), torque=(0.5, 0.0, 0.2))
-    start = np.random.default_rng(1).normal(size=(len(antenna.model.nodes), 3)) * 1e-3
-    given = {"method": method, "end_time": 0.1, "probes": {"A": (0.7, 0.4)}, "initial_velocity": start}
-    exact = tf.simulate(antenna, hub, time_step=1.25e-4, every=40, **given).data
-    errors, steps = [], []
-    for tolerance in (1e-3, 1e-4, 1e-5):
-        run = tf.simulate(antenna, hub, time_step=5e-3, adaptive=tf.Adaptive(tolerance=tolerance), **given)
-        moved = [run.data[name].values - exact[name].values for name in ("w", "angular_velocity", "attitude")]
-        scale = [np.ptp(exact[name].values, axis=0).max() for name in ("w", "angular_velocity", "attitude")]
-        errors.append([float(np.abs(gap).max() / size) for gap, size in zip(moved, scale, strict=True)])
-        steps.append(run.stats.steps)
-        assert np.abs(run.data.linear_momentum - run.data.linear_momentum[0]).max() < 1e-12
-    print(errors, steps)
-    assert 0
+def test_adaptive_steps_follow_their_tolerance(antenna, verification_row):
+    """Errors of film and hub fall with the tolerance; on a heavy hub the steps are those of a prescribed motion."""
+    given = {"method": tf.GeneralizedAlpha(0.8), "time_step": 1e-2, "end_time": 0.06, "probes": {"A": (0.7, 0.4)}}
+    given["initial_velocity"] = throw
+    hub = tf.FreeHub(2.0, (0.4, 0.5, 0.6), angular_velocity=(0.0, 0.0, 0.1), torque=(0.05, 0.02, 0.0))
+    runs = [tf.simulate(antenna, hub, adaptive=tf.Adaptive(tolerance), **given) for tolerance in (1e-1, 1e-2, 1e-3)]
+    for name in ("w", "attitude", "hub_position"):
+        values = [run.data[name].values for run in runs]
+        coarse, fine = (
+            float(np.abs(found - values[2]).max() / np.ptp(values[2], axis=0).max()) for found in values[:2]
+        )
+        assert fine < min(1e-2, coarse / 10)
+        verification_row(f"free hub, adaptive steps: error of {name} at 1e-2, relative", 0, fine, "a tenth of it")
+    assert runs[0].stats.steps < runs[1].stats.steps < runs[2].stats.steps
+    heavy = tf.FreeHub(2e6, (4e6, 5e6, 6e6))
+    still, held = (
+        tf.simulate(antenna, motion, adaptive=tf.Adaptive(1e-2), tolerance=1e-9, **given) for motion in (None, heavy)
+    )
+    assert held.stats.steps == still.stats.steps
+    assert np.abs(held.data.w - still.data.w).max() < 1e-4 * np.abs(still.data.w).max()
 
 
 def test_heavy_hub_is_a_prescribed_motion(antenna, verification_row):

@@ -164,8 +164,8 @@ class HubEquation(EquationOfMotion):
         hub.twist[:3] = rotations.matrix(hub.attitude).T @ np.asarray(self.hub.velocity, dtype=float)
         hub.twist[3:] = self.hub.angular_velocity
         hub.momentum[:] = inertial(hub.attitude, hub.position, mass @ hub.twist + coupling @ v)
-        hub.wrench[:] = self.wrench(time, rigid, q, v)
         self.set_time(time)
+        hub.wrench[:] = self.wrench(time, rigid, q, v)
         return self._balanced(HubMotion(time, q, v, np.zeros_like(q), rigid=rigid))
 
     def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
