@@ -145,7 +145,7 @@ def test_snapshots_recover_rotations_and_know_what_is_transverse(antenna):
     ("make", "words"),
     [
         (lambda: tf.ModalBasis(()), "directions: expected at least one"),
-        (lambda: tf.ModalBasis(("w",)), "direction: expected"),
+        (lambda: tf.ModalBasis(("w",)), "directions: expected"),
         (lambda: tf.ModalBasis(count=0), "count: expected"),
         (lambda: tf.ModalBasis(threshold=2.0), "threshold"),
         (lambda: tf.ModalBasis(derivatives="some"), "derivatives"),
