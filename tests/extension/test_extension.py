@@ -17,6 +17,10 @@ from tautflex.case import parse_case
 from tautflex.case.plugins import load_plugin
 from tautflex.case.registry import DAMPINGS, INPUTS, MANEUVERS, METHODS
 from tautflex.cli import main
+from tautflex.elements.element import ELEMENTS
+from tautflex.elements.laws.law import LAWS
+from tautflex.structure.materials import LAW_NAMES
+from tautflex.structure.shapes import SHAPES
 
 HERE = Path(__file__).parent
 FILES = sorted(path for path in HERE.glob("*.py") if not path.name.startswith("test_"))
@@ -58,8 +62,16 @@ OVERRIDES = {
 
 @pytest.fixture(scope="module", autouse=True)
 def plugins():
+    """What the files register is forgotten behind these tests, for those that follow in the same process."""
+    tables = [ELEMENTS, LAWS, SHAPES, *(one._classes for one in (MANEUVERS, METHODS, INPUTS, DAMPINGS))]
+    before, names = [dict(table) for table in tables], {kind: list(known) for kind, known in LAW_NAMES.items()}
     for path in FILES:
         load_plugin(path)
+    yield
+    for table, kept in zip(tables, before, strict=True):
+        table.clear()
+        table.update(kept)
+    LAW_NAMES.update(names)
 
 
 def case_of(name: str, *overrides: str) -> tf.Case:
@@ -188,7 +200,7 @@ class Nothing:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (NOTHING, ["Nothing", "an element, a constitutive law"]),
+        (NOTHING, ["Nothing", "a subclass of one of tf.Element, tf.Law, tf.Maneuver"]),
         ("import tautflex as tf\ntf.register(3)\n", ["expected a class", "got 3"]),
         ("import nowhere\n", ["ModuleNotFoundError in line 1", "nowhere"]),
         ("def broken(:\n", ["SyntaxError"]),

@@ -25,7 +25,7 @@ import tautflex as tf
 from regression import mesh_files
 from regression.mutations import mutated
 from regression.small_result import result_files
-from tautflex.case import M2_TEMPLATE
+from tautflex.case import M2_TEMPLATE, parse_case
 from tautflex.files.mesh import read_mesh
 from verification.builders import antenna
 
@@ -71,7 +71,7 @@ def _meshes(*writers: Callable[..., str]) -> Callable[[], list[bytes]]:
 
 
 def _cases() -> list[bytes]:
-    return [M2_TEMPLATE.encode(), tf.config.parse_case(M2_TEMPLATE).to_toml().encode(), PLAIN]
+    return [M2_TEMPLATE.encode(), parse_case(M2_TEMPLATE).to_toml().encode(), PLAIN]
 
 
 PLAIN = b"""schema = 1

@@ -17,7 +17,7 @@ BAD = {
     "slew angle": (lambda: tf.Slew(np.nan, 1.0), ["angle", "finite"]),
     "slew duration": (lambda: tf.Slew(1.0, 0.0), ["duration", "> 0"]),
     "slew profile": (lambda: tf.Slew(1.0, 1.0, "trapezoid"), ["profile", "'versine'", "'trapezoid'"]),
-    "slew axis": (lambda: tf.Slew(1.0, 1.0, axis=(0.0, 0.0, 0.0)), ["axis", "direction", "(1, 0, 0)"]),
+    "slew axis": (lambda: tf.Slew(1.0, 1.0, axis=(0.0, 0.0, 0.0)), ["axis", "direction", "[1, 0, 0]"]),
     "slew origin": (lambda: tf.Slew(1.0, 1.0, origin=(0.0, 0.0)), ["origin", "(3)", "(2,)"]),
     "shaping without a mode": (lambda: tf.Slew(1.0, 1.0, "input-shaped"), ["frequency: missing", "solve_modes"]),
     "mode without shaping": (lambda: tf.Slew(1.0, 1.0, frequency=1.0), ["frequency", "'versine'", "'input-shaped'"]),

@@ -105,8 +105,8 @@ class MidPoint(tf.Method):
         return (tf.Stage(tf.StepScheme(0.5, 1.0, change, there, *twice, change)),)
 
 
-class Shaking:
-    """A user's maneuver: no base class, the two methods of `tf.Maneuver`."""
+class Shaking(tf.Maneuver):
+    """A user's maneuver: the two methods of its base."""
 
     def start(self):
         return tf.AtRest().start()

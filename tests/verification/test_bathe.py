@@ -29,7 +29,7 @@ def antenna():
     return tf.solve_prestress(small_antenna())
 
 
-class Everything:
+class Everything(tf.Basis):
     """Basis of all motions, none of which is condensed."""
 
     def vectors(self, state) -> BasisVectors:

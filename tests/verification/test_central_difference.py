@@ -67,7 +67,7 @@ def test_a_step_beyond_the_limit_gives_itself_away():
     size = 1.02 * dense_limit(state)
     stepper = CentralDifference().stepper(EquationOfMotion(state, Rayleigh(), Coupling()))
     stepper._largest = 1e-12  # believes every step to be stable
-    at = stepper.start(0.0, np.zeros(state.system.size), np.zeros(state.system.size), AtRest().start())
+    at = stepper.equation.start(0.0, np.zeros(state.system.size), np.zeros(state.system.size), AtRest().start())
     at.v = TINY_VELOCITY * np.random.default_rng(0).standard_normal(state.system.size)
     segment = AtRest().segments()[0]
     sizes, refused = [], 0

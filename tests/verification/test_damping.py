@@ -17,6 +17,7 @@ from tautflex.motion.coupling import Coupling
 from tautflex.reduction.bases.vectors import BasisVectors
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
+from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.implicit import Stepper
 from verification.batch_cases import changed_rom
 from verification.dynamic_cases import TINY_VELOCITY, small_antenna, soft_film
@@ -40,7 +41,7 @@ class Dashpots(tf.Damping):
 
 
 @dataclass(frozen=True)
-class FirstModes:
+class FirstModes(tf.Basis):
     """Basis of the lowest modes and nothing else."""
 
     count: int
@@ -195,12 +196,12 @@ def test_solution_and_product_equal_those_of_the_dense_matrix(film, damping):
 @pytest.mark.parametrize("damping", [tf.Modal(RATIOS), Dashpots(0.05)])
 def test_energy_that_a_step_loses_is_the_work_of_the_damping(film, damping, verification_row):
     """Conserving method, large motion: ``E_1 - E_0 = -h v' C v``, v the mean velocity of the step."""
-    stepper = Stepper(film, tf.EnergyConserving(), damping, Coupling(), 1e-12)
+    stepper = Stepper(EquationOfMotion(film, damping, Coupling()), tf.EnergyConserving(), 1e-12)
     c, h, size = dense(film, damping), 2e-3, film.system.size
     segment = tf.AtRest().segments()[0]
     v = np.random.default_rng(3).standard_normal(size)
     v[np.abs(film.system.translations(np.eye(size))[..., 2]).max(axis=1) < 0.5] = 0.0
-    at = stepper.start(0.0, np.zeros(size), v, segment.motion(0.0))
+    at = stepper.equation.start(0.0, np.zeros(size), v, segment.motion(0.0))
     mass, lost, energy = film.system.inertia.mass_matrix, 0.0, []
     for _ in range(50):
         energy.append(0.5 * at.v @ (mass @ at.v) + stepper.equation.workspace.force(at.q)[1])

@@ -88,7 +88,7 @@ def random_basis(state: tf.PrestressedState) -> BasisVectors:
     return BasisVectors(vectors, np.zeros((0, state.system.size)), np.ones(len(vectors)), "given")
 
 
-class Given:
+class Given(tf.Basis):
     """Basis as it is."""
 
     def vectors(self, state: tf.PrestressedState) -> BasisVectors:

@@ -139,7 +139,7 @@ def test_a_complete_basis_is_the_full_model(method, verification_row):
     assert np.allclose(full.angular_velocity, reduced.angular_velocity, atol=1e-12)
 
 
-def test_condensed_companions_are_exact_in_statics(verification_row):
+def test_condensed_derivatives_are_exact_in_statics(verification_row):
     """A von Karman film on fixed edges: in-plane fields are linear in the monomials, so nothing is lost."""
     state = soft_film((6, 5))
     solver = ReferenceSolver(state)
@@ -157,7 +157,7 @@ def test_condensed_companions_are_exact_in_statics(verification_row):
     assert error < 1e-4
 
 
-def test_centrifugal_load_stiffens_through_the_companions():
+def test_centrifugal_load_stiffens_through_the_derivatives():
     state = soft_film((6, 5))
     kept = solve_modes(state, 40).vectors
     flat = np.abs(state.system.translations(kept)[:, :, 2]).max(axis=1) > 1e-9
@@ -178,7 +178,7 @@ def test_centrifugal_load_stiffens_through_the_companions():
     assert np.abs(ours - theirs).max() < 1e-3 * change
 
 
-def test_companions_dissipate_what_their_velocity_does():
+def test_derivatives_dissipate_what_their_velocity_does():
     """Power of the reduced damping = beta v'Kv of the lifted velocity."""
     state = tf.solve_prestress(small_antenna())
     rom = tf.reduce(state, tf.ModalBasis(("rx",), count=5, static_correction=False))
@@ -197,7 +197,7 @@ def test_companions_dissipate_what_their_velocity_does():
     assert rate @ force == pytest.approx(damping.beta * moving @ c.viscous @ moving, rel=2e-2)
 
 
-def test_gyroscopic_coupling_of_companions_does_no_work():
+def test_gyroscopic_coupling_of_derivatives_does_no_work():
     state = tf.solve_prestress(small_antenna())
     rom = tf.reduce(state, tf.ModalBasis(("rx",), count=5))
     plant = rom.plant(Rayleigh())

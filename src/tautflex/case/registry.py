@@ -11,22 +11,27 @@ from typing import TypeVar
 
 from tautflex.elements import Element, Law, register_element, register_law
 from tautflex.errors import InputError, TautflexError
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.dampings.modal import Modal
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.loads.cable_tension import CableTension
 from tautflex.mechanics.loads.edge_force import EdgeForce
+from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.mechanics.loads.membrane_temperature import MembraneTemperature
 from tautflex.mechanics.loads.nodal_force import NodalForce
 from tautflex.motion.fixed_axis import Slew, SpinUp, Stop
-from tautflex.motion.kinematics import AtRest
+from tautflex.motion.kinematics import AtRest, Maneuver
 from tautflex.motion.sequence import Sequence
 from tautflex.motion.tabulated import Tabulated
 from tautflex.motion.translation import BaseAcceleration
 from tautflex.reduction.bases.modal_basis import ModalBasis
+from tautflex.reduction.bases.vectors import Basis
+from tautflex.solvers.transient.explicit import ExplicitMethod
 from tautflex.solvers.transient.methods.bathe import Bathe
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
 from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
+from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.methods.wilson import WilsonTheta
 
 ENTRY_POINTS = "tautflex.plugins"
@@ -50,14 +55,14 @@ class Registry(Mapping[str, type]):
     ----------
     role
         What its classes are, in a word.
-    marks
-        Methods that make a class one of them; any of several tuples.
+    bases
+        Base classes, any of which makes a class one of them; the first is the public one.
     classes
         Those of tautflex.
     """
 
-    def __init__(self, role: str, marks: tuple[tuple[str, ...], ...], *classes: type) -> None:
-        self.role, self.marks = role, marks
+    def __init__(self, role: str, bases: tuple[type, ...], *classes: type) -> None:
+        self.role, self.bases = role, bases
         self._classes = {kind_of(cls): cls for cls in classes}
 
     def __iter__(self) -> Iterator[str]:
@@ -71,10 +76,6 @@ class Registry(Mapping[str, type]):
         load_installed()
         return self._classes[kind]
 
-    def takes(self, cls: type) -> bool:
-        """Whether a class has the methods of this role."""
-        return any(all(callable(getattr(cls, name, None)) for name in names) for names in self.marks)
-
     def add(self, cls: type) -> None:
         """Add a class; a newer one of the same name and file replaces it, another one is refused."""
         kind = kind_of(cls)
@@ -85,12 +86,10 @@ class Registry(Mapping[str, type]):
         self._classes[kind] = cls
 
 
-MANEUVERS = Registry(
-    "maneuver", (("start", "segments"),), Stop, AtRest, SpinUp, Slew, Tabulated, BaseAcceleration, Sequence
-)
+MANEUVERS = Registry("maneuver", (Maneuver,), Stop, AtRest, SpinUp, Slew, Tabulated, BaseAcceleration, Sequence)
 METHODS = Registry(
     "method",
-    (("stages",), ("stepper",)),
+    (Method, ExplicitMethod),
     WilsonTheta,
     GeneralizedAlpha,
     Newmark,
@@ -99,20 +98,19 @@ METHODS = Registry(
     EnergyConserving,
     CentralDifference,
 )
-INPUTS = Registry("input", (("prepare",),), NodalForce, EdgeForce, CableTension, MembraneTemperature)
-DAMPINGS = Registry("damping", (("matrix",),), Rayleigh, Modal)
-BASES = Registry("basis", (("vectors",),), ModalBasis)
+INPUTS = Registry("input", (TimeInput,), NodalForce, EdgeForce, CableTension, MembraneTemperature)
+DAMPINGS = Registry("damping", (Damping,), Rayleigh, Modal)
+BASES = Registry("basis", (Basis,), ModalBasis)
 _ALL = (MANEUVERS, METHODS, INPUTS, DAMPINGS, BASES)
 
 
 def register(cls: Class) -> Class:
     """Make a class of yours known: to case files, and an element or a constitutive law to models.
 
-    May stand as a decorator. What the class is, is seen from its methods: a maneuver has ``start`` and ``segments``,
-    a time integrator ``stages`` (`OneStageMethod` asks for ``scheme`` only), an input in time ``prepare``, a damping
-    ``matrix``. Its name in a case file is that of the class in small letters with hyphens, or its attribute ``kind``;
-    its fields are the keys, its docstring is their help, and an `InputError` of its ``__post_init__`` is the message
-    about a wrong value.
+    May stand as a decorator. What the class is, is seen from its base: `Element`, `Law`, `Maneuver`, `Method`,
+    `TimeInput`, `Damping` or `Basis`. Its name in a case file is that of the class in small letters with hyphens, or
+    its attribute ``kind``; its fields are the keys, its docstring is their help, and an `InputError` of its
+    ``__post_init__`` is the message about a wrong value.
 
     Parameters
     ----------
@@ -135,11 +133,11 @@ def register(cls: Class) -> Class:
         return register_element(cls)
     if issubclass(cls, Law):
         return register_law(cls)
-    registry = next((one for one in _ALL if one.takes(cls)), None)
+    registry = next((one for one in _ALL if issubclass(cls, one.bases)), None)
     if registry is None:
-        roles = ", ".join(f"{one.role} ({' and '.join(one.marks[0])})" for one in _ALL)
-        text = f"register: expected an element, a constitutive law, or a class with the methods of a {roles}"
-        raise InputError(f"{text}, got {cls.__name__}; see tests/extension for one of each")
+        names = ", ".join(f"tf.{base.__name__}" for base in (Element, Law, *(one.bases[0] for one in _ALL)))
+        text = f"register: expected a subclass of one of {names}, got {cls.__name__}"
+        raise InputError(f"{text}; see tests/extension for one of each")
     if not is_dataclass(cls):
         raise InputError(f"register: expected a dataclass, got {cls.__name__}; put @dataclass(frozen=True) above it")
     registry.add(cls)

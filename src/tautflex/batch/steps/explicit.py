@@ -49,7 +49,7 @@ class ExplicitWalker(NamedTuple):
 
 
 class ExplicitWalk:
-    """Steps: ``M a + (C + G) v + ... = 0`` at the end of each, the companions' damping taken at the predicted velocity.
+    """Steps: ``M a + (C + G) v + ... = 0`` at the end of each, the derivatives' damping at the predicted velocity.
 
     Parameters
     ----------

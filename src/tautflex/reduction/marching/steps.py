@@ -183,8 +183,8 @@ def implicit_step(plant: Plant, frame: Frame, row: int, c: StageNumbers, work: W
 def explicit_step(plant: Plant, frame: Frame, row: int, size: float, work: Work) -> bool:
     """One step of central differences, ``M a + (C + G) v + ... = 0`` at its end; False where it is not stable.
 
-    Damping and gyroscopic force at the end are solved for, as in the full model; the companions' damping is taken at
-    the predicted velocity.
+    Damping and gyroscopic force at the end are solved for, as in the full model; the static derivatives'
+    damping is taken at the predicted velocity.
     """
     r = work.q.size
     if work.sizes[0] != size or frame.turns:
