@@ -9,7 +9,7 @@ import numpy as np
 
 import tautflex as tf
 from tautflex.case.build import build_damping
-from tautflex.solvers.transient.simulate import Run
+from tautflex.solvers.transient.status import Run
 
 END, GRID = 2.0, 5e-3
 

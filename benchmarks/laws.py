@@ -14,7 +14,8 @@ from tautflex.analysis import amplitude, dominant_frequency, maneuver_end
 from tautflex.case import M2_TEMPLATE, Case, parse_case
 from tautflex.case.build import build_damping, build_maneuver, build_model
 from tautflex.solvers.static.prestress import solve_prestress
-from tautflex.solvers.transient.simulate import Run, simulate
+from tautflex.solvers.transient.simulate import simulate
+from tautflex.solvers.transient.status import Run
 
 M1 = ("cables.pretension_x=0.147", "cables.pretension_y=0.25")
 LAWS = {
