@@ -15,8 +15,9 @@ from tautflex.batch.equations.equation import EachRun
 from tautflex.batch.equations.rate_history import Numbers
 from tautflex.batch.library import jax, platform, threadpool_limits
 from tautflex.batch.output.response import Response
+from tautflex.numeric import Array
 
-Table = dict[str, NDArray[np.float64]]
+Table = dict[str, Array]
 
 # Runs computed side by side unless told otherwise: on a processor what fits the cache of a core, on a GPU what keeps it
 # busy; (full, reduced).

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.batch.chunks import ChunkRunner, usual_chunk
@@ -26,6 +26,7 @@ from tautflex.batch.steps.implicit import ImplicitWalk
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import Maneuver
+from tautflex.numeric import Array
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
@@ -246,7 +247,7 @@ def _walks(plant: Plant, problem: TransientProblem) -> Callable[[Any], Walk]:
 
 
 def _check_maneuvers(
-    maneuver: Maneuver | FreeHub, arrays: dict[str, NDArray[np.float64]], axes: dict[str, int | None], runs: int
+    maneuver: Maneuver | FreeHub, arrays: dict[str, Array], axes: dict[str, int | None], runs: int
 ) -> None:
     """Let the maneuver itself refuse numbers that are out of range."""
     own = {name.removeprefix("maneuver."): name for name in arrays if name.startswith("maneuver.")}

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh import MeshData, read_mesh
+from tautflex.numeric import Array
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
 from tautflex.structure.mesh import blend_by_direction
 from tautflex.structure.model import Model
@@ -65,7 +65,7 @@ def meshed_model(
     )
 
 
-def _tensions(case: Case, mesh: MeshData) -> NDArray[np.float64]:
+def _tensions(case: Case, mesh: MeshData) -> Array:
     """Tension of each cable [N], between pretension_x along x and pretension_y across it by the squared cosine."""
     if case.cables is None:
         return np.zeros(0)

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, Strict, model_validator
 
 from tautflex.case.section import Number, Section
 from tautflex.errors import CaseError
 from tautflex.mechanics.loads.time_table import TimeTable
+from tautflex.numeric import Array
 
 # Columns of a table file for each argument of `Tabulated`.
 COLUMNS = {
@@ -25,7 +25,7 @@ COLUMNS = {
 _LARGEST_FILE = 100_000_000
 
 
-def read_table(path: str) -> dict[str, NDArray[np.float64]]:
+def read_table(path: str) -> dict[str, Array]:
     """Read a motion table from a CSV file.
 
     Parameters
@@ -94,7 +94,7 @@ class TimeTableKeys(Section):
         return TimeTable(times, values[:, 0] if values.shape[1] == 1 else values)
 
 
-def _read(path: str, used: Collection[str] | None, example: str) -> tuple[list[str], NDArray[np.float64]]:
+def _read(path: str, used: Collection[str] | None, example: str) -> tuple[list[str], Array]:
     """Header and numbers of a CSV file with a column time; None uses all columns."""
     lines = _lines(path)
     header = [name.strip() for name in lines[0]] if lines else []

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from tautflex.numeric import Array
 
 
 def line_axes(ends: Array, direction: Array) -> tuple[Array, Array]:

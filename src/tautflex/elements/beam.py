@@ -19,16 +19,14 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.elements.axes import line_axes
 from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
 from tautflex.elements.element import Element, register_element
+from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup
 from tautflex.structure.materials import BeamSection
 from tautflex.structure.shapes import LINE2, Shape
-
-Array = NDArray[np.float64]
 
 AXIAL, SLOPE_V, SLOPE_W, X1, Y1, Z1, X2, Y2, Z2 = range(9)
 ROOT3 = np.sqrt(3.0)
@@ -100,7 +98,7 @@ class Beam(Element):
     shape: ClassVar[Shape] = LINE2
 
     @staticmethod
-    def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> ElementBlock:
+    def declare(nodes: Array, group: ElementGroup, dofs: Indices) -> ElementBlock:
         """Beam elements as data; stresses are resultants [N] (bending and twist divided by the length), measure [m]."""
         section = group.section
         if not isinstance(section, BeamSection):

@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.elements.laws import Elastic, Law
+from tautflex.numeric import Array, Indices
 from tautflex.structure.materials import Material
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 S = TypeVar("S", bound=np.generic)
 
 

@@ -10,17 +10,15 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.elements.axes import line_axes
 from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
 from tautflex.elements.element import Element, register_element
 from tautflex.elements.laws import law_of
+from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup
 from tautflex.structure.materials import CableSection
 from tautflex.structure.shapes import LINE2, Shape
-
-Array = NDArray[np.float64]
 
 LINEAR = np.array([[1.0, 0.0, 0.0]])
 QUADRATIC = {
@@ -37,7 +35,7 @@ class Cable(Element):
     shape: ClassVar[Shape] = LINE2
 
     @staticmethod
-    def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> ElementBlock:
+    def declare(nodes: Array, group: ElementGroup, dofs: Indices) -> ElementBlock:
         """Cable elements as data; stresses in Pa, measure = volume [m^3]."""
         section = group.section
         if not isinstance(section, CableSection):

@@ -5,11 +5,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import ClassVar, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from tautflex.elements.block import ElementBlock
 from tautflex.errors import InputError
+from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup
 from tautflex.structure.model import Model
 from tautflex.structure.shapes import Shape, register_shape
@@ -31,7 +29,7 @@ class Element(ABC):
 
     @staticmethod
     @abstractmethod
-    def declare(nodes: NDArray[np.float64], group: ElementGroup, dofs: NDArray[np.int64]) -> ElementBlock:
+    def declare(nodes: Array, group: ElementGroup, dofs: Indices) -> ElementBlock:
         """All elements of a group as data.
 
         Parameters

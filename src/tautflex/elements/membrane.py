@@ -10,15 +10,13 @@ r"""What all membrane elements share: strains, plane stress, local axes and laws
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.elements.axes import film_axes
 from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
 from tautflex.elements.laws import law_of
+from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup
 from tautflex.structure.materials import MembraneSection
-
-Array = NDArray[np.float64]
 
 LINEAR = np.array([[1.0, 0, 0, 0, 0, 0], [0, 0, 0, 1.0, 0, 0], [0, 1.0, 1.0, 0, 0, 0]])
 
@@ -49,12 +47,12 @@ def plane_stress(section: MembraneSection) -> Array:
 
 def membrane_block(
     group: ElementGroup,
-    dofs: NDArray[np.int64],
+    dofs: Indices,
     axes: Array,
     slopes: Array,
     area: Array,
     inertia: InertiaPoints,
-    owner: NDArray[np.int64] | None = None,
+    owner: Indices | None = None,
 ) -> ElementBlock:
     """Film elements as data; stresses in Pa, measure = volume [m^3].
 
@@ -94,7 +92,7 @@ def membrane_block(
     )
 
 
-def isoparametric_membrane(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> ElementBlock:
+def isoparametric_membrane(nodes: Array, group: ElementGroup, dofs: Indices) -> ElementBlock:
     """Film elements of any surface shape, flat, warped or curved, from its interpolation and rules.
 
     Every integration point has film axes of its own, in the plane that touches the surface there. Displacement

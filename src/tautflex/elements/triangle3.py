@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.elements.axes import film_axes
 from tautflex.elements.block import ElementBlock, InertiaPoints
 from tautflex.elements.element import Element, register_element
 from tautflex.elements.membrane import membrane_block, membrane_section
+from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup
 from tautflex.structure.shapes import TRIANGLE3, Shape
-
-Array = NDArray[np.float64]
 
 
 @register_element
@@ -25,7 +23,7 @@ class Triangle3(Element):
     shape: ClassVar[Shape] = TRIANGLE3
 
     @staticmethod
-    def declare(nodes: Array, group: ElementGroup, dofs: NDArray[np.int64]) -> ElementBlock:
+    def declare(nodes: Array, group: ElementGroup, dofs: Indices) -> ElementBlock:
         """Elements of a group as data."""
         corners = nodes[group.connectivity]
         axes, stretch = film_axes(corners[:, 1:] - corners[:, :1], group.orientation)

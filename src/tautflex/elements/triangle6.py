@@ -9,12 +9,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from tautflex.elements.block import ElementBlock
 from tautflex.elements.element import Element, register_element
 from tautflex.elements.membrane import isoparametric_membrane
+from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup
 from tautflex.structure.shapes import TRIANGLE6, Shape
 
@@ -27,6 +25,6 @@ class Triangle6(Element):
     shape: ClassVar[Shape] = TRIANGLE6
 
     @staticmethod
-    def declare(nodes: NDArray[np.float64], group: ElementGroup, dofs: NDArray[np.int64]) -> ElementBlock:
+    def declare(nodes: Array, group: ElementGroup, dofs: Indices) -> ElementBlock:
         """Elements of a group as data."""
         return isoparametric_membrane(nodes, group, dofs)

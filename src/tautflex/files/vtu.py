@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from pyevtk.vtk import VtkFile, VtkUnstructuredGrid, np_to_vtk
 
 from tautflex.errors import InputError
+from tautflex.numeric import Array, Indices
 from tautflex.solvers.variables import MESH_VARIABLES
 
 Fields: TypeAlias = Mapping[str, NDArray[np.generic]]
-Cells: TypeAlias = tuple[NDArray[np.int64], int]
+Cells: TypeAlias = tuple[Indices, int]
 """Point numbers of like cells, shape (cell, point), and VTK's number of their type."""
 
 # Kinds of cells and VTK's number of their type, in the order in which they are written; the cell field "kind" counts
@@ -90,9 +91,7 @@ def _cells_of(dataset: xr.Dataset, kind: str) -> list[Cells]:
     return [(nodes[:, nodes[0] >= 0], int(own[0])) for nodes, own in zip(rows, np.split(types, cuts), strict=True)]
 
 
-def write_grid(
-    path: Path, points: NDArray[np.float64], cells: Sequence[Cells], point_data: Fields, cell_data: Fields
-) -> None:
+def write_grid(path: Path, points: Array, cells: Sequence[Cells], point_data: Fields, cell_data: Fields) -> None:
     """Write one grid.
 
     Parameters

@@ -22,9 +22,7 @@ from scipy.sparse import csc_array, csr_array
 from tautflex.elements.block import ElementBlock
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.products import PairProducts, add_moments, add_pair_products
-
-Array = NDArray[np.float64]
-Places = NDArray[np.uint32]
+from tautflex.numeric import Array, Indices, Places
 
 
 class LoadMoments(Protocol):
@@ -119,7 +117,7 @@ class InertiaOperator:
         blocks
             Element blocks.
         places
-            Slots of the unknowns in extended vectors, shapes (dof, element).
+            Places of the unknowns in extended vectors, shapes (dof, element).
         slots
             Positions of the element matrices' entries in the pattern, shapes (dof, dof, element).
         pattern
@@ -191,7 +189,7 @@ class InertiaOperator:
     def pairs(self) -> tuple[NDArray[Any], ...]:
         """All nine products by rows, the parts of a `PairProducts`, for compiled code."""
         rows, columns = self.pattern.rows, self.pattern.columns
-        first, lines, starts, others, values = [0], list[Places](), list[NDArray[np.int64]](), [], []
+        first, lines, starts, others, values = [0], list[Places](), list[Indices](), [], []
         entry = 0
         for a in range(3):
             for b in range(3):

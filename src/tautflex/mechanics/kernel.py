@@ -9,22 +9,17 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.elements.laws.law import call_law
 from tautflex.mechanics.store import ELASTIC, block_data
-from tautflex.numeric import FASTMATH
-
-Array = NDArray[np.float64]
+from tautflex.numeric import Array, jit
 
 PACK = 128
 
-_jit = numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 
-
-@_jit
+@jit
 def pack_strain(data: Any, first: int, width: int, q: Array, local: Array, g: Array, strain: Array) -> None:
     """Gradients and strains of the pack of ``width`` elements that starts at ``first``."""
     for k in range(data.dofs.shape[0]):
@@ -49,7 +44,7 @@ def pack_strain(data: Any, first: int, width: int, q: Array, local: Array, g: Ar
             result[e] += value * factor[e] * other[e]
 
 
-@_jit
+@jit
 def pack_stress(data: Any, first: int, width: int, strain: Array, stress: Array) -> None:
     """Elastic (trial) stresses of a pack."""
     for s in range(strain.shape[0]):
@@ -63,7 +58,7 @@ def pack_stress(data: Any, first: int, width: int, strain: Array, stress: Array)
             result[e] += values[e] * factor[e]
 
 
-@_jit
+@jit
 def apply_law(data: Any, first: int, width: int, stress: Array, tangent: Array, density: Array) -> float:
     """Replace a pack's trial stresses by those of a nonlinear law, fill tangents, return its energy.
 
@@ -78,7 +73,7 @@ def apply_law(data: Any, first: int, width: int, stress: Array, tangent: Array, 
     return energy
 
 
-@_jit
+@jit
 def _elastic_energy(data: Any, first: int, width: int, strain: Array, stress: Array) -> float:
     energy, measure = 0.0, data.measure[first : first + width]
     for s in range(strain.shape[0]):
@@ -88,7 +83,7 @@ def _elastic_energy(data: Any, first: int, width: int, strain: Array, stress: Ar
     return energy
 
 
-@_jit
+@jit
 def _scatter(
     data: Any, first: int, width: int, g: Array, stress: Array, conjugate: Array, local: Array, out: Array
 ) -> None:
@@ -120,7 +115,7 @@ def _scatter(
             out[slots[e]] += row[e]
 
 
-@_jit
+@jit
 def _block_force(data: Any, q: Array, force: Array, stresses: Array, forces: bool, energies: bool) -> float:
     strains, count = data.initial_stress.shape
     local, strain = np.empty((data.dofs.shape[0], PACK)), np.empty((strains, PACK))
@@ -145,7 +140,7 @@ def _block_force(data: Any, q: Array, force: Array, stresses: Array, forces: boo
     return energy
 
 
-@_jit
+@jit
 def add_forces(store: Any, q: Array, force: Array, stresses: Array, forces: bool, energies: bool) -> float:
     """Add the internal forces of all blocks.
 
@@ -174,7 +169,7 @@ def add_forces(store: Any, q: Array, force: Array, stresses: Array, forces: bool
     return energy
 
 
-@_jit
+@jit
 def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
     strains, count = data.initial_stress.shape
     local, strain = np.empty((data.dofs.shape[0], PACK)), np.empty((strains, PACK))
@@ -217,7 +212,7 @@ def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
         _scatter(data, first, width, g, stress, conjugate, local, force)
 
 
-@_jit
+@jit
 def add_average_forces(store: Any, start: Array, end: Array, force: Array) -> None:
     """Add ``G' V B(g_middle)' (sigma_start + sigma_end)/2`` of all blocks to ``force`` [theory.md 8].
 
@@ -229,7 +224,7 @@ def add_average_forces(store: Any, start: Array, end: Array, force: Array) -> No
         _block_average(block_data(store, block), start, end, force)
 
 
-@_jit
+@jit
 def _store_initial_energies(store: Any, block: int) -> None:
     data = block_data(store, block)
     strains, count = data.initial_stress.shape

@@ -5,17 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple, Protocol
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.mechanics.workspace import Workspace
-
-Array = NDArray[np.float64]
-
-_jit = numba.njit(cache=True, error_model="numpy")
-
+from tautflex.numeric import Array, jit_in_order
 
 MEMBRANE_STATES = ("taut", "wrinkled", "slack")
 
@@ -143,7 +138,7 @@ def principal_values(stress: Array) -> Array:
     return np.stack([mean - radius, mean + radius], axis=1)
 
 
-@_jit
+@jit_in_order
 def membrane_state(sx: float, sy: float, txy: float, poisson_ratio: float) -> int:
     """Index in `MEMBRANE_STATES` of a plane stress, elastic trial or tension-field alike (mixed criterion)."""
     mean = 0.5 * (sx + sy)
@@ -155,7 +150,7 @@ def membrane_state(sx: float, sy: float, txy: float, poisson_ratio: float) -> in
     return 1 if mean + radius - poisson_ratio * (mean - radius) > 0.0 else 2
 
 
-@_jit
+@jit_in_order
 def _states(stress: Array, poisson_ratio: float) -> NDArray[np.int8]:
     states = np.empty(stress.shape[1], dtype=np.int8)
     for e in range(states.size):
@@ -163,7 +158,7 @@ def _states(stress: Array, poisson_ratio: float) -> NDArray[np.int8]:
     return states
 
 
-@_jit
+@jit_in_order
 def _survey(stress: Array, poisson_ratio: float, measure: Array, size: Array, areas: Array) -> tuple[float, float, int]:
     """Extreme principal resultants of (3, row) and the row of the smaller; areas of the states are added up."""
     smallest, largest, worst = np.inf, -np.inf, -1

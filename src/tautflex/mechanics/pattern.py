@@ -6,18 +6,14 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
-_jit = numba.njit(cache=True)
+from tautflex.numeric import Array, Indices, Places, jit_in_order
 
 
-@_jit
+@jit_in_order
 def _elements_of_unknowns(size: int, first: Indices, dofs: Indices) -> tuple[Indices, Indices]:
     """Elements that each unknown belongs to, as starts and element numbers."""
     start = np.zeros(size + 2, dtype=np.int64)
@@ -34,7 +30,7 @@ def _elements_of_unknowns(size: int, first: Indices, dofs: Indices) -> tuple[Ind
     return start[:-1].copy(), owner
 
 
-@_jit
+@jit_in_order
 def _merge_elements(
     size: int, first: Indices, dofs: Indices, owner_start: Indices, owner: Indices, rows: NDArray[np.int32]
 ) -> Indices:
@@ -61,7 +57,7 @@ def _merge_elements(
     return start
 
 
-@_jit
+@jit_in_order
 def _find_slot(size: int, start: NDArray[np.int32], rows: NDArray[np.int32], row: int, column: int) -> int:
     if row >= size or column >= size:
         return rows.size
@@ -75,18 +71,18 @@ def _find_slot(size: int, start: NDArray[np.int32], rows: NDArray[np.int32], row
     return low
 
 
-@_jit
+@jit_in_order
 def _find_slots(
     size: int, start: NDArray[np.int32], rows: NDArray[np.int32], row: Indices, column: Indices,
-    slots: NDArray[np.uint32],
+    slots: Places,
 ) -> None:  # fmt: skip
     for k in range(slots.size):
         slots[k] = _find_slot(size, start, rows, row[k], column[k])
 
 
-@_jit
+@jit_in_order
 def _find_element_slots(
-    size: int, start: NDArray[np.int32], rows: NDArray[np.int32], dofs: Indices, slots: NDArray[np.uint32]
+    size: int, start: NDArray[np.int32], rows: NDArray[np.int32], dofs: Indices, slots: Places
 ) -> None:
     for e in range(dofs.shape[0]):
         for i in range(dofs.shape[1]):
@@ -94,9 +90,9 @@ def _find_element_slots(
                 slots[i, j, e] = _find_slot(size, start, rows, dofs[e, i], dofs[e, j])
 
 
-@_jit
+@jit_in_order
 def _find_upper_slots(
-    size: int, start: NDArray[np.int32], rows: NDArray[np.int32], dofs: Indices, slots: NDArray[np.uint32]
+    size: int, start: NDArray[np.int32], rows: NDArray[np.int32], dofs: Indices, slots: Places
 ) -> None:
     for e in range(dofs.shape[0]):
         pair = 0
@@ -127,7 +123,7 @@ class SparsityPattern:
     memo: dict[bytes, dict[str, Any]] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
-    def from_elements(cls, size: int, element_dofs: list[NDArray[np.int64]]) -> SparsityPattern:
+    def from_elements(cls, size: int, element_dofs: list[Indices]) -> SparsityPattern:
         """Union of the dense blocks of all elements; slots equal to ``size`` (supported unknowns) are left out."""
         widths = np.concatenate([[0], *(np.full(len(dofs), dofs.shape[1]) for dofs in element_dofs)])
         first = np.cumsum(widths, dtype=np.int64)
@@ -148,7 +144,7 @@ class SparsityPattern:
         """Column of every stored entry, shape (entries,)."""
         return np.repeat(np.arange(self.size, dtype=np.int32), np.diff(self.column_start))
 
-    def slots(self, row: NDArray[np.integer], column: NDArray[np.integer]) -> NDArray[np.uint32]:
+    def slots(self, row: NDArray[np.integer], column: NDArray[np.integer]) -> Places:
         """Position of entries (row, column) in the value array; ``entries`` where either is supported.
 
         Entries that the pattern does not have are an error of the caller; their position is meaningless.
@@ -159,13 +155,13 @@ class SparsityPattern:
         _find_slots(self.size, self.column_start, self.rows, rows, columns, slots.reshape(-1))
         return slots
 
-    def element_slots(self, dofs: NDArray[np.int64]) -> NDArray[np.uint32]:
+    def element_slots(self, dofs: Indices) -> Places:
         """Positions of the element matrices' entries, shape (dof, dof, element), for dofs (element, dof)."""
         slots = np.empty((dofs.shape[1], dofs.shape[1], len(dofs)), dtype=np.uint32)
         _find_element_slots(self.size, self.column_start, self.rows, dofs, slots)
         return slots
 
-    def upper_slots(self, dofs: NDArray[np.int64]) -> NDArray[np.uint32]:
+    def upper_slots(self, dofs: Indices) -> Places:
         """Positions in the upper triangle of the pairs (i, j <= i) of element unknowns, for dofs (element, dof).
 
         Shape (pair, element), pairs in the order (0, 0), (1, 0), (1, 1), (2, 0) ...
@@ -190,19 +186,19 @@ class SparsityPattern:
         return result
 
     @cached_property
-    def transpose_slots(self) -> NDArray[np.uint32]:
+    def transpose_slots(self) -> Places:
         """Position of (j, i) for every stored (i, j)."""
         return self.slots(self.columns, self.rows)
 
     @cached_property
-    def upper(self) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32]]:
+    def upper(self) -> tuple[Indices, NDArray[np.int32], NDArray[np.int32]]:
         """Positions, column starts and rows of the upper triangle."""
         keep = np.flatnonzero(self.rows <= self.columns)
         start = np.searchsorted(self.columns[keep], np.arange(self.size + 1))
         return keep, start.astype(np.int32), self.rows[keep]
 
     @cached_property
-    def from_upper(self) -> NDArray[np.uint32]:
+    def from_upper(self) -> Places:
         """Position in the upper triangle of every stored entry of a symmetric matrix, shape (entries,)."""
         keep, _, _ = self.upper
         place = np.empty(self.entries, dtype=np.uint32)
@@ -212,11 +208,11 @@ class SparsityPattern:
         return place
 
     @cached_property
-    def upper_diagonal(self) -> NDArray[np.int64]:
+    def upper_diagonal(self) -> Indices:
         """Position in the upper triangle of the diagonal: the last entry of every column, shape (size,)."""
         return self.upper[1][1:].astype(np.int64) - 1
 
     @cached_property
-    def diagonal(self) -> NDArray[np.int64]:
+    def diagonal(self) -> Indices:
         """Position of the diagonal, shape (size,)."""
         return self.upper[0][self.upper_diagonal]

@@ -8,17 +8,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.mechanics.dampings.matrix import DampingMatrix
 from tautflex.mechanics.pattern import SparsityPattern
-
-Array = NDArray[np.float64]
-Places = NDArray[np.uint32]
-
-_jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, error_model="numpy")
+from tautflex.numeric import Array, Indices, Places, jit
 
 
 class PairProducts(NamedTuple):
@@ -27,14 +21,14 @@ class PairProducts(NamedTuple):
     ``first[3 a + b]`` is the first line of pair (a, b) in ``line`` (its row number) and ``start`` (its entries).
     """
 
-    first: NDArray[np.int64]
+    first: Indices
     line: Places
-    start: NDArray[np.int64]
+    start: Indices
     column: Places
     value: Array
 
 
-@_jit
+@jit
 def add_pair_products(pairs: Any, weight: Array, factor: float, vector: Array, result: Array) -> None:
     """Add ``factor M(weight) vector`` to ``result``; ``pairs`` holds the parts of a `PairProducts`."""
     first, line, start, column, value = pairs
@@ -49,7 +43,7 @@ def add_pair_products(pairs: Any, weight: Array, factor: float, vector: Array, r
                     result[line[k]] += z * total
 
 
-@_jit
+@jit
 def add_moments(moment: Array, weight: Array, factor: float, result: Array) -> None:
     """Add ``factor sum_ab weight_ab moment_ab`` to ``result``; ``moment`` has shape (3, 3, size)."""
     for a in range(3):
@@ -61,8 +55,8 @@ def add_moments(moment: Array, weight: Array, factor: float, result: Array) -> N
                     result[i] += z * row[i]
 
 
-@_jit
-def product(start: NDArray[np.int64], column: Places, value: Array, vector: Array) -> Array:
+@jit
+def product(start: Indices, column: Places, value: Array, vector: Array) -> Array:
     """Matrix in compressed rows times vector, shape (rows,)."""
     result = np.empty(start.size - 1)
     for i in range(result.size):
@@ -73,8 +67,8 @@ def product(start: NDArray[np.int64], column: Places, value: Array, vector: Arra
     return result
 
 
-@_jit
-def quadratic_form(start: NDArray[np.int64], column: Places, value: Array, vector: Array) -> float:
+@jit
+def quadratic_form(start: Indices, column: Places, value: Array, vector: Array) -> float:
     """``vector' A vector`` of a matrix in compressed rows."""
     result = 0.0
     for i in range(start.size - 1):
@@ -85,7 +79,7 @@ def quadratic_form(start: NDArray[np.int64], column: Places, value: Array, vecto
     return result
 
 
-@_jit
+@jit
 def add_low_rank(vectors: Array, coefficients: Array, factor: float, vector: Array, result: Array) -> None:
     """Add ``factor sum_k coefficients_k v_k v_k' vector`` to ``result``, for v of shape (rank, size)."""
     for k in range(vectors.shape[0]):

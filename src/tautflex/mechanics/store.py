@@ -35,16 +35,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.elements.block import ElementBlock
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Slots = NDArray[np.uint32]
+from tautflex.numeric import Array, Indices, Places
 
 
 class KernelStore(NamedTuple):
     """Blocks as compiled code reads them; `block_data` says what is where."""
 
-    slots: Slots
+    slots: Places
     terms: Indices
     values: Array
     table: Indices
@@ -53,7 +50,7 @@ class KernelStore(NamedTuple):
 class KernelData(NamedTuple):
     """One block as the kernel reads it: lists of non-zero terms; the row is always the last axis."""
 
-    dofs: Slots
+    dofs: Places
     gradient_row: Indices
     gradient_column: Indices
     linear_strain: Indices
@@ -85,7 +82,7 @@ _COLUMNS = 13
 ELASTIC = 0
 
 
-def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Slots], initial_stress: list[Array]) -> KernelStore:
+def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Places], initial_stress: list[Array]) -> KernelStore:
     """Compress blocks for the kernel.
 
     Parameters
@@ -101,7 +98,7 @@ def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Slots], initial_str
     -------
     KernelStore
     """
-    slots, terms, values = list[Slots](), list[Indices](), list[Array]()
+    slots, terms, values = list[Places](), list[Indices](), list[Array]()
     table = np.zeros((len(blocks), _COLUMNS), dtype=np.int64)
     starts = np.zeros(3, dtype=np.int64)
     for row, block, places, stress in zip(table, blocks, dofs, initial_stress, strict=True):

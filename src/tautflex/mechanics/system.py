@@ -16,9 +16,8 @@ from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.store import build_store
 from tautflex.mechanics.workspace import Workspace
+from tautflex.numeric import Array, Indices
 from tautflex.structure.model import Model
-
-Array = NDArray[np.float64]
 
 
 class Layout:
@@ -117,17 +116,17 @@ class StructuralSystem:
         return self.pattern.size
 
     @property
-    def place(self) -> NDArray[np.int64]:
+    def place(self) -> Indices:
         """Free unknown of every unknown of the model, ``size`` where it is held, shape (dof,)."""
         return self.layout.place
 
     @property
-    def element_places(self) -> list[NDArray[np.int64]]:
+    def element_places(self) -> list[Indices]:
         """Place of every element unknown among the free ones, ``size`` where it is held, shapes (element, dof)."""
         return self.layout.element_places
 
     @property
-    def row_places(self) -> list[NDArray[np.int64]]:
+    def row_places(self) -> list[Indices]:
         """The same for every row (integration point) of the blocks, shapes (row, dof)."""
         return self.layout.row_places
 

@@ -4,25 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.elements.laws.law import call_law
 from tautflex.mechanics.kernel import pack_strain, pack_stress
 from tautflex.mechanics.store import ELASTIC, block_data
-from tautflex.numeric import FASTMATH
-
-Array = NDArray[np.float64]
-Places = NDArray[np.uint32]
+from tautflex.numeric import Array, Places, jit
 
 # Smaller than the kernel's: the element matrices of a pack must stay in the first-level cache.
 PACK = 32
 
-_jit = numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 
-
-@_jit
+@jit
 def pack_core(
     data: Any, first: int, width: int, g: Array, stress: Array, tangent: Array, b: Array, db: Array, core: Array
 ) -> None:
@@ -71,7 +64,7 @@ def pack_core(
                     result[e] += slope[e] * factor[e]
 
 
-@_jit
+@jit
 def _block_tangent(data: Any, q: Array, slots: Places, values: Array) -> None:
     strains, count = data.initial_stress.shape
     gradients, unknowns = data.gradients, data.dofs.shape[0]
@@ -118,7 +111,7 @@ def _block_tangent(data: Any, q: Array, slots: Places, values: Array) -> None:
                 pair += 1
 
 
-@_jit
+@jit
 def add_tangent(store: Any, block: int, q: Array, slots: Places, values: Array) -> None:
     """Add one block's tangents ``G' V (B' D B + sigma.Q) G`` to the values of an upper triangle.
 

@@ -12,8 +12,7 @@ from tautflex.mechanics.kernel import add_average_forces, add_forces, restart_en
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.store import python_view
 from tautflex.mechanics.tangent import add_tangent
-
-Array = NDArray[np.float64]
+from tautflex.numeric import Array, Places
 
 
 class Workspace:
@@ -50,7 +49,7 @@ class Workspace:
         blocks: tuple[ElementBlock, ...],
         initial_stress: tuple[Array, ...],
         pattern: SparsityPattern,
-        upper_slots: list[NDArray[np.uint32]],
+        upper_slots: list[Places],
     ) -> None:
         slots, terms, values, table = store
         self.store: tuple[NDArray[Any], ...] = (slots, terms, values.copy(), table)

@@ -12,9 +12,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from tautflex.errors import InputError
+from tautflex.numeric import Array, Mask
 from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, new_figure, save_figure, styled
 
 _NAME_HEIGHT = 0.125  # [inch] a line of branch names needs
@@ -120,7 +120,7 @@ def _unbroken(table: xr.Dataset, branch: int) -> list[slice]:
     return [slice(first, last) for first, last in pairwise([0, *breaks, count])]
 
 
-def _growing(table: xr.Dataset) -> NDArray[np.bool_]:
+def _growing(table: xr.Dataset) -> Mask:
     """Where a branch grows faster than round-off, shape (rate, branch)."""
     if "growth_rate" not in table:
         return np.zeros(table["frequency"].shape, dtype=bool)
@@ -162,7 +162,7 @@ def _name_branches(axes: Axes, table: xr.Dataset, top: float) -> None:
         axes.text(1.03, place, branch_name(table, int(k)), va="center", size=7, color=color, transform=beside)
 
 
-def _spread(values: NDArray[np.float64], gap: float) -> NDArray[np.float64]:
+def _spread(values: Array, gap: float) -> Array:
     """Sorted values >= 0 moved, by little, so that neighbours are ``gap`` apart."""
     places = values.copy()
     for _ in range(100):
@@ -176,7 +176,7 @@ def _spread(values: NDArray[np.float64], gap: float) -> NDArray[np.float64]:
     return np.maximum(places, floor)
 
 
-def _direction(axis: NDArray[np.float64]) -> str:
+def _direction(axis: Array) -> str:
     """Return "z" for a coordinate axis, else its components."""
     for k, name in enumerate("xyz"):
         if np.allclose(axis, np.eye(3)[k], atol=1e-12):

@@ -10,8 +10,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
-from numpy.typing import NDArray
 
+from tautflex.numeric import Array
 from tautflex.plot.style import DIVERGING, DOUBLE_COLUMN, GREY, SINGLE_COLUMN, new_figure
 from tautflex.plot.surface import VIEW, Wireframe
 
@@ -83,7 +83,7 @@ class PanelGrid:
         bar.set_label(label, labelpad=2)
         bar.ax.tick_params(direction="out", pad=1.5)
 
-    def _fit(self, mesh: Wireframe, height: float, part: float) -> tuple[float, NDArray[np.float64], float]:
+    def _fit(self, mesh: Wireframe, height: float, part: float) -> tuple[float, Array, float]:
         """Zoom that makes the drawing ``part`` of the cell wide, its centre off the axes' and its height.
 
         Both in units of the width of the cell.

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from tautflex.checks import positive
 from tautflex.errors import InputError
+from tautflex.numeric import Array
 from tautflex.plot.panels import PanelGrid
 from tautflex.plot.style import length_unit, save_figure, styled
 from tautflex.plot.surface import draw_surface, wireframe
@@ -80,7 +80,7 @@ def save_shapes(
     return save_figure(plot_shapes(run, times, magnification), stem, formats)
 
 
-def _nearest(stored: NDArray[np.float64], times: Sequence[float] | None) -> list[int]:
+def _nearest(stored: Array, times: Sequence[float] | None) -> list[int]:
     """Positions of the stored instants to draw."""
     if times is None:
         return np.unique(np.linspace(0, stored.size - 1, min(stored.size, _MOST)).round().astype(int)).tolist()

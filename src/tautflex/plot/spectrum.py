@@ -10,10 +10,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex.analysis import dominant_frequency, maneuver_end, spectrum
 from tautflex.checks import float_array
+from tautflex.numeric import Array
 from tautflex.plot.history import probe_records
 from tautflex.plot.style import (
     COLORS,
@@ -116,7 +117,7 @@ def _reach(lines: Sequence[xr.Dataset]) -> float:
     return min(reach, float(lines[0]["frequency"].values[-1]))
 
 
-def _mark(axes: Axes, frequencies: NDArray[np.float64], limit: float) -> None:
+def _mark(axes: Axes, frequencies: Array, limit: float) -> None:
     """Draw natural frequencies as dotted lines, numbered along the top, close ones together."""
     groups: list[list[int]] = []
     for index in np.flatnonzero((frequencies > 0.0) & (frequencies <= limit)).tolist():

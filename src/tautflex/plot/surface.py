@@ -14,12 +14,11 @@ from mpl_toolkits.mplot3d.art3d import (  # type: ignore[import-untyped]
     Line3DCollection,
     Poly3DCollection,
 )
-from numpy.typing import NDArray
 
 from tautflex.errors import InputError
+from tautflex.numeric import Array, Indices
 from tautflex.plot.style import DIVERGING, GREY
 
-Array = NDArray[np.float64]
 VIEW = (30.0, -66.0)  # elevation and azimuth [degrees]
 _PIECES = 4000  # triangles are drawn in pieces, so that the colours run as the interpolation does
 _BEHIND, _SURFACE, _BEFORE = 1, 2, 3
@@ -30,10 +29,10 @@ class Wireframe:
     """What is drawn: ``nodes`` (node, 3) [m] and numbers of triangles, lines between its elements, members."""
 
     nodes: Array
-    triangles: NDArray[np.int64]
-    edges: NDArray[np.int64]
-    cables: NDArray[np.int64]
-    beams: NDArray[np.int64]
+    triangles: Indices
+    edges: Indices
+    cables: Indices
+    beams: Indices
 
     @property
     def span(self) -> float:
@@ -49,7 +48,7 @@ def wireframe(data: xr.Dataset) -> Wireframe:
             f"{sorted(map(str, data.data_vars))}; pass modes.to_dataset() or run.data"
         )
 
-    def numbers(name: str, columns: int) -> NDArray[np.int64]:
+    def numbers(name: str, columns: int) -> Indices:
         values = data[name].values if name in data else np.zeros((0, columns))
         return np.asarray(values, dtype=np.int64).reshape(-1, columns)
 

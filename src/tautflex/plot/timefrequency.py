@@ -11,10 +11,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, NullFormatter
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex.analysis import maneuver_end, scalogram
 from tautflex.errors import InputError
+from tautflex.numeric import Array
 from tautflex.plot.history import probe_records
 from tautflex.plot.style import DOUBLE_COLUMN, SEQUENTIAL, length_unit, new_figure, save_figure, styled
 
@@ -111,9 +112,7 @@ def save_scalogram(
     return save_figure(plot_scalogram(run, probe), stem, formats)
 
 
-def _levels(
-    magnitude: xr.DataArray, floor: float | None, label: str
-) -> tuple[NDArray[np.float64], tuple[float, float | None], str]:
+def _levels(magnitude: xr.DataArray, floor: float | None, label: str) -> tuple[Array, tuple[float, float | None], str]:
     """Values to colour, their limits and their label, in a length or in decibels."""
     if floor is None:
         scale, unit = length_unit(magnitude.values)

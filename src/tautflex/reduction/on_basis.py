@@ -7,16 +7,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.dampings.damping import Damping
+from tautflex.numeric import Array
 from tautflex.reduction.bases.vectors import BasisVectors, ReferenceSolver
 from tautflex.reduction.polynomial.condensation import CondensedModel
 from tautflex.solvers.transient.problem import SteppingModel
 from tautflex.structure.model import Model
-
-Array = NDArray[np.float64]
 
 
 class OnBasis(SteppingModel):

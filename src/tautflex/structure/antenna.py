@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.numeric import Array, Indices, Mask
 from tautflex.structure.groups import Support
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
 from tautflex.structure.mesh import graded_lines, rectangle_mesh
@@ -161,13 +161,11 @@ def build_antenna(
     )
 
 
-def _key(point: NDArray[np.float64]) -> tuple[int, int]:
+def _key(point: Array) -> tuple[int, int]:
     return round(float(point[0]) * 1e9), round(float(point[1]) * 1e9)
 
 
-def _film(
-    layout: AntennaLayout, stations_x: NDArray[np.float64], stations_y: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _film(layout: AntennaLayout, stations_x: Array, stations_y: Array) -> tuple[Array, Indices]:
     """Nodes and elements of the film, with a node at every station of its edges."""
     shape = surface_shape("element", layout.element)
     lines_x = graded_lines(layout.length, layout.divisions[0], stations_x, shape)
@@ -175,13 +173,11 @@ def _film(
     return rectangle_mesh(lines_x, lines_y, layout.pattern, shape)
 
 
-def _nearest(nodes: NDArray[np.float64], point: tuple[float, float]) -> int:
+def _nearest(nodes: Array, point: tuple[float, float]) -> int:
     return int(np.argmin((nodes[:, 0] - point[0]) ** 2 + (nodes[:, 1] - point[1]) ** 2))
 
 
-def _frame_points(
-    layout: AntennaLayout, stations_x: NDArray[np.float64], stations_y: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _frame_points(layout: AntennaLayout, stations_x: Array, stations_y: Array) -> Array:
     """Frame nodes counter-clockwise from the lower left corner: corners, cable ends, points on the x axis."""
     assert layout.frame_length is not None
     assert layout.frame_width is not None
@@ -200,7 +196,7 @@ def _frame_points(
     )
 
 
-def _held_frame_points(layout: AntennaLayout, ring: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _held_frame_points(layout: AntennaLayout, ring: Array) -> Mask:
     """Mark the frame nodes that the layout's support clamps."""
     assert layout.frame_length is not None
     assert layout.frame_width is not None

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tautflex.numeric import Array, Indices
 from tautflex.structure.materials import Section
 from tautflex.structure.shapes import Shape
 
@@ -35,9 +36,9 @@ class ElementGroup:
 
     section: Section
     shape: Shape
-    connectivity: NDArray[np.int64]
-    initial: NDArray[np.float64]
-    orientation: NDArray[np.float64]
+    connectivity: Indices
+    initial: Array
+    orientation: Array
 
 
 @dataclass(frozen=True)

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tautflex.numeric import Array, Indices, Mask
 from tautflex.structure.shapes import Shape
-
-Array = NDArray[np.float64]
 
 _EDGE = 1e-9  # local coordinates this far outside still belong to the element
 _ITERATIONS = 30
 
 
-def locate(shape: Shape, nodes: Array, connectivity: NDArray[np.int64], point: Array) -> tuple[int, Array] | None:
+def locate(shape: Shape, nodes: Array, connectivity: Indices, point: Array) -> tuple[int, Array] | None:
     """Find the element under a point, seen along z.
 
     Parameters
@@ -52,7 +50,7 @@ def locate(shape: Shape, nodes: Array, connectivity: NDArray[np.int64], point: A
     return best, np.clip(weights, 0.0, 1.0) if len(shape.nodes) == shape.corners else weights
 
 
-def _affine(shape: Shape, corner: Array, point: Array) -> tuple[Array, NDArray[np.bool_]]:
+def _affine(shape: Shape, corner: Array, point: Array) -> tuple[Array, Mask]:
     """Local coordinates from the parallelogram of three corners, (element, 2), and where that has an area."""
     first, last = corner[:, 1, :2] - corner[:, 0, :2], corner[:, shape.corners - 1, :2] - corner[:, 0, :2]
     determinant = first[:, 0] * last[:, 1] - first[:, 1] * last[:, 0]
@@ -69,7 +67,7 @@ def _affine(shape: Shape, corner: Array, point: Array) -> tuple[Array, NDArray[n
     return share if shape.domain == "triangle" else 2.0 * share - 1.0, usable
 
 
-def _refined(shape: Shape, corner: Array, local: Array, point: Array) -> tuple[Array, NDArray[np.bool_]]:
+def _refined(shape: Shape, corner: Array, local: Array, point: Array) -> tuple[Array, Mask]:
     """Newton's method for local coordinates of elements near the point; whether each found it."""
     middle = 0.5 * (corner[:, :, :2].max(axis=1) + corner[:, :, :2].min(axis=1))
     reach = np.ptp(corner[:, :, :2], axis=1)  # twice the half size: sides may bulge beyond their nodes

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from tautflex import checks
 from tautflex.errors import MeshError
+from tautflex.numeric import Array, Indices, Mask
 from tautflex.structure.shapes import QUAD4, TRIANGLE3, Shape
 
 PATTERNS = ("alternating", "regular")
 
 
 def rectangle_mesh(
-    lines_x: NDArray[np.float64],
-    lines_y: NDArray[np.float64],
+    lines_x: Array,
+    lines_y: Array,
     pattern: str = "alternating",
     shape: Shape = TRIANGLE3,
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+) -> tuple[Array, Indices]:
     """Cover a rectangle in the plane z = 0 with surface elements between given grid lines.
 
     Parameters
@@ -70,9 +70,7 @@ def rectangle_mesh(
     return _with_inner_nodes(nodes, np.stack([first, second], axis=1).reshape(-1, 3), shape, count_y)
 
 
-def _with_inner_nodes(
-    nodes: NDArray[np.float64], corners: NDArray[np.int64], shape: Shape, count_y: int
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _with_inner_nodes(nodes: Array, corners: Indices, shape: Shape, count_y: int) -> tuple[Array, Indices]:
     """Nodes and elements of a grid with everything that the shape has beside its corners."""
     if len(shape.nodes) == shape.corners:
         return nodes, corners
@@ -85,9 +83,7 @@ def _with_inner_nodes(
     return positions[first], numbers.reshape(len(corners), -1).astype(np.int64)
 
 
-def graded_lines(
-    length: float, divisions: int, stations: NDArray[np.float64], shape: Shape = TRIANGLE3
-) -> NDArray[np.float64]:
+def graded_lines(length: float, divisions: int, stations: Array, shape: Shape = TRIANGLE3) -> Array:
     """Grid lines on [-length/2, length/2] whose nodes meet every station, cells as equal as possible.
 
     Parameters
@@ -138,7 +134,7 @@ def least_divisions(intervals: int, shape: Shape) -> int:
     return intervals // 2 if shape.midside_nodes and intervals % 2 == 0 else intervals
 
 
-def check_elements(name: str, shape: Shape, nodes: NDArray[np.float64], connectivity: NDArray[np.int64]) -> None:
+def check_elements(name: str, shape: Shape, nodes: Array, connectivity: Indices) -> None:
     """Raise MeshError if an element has (almost) no length or area, or is folded over.
 
     Parameters
@@ -176,7 +172,7 @@ def check_elements(name: str, shape: Shape, nodes: NDArray[np.float64], connecti
         raise MeshError(f"{name}: element {first} (nodes {connectivity[first].tolist()}) {wrong}; {remedy}")
 
 
-def _folded(shape: Shape, corner: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _folded(shape: Shape, corner: Array) -> Mask:
     """Whether the normal turns against its mean at a node, shape (element,)."""
     along = shape.tangents(corner, shape.nodes)
     normal = np.cross(along[:, :, 0], along[:, :, 1])
@@ -187,7 +183,7 @@ def _folded(shape: Shape, corner: NDArray[np.float64]) -> NDArray[np.bool_]:
     return np.asarray((against < -1e-9 * largest) | (np.sum(mean**2, axis=1) < 1e-9 * largest))
 
 
-def check_joints(groups: list[tuple[Shape, NDArray[np.int64]]]) -> None:
+def check_joints(groups: list[tuple[Shape, Indices]]) -> None:
     """Raise MeshError where two surface elements share an edge but not the nodes between its ends.
 
     Parameters
@@ -214,9 +210,7 @@ def check_joints(groups: list[tuple[Shape, NDArray[np.int64]]]) -> None:
         )
 
 
-def blend_by_direction(
-    nodes: NDArray[np.float64], lines: NDArray[np.int64], along_x: float, across: float
-) -> NDArray[np.float64]:
+def blend_by_direction(nodes: Array, lines: Indices, along_x: float, across: float) -> Array:
     """Value of each line between that of lines along x and that of lines across it, by the squared cosine.
 
     Parameters
@@ -238,7 +232,7 @@ def blend_by_direction(
     return along_x * weight + across * (1.0 - weight)
 
 
-def check_connected(node_count: int, connectivities: list[NDArray[np.int64]]) -> None:
+def check_connected(node_count: int, connectivities: list[Indices]) -> None:
     """Raise MeshError if a node belongs to no element or the elements form more than one piece."""
     pairs = [np.stack([c[:, 0], c[:, k]]) for c in connectivities for k in range(1, c.shape[1]) if len(c)]
     if not pairs:

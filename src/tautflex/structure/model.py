@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import MeshError
+from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import DIRECTIONS, ElementGroup, Support
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, require_section
 from tautflex.structure.mesh import blend_by_direction, check_connected, check_elements, check_joints
@@ -137,17 +138,17 @@ class Model(Numbering):
         return tuple(group for group in self.groups if group.shape.dimension == 2)
 
     @cached_property
-    def triangles(self) -> NDArray[np.int64]:
+    def triangles(self) -> Indices:
         """Linear triangles that stand for the film in pictures, shape (t, 3); its elements, where they are such."""
         return self._split_surfaces[0]
 
     @cached_property
-    def triangle_owner(self) -> NDArray[np.int64]:
+    def triangle_owner(self) -> Indices:
         """Film element that each of `triangles` belongs to, numbered through `surfaces`, shape (t,)."""
         return self._split_surfaces[1]
 
     @cached_property
-    def _split_surfaces(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def _split_surfaces(self) -> tuple[Indices, Indices]:
         cells, owners, first = [np.zeros((0, 3), dtype=np.int64)], [np.zeros(0, dtype=np.int64)], 0
         for group in self.surfaces:
             split, owner = group.shape.split_elements(group.connectivity)
@@ -162,20 +163,20 @@ class Model(Numbering):
         return sum(len(group.connectivity) for group in self.surfaces)
 
     @cached_property
-    def cables(self) -> NDArray[np.int64]:
+    def cables(self) -> Indices:
         """Node numbers of the cables, shape (c, 2)."""
         return self._lines("cable")
 
     @cached_property
-    def beams(self) -> NDArray[np.int64]:
+    def beams(self) -> Indices:
         """Node numbers of the beams, shape (b, 2)."""
         return self._lines("beam")
 
-    def _lines(self, kind: str) -> NDArray[np.int64]:
+    def _lines(self, kind: str) -> Indices:
         found = [group.connectivity for group in self.groups if group.section.kind == kind]
         return np.concatenate([np.zeros((0, 2), dtype=np.int64), *found])
 
-    def centre(self, kind: str, element: int) -> NDArray[np.float64]:
+    def centre(self, kind: str, element: int) -> Array:
         """Mean of an element's nodes [m], shape (3,); elements are numbered through all groups of their kind."""
         for group in self.groups:
             if group.section.kind == kind:
@@ -210,7 +211,7 @@ class Model(Numbering):
 
 def _surface_elements(
     triangles: ArrayLike | None, quads: ArrayLike | None, surfaces: Mapping[str, ArrayLike], node_count: int
-) -> list[tuple[Shape, NDArray[np.int64]]]:
+) -> list[tuple[Shape, Indices]]:
     """Checked node numbers of the film's elements by shape."""
     corners = TRIANGLE6 if np.asarray(triangles).shape[-1:] == (6,) else TRIANGLE3
     given = [("triangles", corners, triangles), ("quads", QUAD4, quads)]
@@ -223,6 +224,6 @@ def _surface_elements(
     ]
 
 
-def _spread(values: ArrayLike, count: int, width: int) -> NDArray[np.float64]:
+def _spread(values: ArrayLike, count: int, width: int) -> Array:
     """The same values for every element, or each its own."""
     return np.array(np.broadcast_to(np.asarray(values, dtype=float), (count, width)))

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import DIRECTIONS, ElementGroup, Support
 
 
@@ -18,12 +18,12 @@ class Numbering:
     Unknowns are numbered node by node: three translations, then three rotations at nodes that carry beams.
     """
 
-    nodes: NDArray[np.float64]
+    nodes: Array
     groups: tuple[ElementGroup, ...]
     supports: tuple[Support, ...] = ()
 
     @cached_property
-    def dof_offset(self) -> NDArray[np.int64]:
+    def dof_offset(self) -> Indices:
         """First unknown of each node, shape (node + 1,); the last entry is the number of unknowns."""
         per_node = np.full(len(self.nodes), 3)
         for group in self.groups:
@@ -36,19 +36,19 @@ class Numbering:
         """Number of unknowns before supports are applied."""
         return int(self.dof_offset[-1])
 
-    def element_dofs(self, group: ElementGroup) -> NDArray[np.int64]:
+    def element_dofs(self, group: ElementGroup) -> Indices:
         """Unknowns of each element, shape (element, 3 or 6 per corner)."""
         count = 6 if group.section.rotational else 3
         first = self.dof_offset[group.connectivity]
         return (first[:, :, None] + np.arange(count)).reshape(len(first), -1)
 
     @cached_property
-    def translation_dofs(self) -> NDArray[np.int64]:
+    def translation_dofs(self) -> Indices:
         """Unknowns of the three translations of each node, shape (node, 3)."""
         return self.dof_offset[:-1, None] + np.arange(3)
 
     @cached_property
-    def fixed_dofs(self) -> NDArray[np.int64]:
+    def fixed_dofs(self) -> Indices:
         """Unknowns held by supports, sorted."""
         fixed: set[int] = set()
         for support in self.supports:
@@ -61,12 +61,12 @@ class Numbering:
         return np.array(sorted(fixed), dtype=np.int64)
 
     @cached_property
-    def free_dofs(self) -> NDArray[np.int64]:
+    def free_dofs(self) -> Indices:
         """Unknowns that can move, sorted."""
         return np.setdiff1d(np.arange(self.dof_count), self.fixed_dofs)
 
     @cached_property
-    def rigid_motions(self) -> NDArray[np.float64]:
+    def rigid_motions(self) -> Array:
         """Infinitesimal rigid motions about the origin, shape (dof, 6): three translations, three rotations."""
         motions = np.zeros((self.dof_count, 6))
         x, y, z = self.nodes.T

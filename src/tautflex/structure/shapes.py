@@ -13,12 +13,12 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.numeric import Array, Indices
 
-Array = NDArray[np.float64]
 Numbers = tuple[tuple[int, ...], ...]
 
 DOMAINS = {"line": 1, "triangle": 2, "quad": 2}
@@ -154,7 +154,7 @@ class Shape:
         """Length [m] or area [m^2] of elements with these node positions (element, node, 3), shape (element,)."""
         return self.stretch(positions, self.strain_rule.points) @ self.strain_rule.weights
 
-    def split_elements(self, connectivity: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def split_elements(self, connectivity: Indices) -> tuple[Indices, Indices]:
         """Linear triangles or lines of elements (element, node), element by element, and the element of each."""
         local = np.array(self.split)
         owner = np.repeat(np.arange(len(connectivity)), len(local))

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from tautflex.batch.output.response import Response
+from tautflex.numeric import Array
 from tautflex.solvers.transient.problem import TransientProblem
 from tautflex.solvers.transient.status import Status
 from tautflex.solvers.variables import BATCH, COMPONENTS, described
@@ -16,7 +16,7 @@ from tautflex.solvers.variables import BATCH, COMPONENTS, described
 
 def to_dataset(
     record: Response,
-    parameters: dict[str, NDArray[np.float64]],
+    parameters: dict[str, Array],
     axes: dict[str, int | None],
     runs: int,
     problem: TransientProblem,

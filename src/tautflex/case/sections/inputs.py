@@ -6,7 +6,6 @@ import dataclasses
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from tautflex.case.messages import show
@@ -14,6 +13,7 @@ from tautflex.case.options import Chosen
 from tautflex.case.registry import INPUTS
 from tautflex.case.section import Number
 from tautflex.errors import CaseError
+from tautflex.numeric import Array
 from tautflex.structure.model import Model
 
 Side = Literal["-x", "+x", "-y", "+y"]
@@ -89,7 +89,7 @@ class _Cables(Chosen):
         return self.build(cables=_cables_of_side(model, self.side))
 
 
-def _nearest(model: Model, point: NDArray[np.float64]) -> int:
+def _nearest(model: Model, point: Array) -> int:
     """Node nearest to a point (x, y) of the plane z = 0, or (x, y, z)."""
     place = np.zeros(3)
     place[: len(point)] = point

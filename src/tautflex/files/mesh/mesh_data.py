@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import Support
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
 from tautflex.structure.model import Model
@@ -35,15 +35,15 @@ class MeshData:
         ``triangles``, ``quads``, ``cables``, ``beams`` and ``nodes`` that the group has.
     """
 
-    nodes: NDArray[np.float64]
-    triangles: NDArray[np.int64]
-    cables: NDArray[np.int64]
-    beams: NDArray[np.int64]
+    nodes: Array
+    triangles: Indices
+    cables: Indices
+    beams: Indices
     supports: tuple[Support, ...] = ()
-    groups: Mapping[str, Mapping[str, NDArray[np.int64]]] = field(default_factory=dict)
-    quads: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
+    groups: Mapping[str, Mapping[str, Indices]] = field(default_factory=dict)
+    quads: Indices = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
 
-    def values(self, kind: str, by_group: Mapping[str, float]) -> NDArray[np.float64]:
+    def values(self, kind: str, by_group: Mapping[str, float]) -> Array:
         """Spread one value per group over the elements, e.g. tensions over cables.
 
         Parameters

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import MeshError
+from tautflex.numeric import Array, Indices
 
-IntArray = NDArray[np.int64]
+IntArray = Indices
 LARGEST_NUMBER = 2**62
 _LARGEST_COORDINATE = 1e9  # [m]; squares and products of any two lengths stay finite
 _LARGEST_EXPANSION = 50_000_000
@@ -57,7 +58,7 @@ class RawMesh:
         Whether the format's element types decide about roles (Abaqus, Nastran) or its names do (Gmsh).
     """
 
-    nodes: NDArray[np.float64]
+    nodes: Array
     triangles: IntArray
     lines: IntArray
     line_roles: NDArray[np.str_]
@@ -130,7 +131,7 @@ def integer_array(values: Iterable[object], columns: int) -> IntArray:
     return np.array(list(values), dtype=np.int64).reshape(-1, columns)
 
 
-def require_coordinates(nodes: NDArray[np.float64], numbers: IntArray) -> None:
+def require_coordinates(nodes: Array, numbers: IntArray) -> None:
     """Raise MeshError if a coordinate is not finite or absurdly large."""
     bad = np.flatnonzero(~(np.abs(nodes) <= _LARGEST_COORDINATE).all(axis=1))
     if bad.size:

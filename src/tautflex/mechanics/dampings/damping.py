@@ -7,14 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.dampings.matrix import DampingMatrix
 from tautflex.mechanics.system import StructuralSystem
-
-Array = NDArray[np.float64]
+from tautflex.numeric import Array
 
 
 @dataclass(frozen=True)

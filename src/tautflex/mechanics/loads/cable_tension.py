@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import PreparedInput, TimeInput
-from tautflex.mechanics.loads.prepared import Array, StressChange, TimeFunction
+from tautflex.mechanics.loads.prepared import StressChange, TimeFunction
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array, Indices
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class CableTension(TimeInput):
         return StressChange(self.change, _cable_columns(system, chosen), chosen.size, "change")
 
 
-def _cable_columns(system: StructuralSystem, chosen: NDArray[np.int64]) -> dict[int, Array]:
+def _cable_columns(system: StructuralSystem, chosen: Indices) -> dict[int, Array]:
     """Stress per newton for every cable block, shapes (element, 1, chosen)."""
     columns, first = {}, 0
     for index in system.block_index("cable"):

@@ -11,13 +11,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.time_table import TimeTable
 from tautflex.mechanics.system import StructuralSystem
-
-Array = NDArray[np.float64]
+from tautflex.numeric import Array
 
 
 class PreparedInput:

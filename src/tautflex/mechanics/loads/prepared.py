@@ -6,14 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import PreparedInput
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array, Indices
 
-Array = NDArray[np.float64]
 TimeFunction = Callable[[float], ArrayLike] | ArrayLike
 """Constant, or function of time [s]."""
 
@@ -62,7 +62,7 @@ class StressChange(PreparedInput):
         return {index: column @ value for index, column in self.columns.items()}
 
 
-def checked_nodes(system: StructuralSystem, nodes: Sequence[int]) -> NDArray[np.int64]:
+def checked_nodes(system: StructuralSystem, nodes: Sequence[int]) -> Indices:
     """Node numbers as an array; InputError if one is not in the model."""
     return checks.index_array("nodes", np.reshape(np.asarray(nodes), (-1, 1)), 1, len(system.model.nodes))[:, 0]
 

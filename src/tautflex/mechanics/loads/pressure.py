@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array
 from tautflex.structure.groups import ElementGroup
-
-Array = NDArray[np.float64]
 
 _EVEN, _ODD = ("ijk", "jki", "kij"), ("jik", "ikj", "kji")  # orders of three nodes, by the sign of their triple product
 

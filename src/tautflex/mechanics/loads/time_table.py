@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.numeric import Array
 
-Array = NDArray[np.float64]
 # A slope that changes by less than this part of the steepest one is round-off of the table.
 _SAME = 1e-9
 

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from tautflex.elements.block import ElementBlock
 from tautflex.mechanics.kernel import restart_energy
-from tautflex.mechanics.store import Slots, build_store
+from tautflex.mechanics.store import build_store
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array, Places
 
-Array = NDArray[np.float64]
 Store = tuple[NDArray[np.generic], ...]
 
 
@@ -81,7 +81,7 @@ def blocks_store(blocks: list[ElementBlock], apart: bool = False) -> Store:
     apart
         Give every row r unknowns of its own, so that the kernel's force is a list of forces of rows.
     """
-    places, first = list[Slots](), 0
+    places, first = list[Places](), 0
     for block in blocks:
         slots = block.dofs.T
         if apart:

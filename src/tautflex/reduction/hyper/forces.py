@@ -11,12 +11,9 @@ from tautflex.elements.laws.law import call_law
 from tautflex.mechanics.kernel import add_average_forces, add_forces, pack_strain, pack_stress
 from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.mechanics.tangent import PACK, pack_core
-from tautflex.numeric import jit
+from tautflex.numeric import Array, Indices, jit
 from tautflex.reduction.marching.dispatch import KERNELS, PlantKernels
 from tautflex.reduction.polynomial.forces import energies
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class HyperPlant(NamedTuple):

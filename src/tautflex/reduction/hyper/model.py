@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from tautflex import checks
 from tautflex.elements.block import ElementBlock
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.kernel import add_forces
+from tautflex.numeric import Array
 from tautflex.reduction.bases.snapshots import full_snapshots
 from tautflex.reduction.bases.vectors import BasisVectors
 from tautflex.reduction.hyper.basis import two_part_basis
@@ -30,8 +30,6 @@ from tautflex.reduction.polynomial.projection import project_moments
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Run
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

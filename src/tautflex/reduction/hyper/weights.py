@@ -16,14 +16,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from tautflex.elements.block import ElementBlock
 from tautflex.mechanics.kernel import add_forces
+from tautflex.numeric import Array
 from tautflex.reduction.hyper.blocks import blocks_store
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.numeric import Array
 from tautflex.reduction.polynomial.forces import Frame
-
-Array = NDArray[np.float64]
 
 # Highest polynomial degree that is tried before every instant is computed by itself.
 _DEGREES = (2, 4, 8, 16, 32, 64)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.loads.inputs import InputSet
+from tautflex.numeric import Array
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import Frame
-
-Array = NDArray[np.float64]
 
 
 class InputLoads:

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
+from tautflex.numeric import Array, Indices, cross_matrices
 from tautflex.reduction.marching.dispatch import internal_force, tangent
 from tautflex.reduction.marching.frame_terms import ReducedMoments, frame_at, frame_terms, sample
 from tautflex.reduction.marching.loads import InputLoads
@@ -25,8 +25,6 @@ from tautflex.solvers.transient.methods.central_difference import CentralDiffere
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Statistics
-
-Array = NDArray[np.float64]
 
 # Steps between two looks at the keyboard and the progress bar; bounds the memory of sampled frame terms.
 _LONGEST = 4096
@@ -128,10 +126,10 @@ class ReducedRun:
         self._note(stretch.grid)
         return True
 
-    def _note(self, grid: NDArray[np.int64]) -> None:
+    def _note(self, grid: Indices) -> None:
         self.reached = max(self.reached, int(grid.max(initial=0)))
 
-    def _rows(self, grid: NDArray[np.int64]) -> NDArray[np.int64]:
+    def _rows(self, grid: Indices) -> Indices:
         """Where each grid instant is stored; -1: nowhere."""
         place = np.minimum(np.searchsorted(self.stored, grid), len(self.stored) - 1)
         return np.where(self.stored[place] == grid, place, -1)
@@ -248,7 +246,7 @@ class ReducedRun:
         c = self.rom.coefficients
         if not self.problem.coupling.inertial_load or not motions.any():
             return np.zeros((len(motions), len(c.follow_linear)))
-        spin, turn = _cross(motions[:, :3]), _cross(motions[:, 3:6])
+        spin, turn = cross_matrices(motions[:, :3]), cross_matrices(motions[:, 3:6])
         weight = turn + spin @ spin
         return np.einsum("tab,abp->tp", weight, c.follow_first) + motions[:, 6:] @ c.follow_zeroth
 
@@ -260,14 +258,7 @@ class ReducedRun:
         return np.stack([place, speed], axis=1).reshape(len(eta), 2, -1, 3)
 
 
-def _place(segments: tuple[Segment, ...], times: Array) -> NDArray[np.int64]:
+def _place(segments: tuple[Segment, ...], times: Array) -> Indices:
     """Number of the segment of each instant; a limit belongs to the segment after it."""
     slack = 1e-9 * max(1.0, float(times[-1]))
     return np.searchsorted([segment.start - slack for segment in segments], times, side="right") - 1
-
-
-def _cross(vectors: Array) -> Array:
-    """Cross-product matrices, shape (n, 3) -> (n, 3, 3)."""
-    x, y, z = vectors.T
-    none = np.zeros_like(x)
-    return np.stack([none, -z, y, z, none, -x, -y, x, none], axis=1).reshape(-1, 3, 3)

@@ -6,11 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.motion.kinematics import Segment
-
-Array = NDArray[np.float64]
+from tautflex.numeric import Array, Indices
 
 
 @dataclass(frozen=True)
@@ -32,7 +30,7 @@ class Stretch:
     segment: int
     size: float
     starts: Array
-    grid: NDArray[np.int64]
+    grid: Indices
 
 
 def stretches(segments: tuple[Segment, ...], step: float, count: int, longest: int) -> Iterator[Stretch]:

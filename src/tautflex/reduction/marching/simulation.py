@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from tautflex.mechanics.membrane import survey_at
+from tautflex.numeric import Array
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.validity import check_validity
 from tautflex.reduction.on_basis import OnBasis
@@ -17,8 +18,6 @@ from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.recorder import Samples, run_dataset
 from tautflex.solvers.transient.status import Run, Status
 from tautflex.solvers.variables import REDUCED_RUN, SCALARS, described
-
-Array = NDArray[np.float64]
 
 
 def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = None) -> Run:

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tautflex.numeric import jit
+from tautflex.numeric import Array, Indices, jit
 from tautflex.reduction.marching.dispatch import average_force, internal_force, tangent
 from tautflex.reduction.marching.work import StageNumbers, Work
 from tautflex.reduction.polynomial.forces import Frame, Plant, derivative_forces, frame_matrices, slopes
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 # A tangent is renewed when an iteration leaves more than this part of the error.
 _SLOW = 0.2

@@ -5,18 +5,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.mechanics.membrane import StressSurvey
 from tautflex.mechanics.products import MassDamping
 from tautflex.mechanics.workspace import Workspace
 from tautflex.motion.kinematics import RigidMotion
+from tautflex.numeric import Array, Indices
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.polynomial.forces import total_force
 from tautflex.solvers.transient.compression import CompressionWatch
 from tautflex.solvers.transient.recorder import stress_scalars
-
-Array = NDArray[np.float64]
 
 # Windows of a run; each is checked where its coordinates store most energy.
 _WINDOWS = 8
@@ -39,7 +37,7 @@ class Checked(NamedTuple):
         What the user should know, in words.
     """
 
-    samples: NDArray[np.int64]
+    samples: Indices
     scalars: dict[str, Array]
     truncated: Array
     warnings: list[str]

@@ -5,12 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tautflex.numeric import Array, Indices
 from tautflex.solvers.transient.methods.scheme import Combination, Method, Stage
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class StageNumbers(NamedTuple):

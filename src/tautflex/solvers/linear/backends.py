@@ -8,12 +8,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.numeric import Array
 from tautflex.solvers.linear.ldl import PanelLDL
 from tautflex.solvers.linear.lu import PivotedLU
 from tautflex.solvers.linear.pardiso import Pardiso
 from tautflex.solvers.linear.qdldl import PlainLDL
-
-Array = NDArray[np.float64]
 
 
 class Backend(Protocol):

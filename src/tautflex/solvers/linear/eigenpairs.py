@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.pattern import SparsityPattern
+from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
-
-Array = NDArray[np.float64]
 
 # Shift-invert just below zero: K + shift M is definite for supported and for free structures alike [rad^2/s^2].
 _SHIFT = (2.0 * np.pi * 0.02) ** 2

@@ -13,13 +13,11 @@ from hashlib import blake2b
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex import checks
 from tautflex.mechanics.pattern import SparsityPattern
+from tautflex.numeric import Array, Mask
 from tautflex.solvers.linear.backends import BACKENDS, Backend, Maker, PivotedLU
-
-Array = NDArray[np.float64]
 
 SOLVERS = ("auto", *BACKENDS)
 _chosen: ContextVar[str] = ContextVar("linear_solver", default="auto")
@@ -85,7 +83,7 @@ class SymmetricFactorization:
         self.solves = 0
         self._direct: Backend | None = None
         self._fallback: PivotedLU | None = None
-        self._kept: NDArray[np.bool_] | None = None
+        self._kept: Mask | None = None
         self._start, self._rows = np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.int32)
         self._ready = False
 

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.numeric import Array
 from tautflex.solvers.linear.panels import PanelPattern, analyse, factorize_panels
 from tautflex.solvers.linear.substitution import substitute
-
-Array = NDArray[np.float64]
 
 
 class PanelLDL:

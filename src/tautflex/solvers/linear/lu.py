@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, triu
 from scipy.sparse.linalg import SuperLU, splu
 
-Array = NDArray[np.float64]
+from tautflex.numeric import Array
 
 
 class PivotedLU:

@@ -7,16 +7,14 @@ edges, and the pattern of L follows by writing every group out again.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import qdldl
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-Indices = NDArray[np.int64]
-Rows = NDArray[np.uint32]
+from tautflex.numeric import Indices, Places, jit_in_order
 
-_jit = numba.njit(cache=True)
+Rows = Places
 
 
 def order_and_fill(size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32]) -> tuple[Rows, Indices, Rows]:
@@ -65,7 +63,7 @@ def order_and_fill(size: int, column_start: NDArray[np.int32], rows: NDArray[np.
     return fine_order, fine_start, fine_rows
 
 
-@_jit
+@jit_in_order
 def _pairs(group: Indices, row: NDArray[np.int32], column: NDArray[np.int32], count: int) -> Indices:
     """Keys of the group pairs of all entries, upper triangle, repeated neighbours left out."""
     keys, used = np.empty(row.size, dtype=np.int64), 0
@@ -78,7 +76,7 @@ def _pairs(group: Indices, row: NDArray[np.int32], column: NDArray[np.int32], co
     return keys[:used].copy()
 
 
-@_jit
+@jit_in_order
 def _same_neighbours(start: NDArray[np.int32], rows: NDArray[np.int32]) -> Indices:
     """Number of the group of each unknown; groups are numbered by their first member.
 
@@ -106,7 +104,7 @@ def _same_neighbours(start: NDArray[np.int32], rows: NDArray[np.int32]) -> Indic
     return group
 
 
-@_jit
+@jit_in_order
 def _column_starts(start: Indices, rows: NDArray[np.int32], begin: Indices) -> Indices:
     """Column starts of L with every group written out; ``begin`` holds the first unknown of each group."""
     result = np.zeros(begin[-1] + 1, dtype=np.int64)
@@ -119,7 +117,7 @@ def _column_starts(start: Indices, rows: NDArray[np.int32], begin: Indices) -> I
     return result
 
 
-@_jit
+@jit_in_order
 def _write_rows(start: Indices, rows: NDArray[np.int32], begin: Indices, fine_start: Indices, fine_rows: Rows) -> None:
     for j in range(start.size - 1):
         for column in range(begin[j], begin[j + 1]):

@@ -10,17 +10,13 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.numeric import Array, Indices, Places, jit
 from tautflex.solvers.linear.ordering import order_and_fill
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Rows = NDArray[np.uint32]
-
-_jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, error_model="numpy")
+Rows = Places
 
 
 class PanelPattern(NamedTuple):
@@ -64,7 +60,7 @@ def analyse(size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32])
     return PanelPattern(order, start, pattern_rows, panels, member, target, longest)
 
 
-@_jit
+@jit
 def _find_panels(start: Indices, rows: Rows) -> Indices:
     size = start.size - 1
     first, count = np.empty(size + 1, dtype=np.int64), 0
@@ -81,7 +77,7 @@ def _find_panels(start: Indices, rows: Rows) -> Indices:
     return first[: count + 1].copy()
 
 
-@_jit
+@jit
 def _find_targets(
     start: Indices, rows: Rows, place: Indices, row: NDArray[np.int32], column: NDArray[np.int32]
 ) -> Indices:
@@ -103,7 +99,7 @@ def _find_targets(
     return target
 
 
-@_jit
+@jit
 def _add_columns(
     start: Indices, values: Array, diagonal: Array, first: int, last: int, length: int, result: Array
 ) -> None:
@@ -133,7 +129,7 @@ def _add_columns(
         j += 1
 
 
-@_jit
+@jit
 def _factor_triangle(start: Indices, values: Array, diagonal: Array, first: int, last: int, buffer: Array) -> bool:
     """Factorize a panel's columns against each other; False at a zero pivot."""
     for k in range(first, last + 1):
@@ -156,7 +152,7 @@ def _factor_triangle(start: Indices, values: Array, diagonal: Array, first: int,
     return True
 
 
-@_jit
+@jit
 def _update_by_three(
     start: Indices, values: Array, diagonal: Array, first: int, own: Rows, relative: Indices, k: int, inside: int,
     behind: int,
@@ -195,7 +191,7 @@ def _update_by_three(
         m += 1
 
 
-@_jit
+@jit
 def factorize_panels(pattern: Any, entries: Array, values: Array, diagonal: Array) -> bool:
     """Fill the entries of L and D from those of the matrix's upper triangle; False at a zero pivot.
 

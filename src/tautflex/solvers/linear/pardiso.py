@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex.errors import MissingExtraError
-
-Array = NDArray[np.float64]
+from tautflex.numeric import Array, Indices
 
 _SYMMETRIC_INDEFINITE = -2
 _ANALYSE, _FACTORIZE, _SOLVE, _RELEASE = 11, 22, 33, -1
@@ -61,7 +60,7 @@ class Pardiso:
         self._matrix.data[:] = np.where(self._matrix.indices == self._row_numbers(), 1.0, 0.0)
         self._call(_ANALYSE, self._empty)
 
-    def _row_numbers(self) -> NDArray[np.int64]:
+    def _row_numbers(self) -> Indices:
         return np.repeat(np.arange(self._matrix.shape[0]), np.diff(self._matrix.indptr))
 
     def _call(self, phase: int, right: Array) -> Array:

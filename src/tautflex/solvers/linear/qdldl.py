@@ -9,7 +9,7 @@ import qdldl
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-Array = NDArray[np.float64]
+from tautflex.numeric import Array
 
 
 class PlainLDL:

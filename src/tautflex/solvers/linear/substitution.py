@@ -10,17 +10,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
-_jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"}, error_model="numpy")
+from tautflex.numeric import Array, Indices, jit
 
 
-@_jit
+@jit
 def _add_columns(start: Indices, values: Array, x: Array, first: int, width: int, below: int, result: Array) -> None:
     """Add the panel's columns below its triangle, times their unknowns."""
     j, end = first, first + width
@@ -38,7 +33,7 @@ def _add_columns(start: Indices, values: Array, x: Array, first: int, width: int
         j += 1
 
 
-@_jit
+@jit
 def _subtract_products(
     start: Indices, values: Array, known: Array, first: int, width: int, below: int, x: Array
 ) -> None:
@@ -65,7 +60,7 @@ def _subtract_products(
         j += 1
 
 
-@_jit
+@jit
 def substitute(pattern: Any, values: Array, inverse: Array, right: Array) -> Array:
     """Solve with the factors of a matrix.
 

@@ -11,12 +11,10 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.mechanics.pattern import SparsityPattern
+from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
-
-Array = NDArray[np.float64]
 
 # Shifts relative to the largest diagonal entry of the tangent met so far (wrinkled film may be soft everywhere).
 _RESTART, _LEAST_SHIFT, _LARGEST_SHIFT = 1e-8, 1e-14, 1e3

@@ -7,11 +7,9 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tautflex.numeric import Array
 from tautflex.solvers.nonlinear.anderson import AndersonAcceleration
-
-Array = NDArray[np.float64]
 
 # A slower old tangent is given up. A refactorization costs nine iterations (40x20 film), but a rate is a pessimistic
 # guess while Anderson acceleration learns; the first one of a step tells nothing about the next ones at all.

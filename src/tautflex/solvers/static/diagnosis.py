@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array
 from tautflex.structure.model import Model
-
-Array = NDArray[np.float64]
 
 # Compression, relative to the largest resultant, that is warned of but not refused.
 _COMPRESSION_ALLOWED = 1e-3

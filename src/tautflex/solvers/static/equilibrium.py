@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import NotConvergedError
 from tautflex.mechanics.loads.pressure import PressureLoad, nodal_load
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion
+from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.minimum import find_minimum
 from tautflex.solvers.nonlinear.newton import relative_error, solve_newton
@@ -19,8 +20,6 @@ from tautflex.solvers.static.tensioning import largest_force
 
 if TYPE_CHECKING:
     from tautflex.solvers.static.prestress import PrestressedState
-
-Array = NDArray[np.float64]
 
 
 # First shift of a descent that starts without transverse stiffness; steps of the order of the final deflection.

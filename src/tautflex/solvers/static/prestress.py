@@ -18,13 +18,12 @@ from tautflex.mechanics.membrane import (
     survey_at,
 )
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array
 from tautflex.solvers.linear.eigenpairs import NaturalModes
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.diagnosis import Problem, find_problems, instability_text, soft_text
 from tautflex.solvers.static.tensioning import largest_force, respond
 from tautflex.structure.model import Model
-
-Array = NDArray[np.float64]
 
 # Eigenvalues below this are called negative [rad^2/s^2]; rigid motions of a free structure are 0 +- round-off.
 _STABILITY_SHIFT = (2.0 * np.pi * 1e-3) ** 2

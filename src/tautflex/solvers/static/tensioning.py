@@ -10,16 +10,14 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.elements import ElementBlock
 from tautflex.elements.laws import Elastic
 from tautflex.errors import PrestressError
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.minimum import find_minimum
-
-Array = NDArray[np.float64]
 
 # Shares of the elastic law left in wrinkled and slack states on the way from the elastic to the nonlinear solution.
 _SHARES = 10.0 ** -np.arange(0.0, 13.0)

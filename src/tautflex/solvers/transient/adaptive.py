@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError
@@ -13,8 +12,6 @@ from tautflex.motion.kinematics import Segment
 from tautflex.solvers.transient.driver import GridDriver, ImplicitStep
 from tautflex.solvers.transient.equation import MotionState
 from tautflex.solvers.transient.methods.scheme import Method, amplification
-
-Array = NDArray[np.float64]
 
 # Step sizes are time_step times powers of this, so that a size comes back and its factors with it.
 _QUANTUM = np.sqrt(2.0)

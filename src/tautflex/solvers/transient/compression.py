@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from tautflex.mechanics.membrane import MembraneSurvey
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array
 from tautflex.solvers.static.diagnosis import place_of
-
-Array = NDArray[np.float64]
 
 # Compression below this part of the largest resultant is not worth a word.
 _NOTABLE = 1e-3

@@ -12,26 +12,19 @@ turns likewise). Only the iteration's speed depends on it, never its result.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.products import product
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.numeric import FASTMATH, cross_matrix
-
-Array = NDArray[np.float64]
-Places = NDArray[np.uint32]
+from tautflex.numeric import Array, Indices, Places, cross_matrix, jit
 
 # Directions in which the neighbours of a node say nothing about its rotation: along a straight cable or beam.
 _SINGULAR = 1e-6
 _CROSS_MATRICES = np.array([cross_matrix(axis) for axis in np.eye(3)])
 
-_jit = numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 
-
-@_jit
+@jit
 def _turn(places: Places, owner: Places, angle: Array, sign: float, vector: Array) -> None:
     """Rotate every vector of three unknowns by ``sign angle``, in place.
 
@@ -49,7 +42,7 @@ def _turn(places: Places, owner: Places, angle: Array, sign: float, vector: Arra
         vector[m] = c + share * (r + 0.5 * (x * q - y * p))
 
 
-def _neighbours(system: StructuralSystem) -> NDArray[np.int64]:
+def _neighbours(system: StructuralSystem) -> Indices:
     """Pairs of nodes that share an element, each in both directions, shape (pair, 2)."""
     count, keys = len(system.model.nodes), [np.zeros(0, dtype=np.int64)]
     for group in system.model.groups:
@@ -58,7 +51,7 @@ def _neighbours(system: StructuralSystem) -> NDArray[np.int64]:
     return np.stack(np.divmod(np.unique(np.concatenate(keys)), count), axis=1)
 
 
-def rotation_operator(system: StructuralSystem, nodes: NDArray[np.int64]) -> csr_array:
+def rotation_operator(system: StructuralSystem, nodes: Indices) -> csr_array:
     """Rotations of nodes that fit the displacements of their neighbours best, linear in the free unknowns.
 
     Minimises ``sum |d - theta x e|^2 / |e|^2`` over the neighbours, with e their distance and d their relative

@@ -5,17 +5,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.errors import InputError
 from tautflex.motion.kinematics import Segment
+from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, MotionTerms
 from tautflex.solvers.transient.stability import largest_eigenvalue
-
-Array = NDArray[np.float64]
 
 # The limit is estimated anew after so many steps, or as soon as the largest stress has grown by this factor.
 _CHECK_INTERVAL, _STRESS_GROWTH = 100, 1.1

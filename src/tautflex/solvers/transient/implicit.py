@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.motion.kinematics import Segment
+from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.anderson import AndersonAcceleration
@@ -16,8 +16,6 @@ from tautflex.solvers.transient.corotation import Corotation
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, StepForces, StepNumbers
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.step_kernel import first_guess
-
-Array = NDArray[np.float64]
 
 # The force scale of a step never falls below this part of the largest one met so far: after the motion has died
 # away there is nothing to resolve at full relative accuracy.

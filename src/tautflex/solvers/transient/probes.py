@@ -7,17 +7,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.products import product
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array, Indices, Places
 from tautflex.structure.locate import locate
 from tautflex.structure.model import Model
-
-Array = NDArray[np.float64]
 
 READINGS = ("interpolate", "nearest-node")
 
@@ -45,7 +44,7 @@ class ProbeSet:
         return product(*self._rows, q).reshape(-1, 3)
 
     @cached_property
-    def _rows(self) -> tuple[NDArray[np.int64], NDArray[np.uint32], Array]:
+    def _rows(self) -> tuple[Indices, Places, Array]:
         return self.map.indptr.astype(np.int64), self.map.indices.astype(np.uint32), self.map.data
 
 
@@ -115,7 +114,7 @@ def _nearest_node(model: Model, name: str, point: Array, reading: str) -> int:
     return nearest
 
 
-def _on_film(model: Model, name: str, point: Array) -> tuple[NDArray[np.int64], Array]:
+def _on_film(model: Model, name: str, point: Array) -> tuple[Indices, Array]:
     """Nodes and weights of the film element under a point."""
     for group in model.surfaces:
         found = locate(group.shape, model.nodes, group.connectivity, point)

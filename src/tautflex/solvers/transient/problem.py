@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
@@ -19,6 +19,7 @@ from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver
+from tautflex.numeric import Array
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.adaptive import Adaptive
 from tautflex.solvers.transient.explicit import ExplicitMethod
@@ -27,7 +28,6 @@ from tautflex.solvers.transient.methods.wilson import WilsonTheta
 from tautflex.solvers.transient.probes import ProbeSet, place_probes
 from tautflex.solvers.transient.status import Run
 
-Array = NDArray[np.float64]
 InitialVelocity = Callable[[Array, Array], ArrayLike] | ArrayLike | None
 Progress = Callable[[float, str], None] | None
 

@@ -12,12 +12,11 @@ from tautflex.mechanics.membrane import MEMBRANE_STATES, MembraneSurvey, StressS
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.mechanics.workspace import Workspace
 from tautflex.motion.kinematics import RigidMotion
+from tautflex.numeric import Array
 from tautflex.solvers.transient.compression import CompressionWatch
 from tautflex.solvers.transient.probes import ProbeSet
 from tautflex.solvers.variables import COMPONENTS, RUN, SCALARS, described, mesh_variables
 from tautflex.structure.model import Model
-
-Array = NDArray[np.float64]
 
 
 class Samples(NamedTuple):

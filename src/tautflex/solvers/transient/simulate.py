@@ -6,14 +6,13 @@ import time as clock
 from inspect import Parameter, signature
 from typing import Any
 
-import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import Maneuver, Segment, split_segments
+from tautflex.numeric import Array
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.adaptive import AdaptiveDriver
@@ -28,7 +27,6 @@ from tautflex.solvers.transient.problem import Progress, SteppingModel, Transien
 from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.transient.status import Run, Status
 
-Array = NDArray[np.float64]
 AnyStepper = Stepper | StagedStepper | ExplicitStepper
 
 

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.mechanics.kernel import add_forces
 from tautflex.mechanics.products import add_pair_products
-from tautflex.numeric import FASTMATH
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Places = NDArray[np.uint32]
-
-_jit = numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
+from tautflex.numeric import Array, Indices, Places, jit
 
 
-@_jit
+@jit
 def begin_step(
     start: Indices, column: Places, mass: Array, damping: Array, damped: bool, pairs: Any, coefficients: Array,
     gyroscopic: Array, displacement: Array, load: Array, diagonal: Array, q: Array, v: Array, a: Array,
@@ -83,7 +75,7 @@ def begin_step(
     return known, turning, np.sqrt(np.sum(known * known)), np.sqrt(load_square), np.sqrt(stiff_square)
 
 
-@_jit
+@jit
 def assemble_residual(
     x: Array, force: Array, start: Indices, column: Places, linear: Array, pairs: Any, turning: Array, weight: float,
     reference: Array, known: Array,
@@ -104,7 +96,7 @@ def assemble_residual(
     return residual, np.sqrt(np.sum(residual * residual)), np.sqrt(internal), np.sqrt(inertia)
 
 
-@_jit
+@jit
 def step_residual(
     x: Array, q: Array, store: Any, stresses: Array, start: Indices, column: Places, linear: Array, pairs: Any,
     turning: Array, weight: float, reference: Array, known: Array,
@@ -119,7 +111,7 @@ def step_residual(
     return assemble_residual(x, force, start, column, linear, pairs, turning, weight, reference, known)
 
 
-@_jit
+@jit
 def first_guess(reach: float, v: Array, a: Array, jerk: Array) -> Array:
     """Increment by Taylor's series; an empty ``jerk`` is none."""
     guess = np.empty(v.size)
@@ -131,7 +123,7 @@ def first_guess(reach: float, v: Array, a: Array, jerk: Array) -> Array:
     return guess
 
 
-@_jit
+@jit
 def end_of_step(coefficients: Array, size: float, d: Array, q: Array, v: Array, a: Array) -> Array:
     """Displacement, velocity, acceleration and jerk at the end of a step, shape (4, unknowns).
 

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from tautflex.errors import InputError
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.numeric import Array
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.transient.driver import GridDriver
 from tautflex.solvers.transient.equation import MotionState
 from tautflex.solvers.transient.free_hub.equation import HubEquation, HubMotion
 from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.variables import COMPONENTS, HUB, about, described
-
-Array = NDArray[np.float64]
 
 # Vectors of every sample.
 _HISTORIES = ("hub_position", "hub_velocity", "linear_momentum", "angular_momentum")

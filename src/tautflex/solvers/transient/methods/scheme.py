@@ -22,11 +22,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.errors import InputError
-
-Array = NDArray[np.float64]
+from tautflex.numeric import Array
 
 
 @dataclass(frozen=True)
