@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+import numpy as np
 
-from tautflex.case.meshed import meshed_model
 from tautflex.case.options import within
 from tautflex.case.schema import Case
+from tautflex.errors import MeshError
+from tautflex.files.mesh import read_mesh
 from tautflex.mechanics.loads.inputs import TimeInput
-from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Maneuver
-from tautflex.reduction.bases.vectors import Basis
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.transient.adaptive import Adaptive
-from tautflex.solvers.transient.explicit import ExplicitMethod
-from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
+from tautflex.structure.mesh import blend_by_direction
 from tautflex.structure.model import Model
 
 
@@ -35,7 +32,7 @@ def build_model(case: Case) -> Model:
     Raises
     ------
     InputError
-        If geometry and mesh contradict each other.
+        If geometry and mesh contradict each other, or a mesh file cannot be read or lacks what the case describes.
     """
     film, mesh = case.membrane, case.mesh
     membrane = MembraneSection(
@@ -43,7 +40,7 @@ def build_model(case: Case) -> Model:
     )
     cable, beam = _cable_section(case), _beam_section(case)
     if mesh.file is not None:
-        return meshed_model(case, membrane, cable, beam, membrane_stress(case))
+        return _meshed_model(case, mesh.file, membrane, cable, beam)
     assert film.length is not None
     assert film.width is not None
     if case.cables is None or case.frame is None:
@@ -75,6 +72,30 @@ def build_model(case: Case) -> Model:
         pretension_x=cables.pretension_x,
         pretension_y=cables.pretension_y,
         membrane_stress=membrane_stress(case),
+        prestress_mode=case.prestress.mode or "equilibrium",
+    )
+
+
+def _meshed_model(
+    case: Case, file: str, membrane: MembraneSection, cable: CableSection | None, beam: BeamSection | None
+) -> Model:
+    """Structure whose mesh comes from a file; tensions of cables by their direction."""
+    mesh = read_mesh(file, case.mesh.names, unit_length=case.mesh.unit_length or 1.0)
+    for kind, section, table in (("cables", cable, "cables"), ("beams", beam, "frame")):
+        count = len(getattr(mesh, kind))
+        if count and section is None:
+            raise MeshError(f"{file}: has {count} {kind}, expected a section [{table}] in the case; add it")
+        if not count and section is not None:
+            raise MeshError(f"{file}: expected {kind}, which the case has a section for, got none; remove [{table}]")
+    given, tension = case.cables, np.zeros(0)
+    if given is not None:
+        tension = blend_by_direction(mesh.nodes, mesh.cables, given.pretension_x, given.pretension_y)
+    return mesh.model(
+        membrane=membrane,
+        cable=cable,
+        beam=beam,
+        membrane_stress=membrane_stress(case),
+        cable_tension=tension,
         prestress_mode=case.prestress.mode or "equilibrium",
     )
 
@@ -116,31 +137,6 @@ def build_maneuver(case: Case) -> Maneuver:
     """Build the maneuver of a case; CaseError if its values or its table do not go together."""
     with within("maneuver"):
         return case.maneuver.build()
-
-
-def build_method(case: Case) -> Method | ExplicitMethod:
-    """Build the integrator of a case."""
-    return case.solver.build()
-
-
-def build_adaptive(case: Case) -> Adaptive | None:
-    """Build the error control of a case; None for fixed steps."""
-    return case.solver.adaptive()
-
-
-def build_damping(case: Case) -> Any:
-    """Build the damping of a case."""
-    return case.damping.build()
-
-
-def build_basis(case: Case) -> Basis | None:
-    """Build the basis of a case's reduced model; None for the full model."""
-    return None if case.reduction is None else case.reduction.build()
-
-
-def build_coupling(case: Case) -> Coupling:
-    """Build the coupling switches of a case."""
-    return Coupling(**case.coupling.model_dump())
 
 
 def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:

@@ -35,11 +35,13 @@ def print_json(values: Mapping[str, Any]) -> None:
 
 
 def jsonable(value: Any) -> Any:
-    """Copy nested mappings and sequences with numpy scalars as numbers and NaN or infinity as None."""
+    """Copy nested mappings and sequences with numpy's numbers as Python's, paths as texts, NaN and infinity as None."""
     if isinstance(value, Mapping):
         return {str(key): jsonable(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [jsonable(item) for item in value]
+    if isinstance(value, Path):
+        return str(value)
     if hasattr(value, "tolist"):
         return jsonable(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):

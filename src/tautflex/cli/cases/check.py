@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tautflex.cli.cards import show_check
 from tautflex.cli.options import AsJson, CaseFile, Overrides, Plugins, about, print_json, use_plugins
 from tautflex.errors import InputError
 
@@ -45,7 +46,5 @@ def check(case: CaseFile, /, *, override: Overrides = None, plugin: Plugins = No
     if as_json:
         print_json(answer)
     else:
-        from tautflex.cli.cards import show_check
-
         show_check(case, answer)
     return 0

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from tautflex.cli.cards import show_modes
 from tautflex.cli.cases import spin_request, spinning
 from tautflex.cli.options import (
     AsJson,
@@ -18,6 +19,7 @@ from tautflex.cli.options import (
     require_output_directory,
     use_plugins,
 )
+from tautflex.cli.spinning_cards import show_spinning
 from tautflex.errors import CaseError
 
 
@@ -76,7 +78,7 @@ def modes(
             extra["participation"] = spinning.write_participation(loaded, found, place, participation)
     if table is not None:
         extra["campbell"] = spinning.table_numbers(table)
-    files: dict[str, str] = {} if participation is None else {participation.name: str(participation)}
+    files = {} if participation is None else {participation.name: participation}
     if output is not None:
         from tautflex.cli.figures import mode_figures
 
@@ -84,24 +86,18 @@ def modes(
         written = mode_figures(found.to_dataset(), output)
         if table is not None:
             written += spinning.campbell_figure(table, output)
-        files |= {path.name: str(path) for path in written}
+        files |= {path.name: path for path in written}
     answer: dict[str, Any] = {
-        "frequencies": [float(value) for value in found.frequencies],
-        "labels": [None if label is None else [int(half_waves) for half_waves in label] for label in found.labels],
-        "symmetry": list(found.symmetry),
-        "prestress": {
-            "residual": state.residual,
-            "min_principal_resultant": state.min_principal_resultant,
-        },
+        "frequencies": found.frequencies,
+        "labels": found.labels,
+        "symmetry": found.symmetry,
+        "prestress": {"residual": state.residual, "min_principal_resultant": state.min_principal_resultant},
         "files": files,
         **extra,
     }
     if as_json:
         print_json(answer)
     else:
-        from tautflex.cli.cards import show_modes
-        from tautflex.cli.spinning_cards import show_spinning
-
         show_spinning(answer)
         show_modes(case, answer)
     return 0

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from tautflex.cli.cards import show_tuning
 from tautflex.cli.options import (
     AsJson,
     CaseFile,
@@ -70,17 +71,15 @@ def tune(
     answer: dict[str, Any] = {
         "pretension_x": tuned.cables.pretension_x,
         "pretension_y": tuned.cables.pretension_y,
-        "frequencies": [float(value) for value in result.frequencies],
+        "frequencies": result.frequencies,
         "files": {},
     }
     if output is not None:
         output.write_text(f"# {case.name}, tuned by `tautflex tune`\n\n{tuned.to_toml()}", encoding="utf-8")
-        answer["files"] = {"case": str(output)}
+        answer["files"] = {"case": output}
     if as_json:
         print_json(answer)
     else:
-        from tautflex.cli.cards import show_tuning
-
         show_tuning(case, answer)
     return 0
 

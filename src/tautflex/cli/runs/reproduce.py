@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from tautflex.cli.options import AsJson, Plugins, print_json, require_output_directory, use_plugins
+from tautflex.cli.runs.reproduce_cards import show_comparison
 from tautflex.cli.runs.run import progress_bar
 from tautflex.errors import CaseError
 
@@ -77,8 +78,6 @@ def reproduce(
     if as_json:
         print_json(_answer(made))
     else:
-        from tautflex.cli.runs.reproduce_cards import show_comparison
-
         show_comparison(made.rows, made.summary, made.files)
     return 0
 
@@ -196,8 +195,8 @@ def _answer(made: _Made) -> dict[str, Any]:
         place = "consistent" if variant == "consistent" else "tables" if number.isdigit() else "extra"
         answer[place][number] = [row.to_si() for row in rows if not row.repeats]
     answer["summary"] = [{"variant": row.variant, **row.to_si()} for row in made.summary]
-    answer["figures"] = {number: [str(path) for path in paths] for number, paths in made.figures.items()}
-    answer["files"] = {name: str(path) for name, path in made.files.items()}
+    answer["figures"] = made.figures
+    answer["files"] = made.files
     return answer
 
 

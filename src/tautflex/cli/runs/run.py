@@ -9,6 +9,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from tautflex.cli.cards import show_run
 from tautflex.cli.options import (
     AsJson,
     CaseFile,
@@ -54,8 +55,6 @@ def run(
     if as_json:
         print_json(summary)
     else:
-        from tautflex.cli.cards import show_run
-
         show_run(case, summary)
     return 0 if summary["status"] == "completed" else 1
 
