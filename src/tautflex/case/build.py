@@ -142,17 +142,6 @@ def build_maneuver(case: Case) -> Maneuver:
 def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:
     """Build the inputs of a case for its structure, each tried at t = 0.
 
-    Parameters
-    ----------
-    case
-        Validated case.
-    state
-        What `solve_prestress` made of it.
-
-    Returns
-    -------
-    list of TimeInput
-
     Raises
     ------
     CaseError

@@ -9,11 +9,14 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from tautflex.errors import CaseError, InputError
+
+if TYPE_CHECKING:
+    from tautflex.case import Case
 
 CaseFile = Annotated[Path, Parameter(help="Case file (TOML).")]
 Overrides = Annotated[
@@ -55,6 +58,14 @@ def use_plugins(files: Sequence[Path] | None) -> None:
         from tautflex.case.plugins import load_plugin
 
         load_plugin(file)
+
+
+def load(case: Path, override: Sequence[str] | None, plugin: Sequence[Path] | None) -> Case:
+    """Read the case of a command, which may name classes of plugins."""
+    use_plugins(plugin)
+    from tautflex.case import load_case
+
+    return load_case(case, override or ())
 
 
 @contextmanager

@@ -46,16 +46,7 @@ class SectionEntry(NamedTuple):
 
 
 def reference(name: str | None = None) -> list[SectionEntry]:
-    """List the keys of a case file, classes registered by the user included.
-
-    Parameters
-    ----------
-    name
-        One section; None lists all.
-
-    Returns
-    -------
-    list of SectionEntry
+    """List the keys of one section of a case file or of all, classes registered by the user included.
 
     Raises
     ------

@@ -15,9 +15,9 @@ from tautflex.cli.options import (
     Overrides,
     Plugins,
     about,
+    load,
     print_json,
     require_output_directory,
-    use_plugins,
 )
 from tautflex.cli.spinning_cards import show_spinning
 from tautflex.errors import CaseError
@@ -52,12 +52,9 @@ def modes(
 
     Example: tautflex modes m2.toml -n 10 -o m2-modes --campbell 0:2:9 --axis z --participation m2.json
     """
-    use_plugins(plugin)
-    from tautflex.case import load_case
-
     if count < 1:
         raise CaseError(f"-n: expected a number of modes >= 1, got {count}; ask for example -n 10")
-    loaded = load_case(case, override or ())
+    loaded = load(case, override, plugin)
     request = spin_request.read_request(rate, campbell, axis, loaded)
     place = spin_request.read_place(point, participation)
     if output is not None:

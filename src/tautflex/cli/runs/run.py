@@ -16,9 +16,9 @@ from tautflex.cli.options import (
     Overrides,
     Plugins,
     about,
+    load,
     print_json,
     require_output_directory,
-    use_plugins,
 )
 
 
@@ -40,10 +40,7 @@ def run(
 
     Example: tautflex run m2.toml -o m2 --set damping.alpha=0.01 --set solver.end_time=5
     """
-    use_plugins(plugin)
-    from tautflex.case import load_case
-
-    loaded = load_case(case, override or ())
+    loaded = load(case, override, plugin)
     directory = output if output is not None else default_directory(case)
     require_output_directory(directory)
 
