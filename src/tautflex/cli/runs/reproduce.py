@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from tautflex.paper.comparison import Plan
+    from tautflex.paper.figures.index import PaperFigure
     from tautflex.paper.tables.rows import Row
 
 FAILED, INTERRUPTED = 1, 130
@@ -66,9 +67,10 @@ def reproduce(
     from tautflex.paper.comparison import make_plan
     from tautflex.paper.engine import WorkerLostError
 
-    plan = make_plan(tables, _needs(figures), quick, figures=bool(figures))
+    needs = [run for figure in figures.values() for run in figure.needs]
+    plan = make_plan(tables, needs, quick, figures=bool(figures))
     try:
-        made = _make(plan, figures, output, workers, _QUICK_FORMATS if quick else None)
+        made = _make(plan, list(figures), output, workers, _QUICK_FORMATS if quick else None)
     except KeyboardInterrupt:
         return _tell(f"interrupted; finished runs are kept in {output}: repeat the command to go on", INTERRUPTED)
     except WorkerLostError as error:
@@ -105,26 +107,18 @@ def _tables(asked: Sequence[str] | None, whole: bool, quick: bool) -> tuple[str,
     return everything if whole else tuple(asked or ())
 
 
-def _figures(asked: Sequence[str] | None, whole: bool) -> tuple[str, ...]:
+def _figures(asked: Sequence[str] | None, whole: bool) -> dict[str, PaperFigure]:
     if not asked and not whole:
-        return ()
+        return {}
     from tautflex.paper.figures.index import FIGURES
 
-    chosen = []
+    chosen: dict[str, PaperFigure] = {}
     for name in asked or ():
-        found = [number for number in FIGURES if name in (number, number.rstrip("abc"))]
+        found = {number: figure for number, figure in FIGURES.items() if name in (number, number.rstrip("abc"))}
         if not found:
             raise CaseError(f"--figure: expected one of {', '.join(FIGURES)}, got {name!r}")
-        chosen += found
-    return tuple(FIGURES) if whole else tuple(dict.fromkeys(chosen))
-
-
-def _needs(figures: Sequence[str]) -> list[str]:
-    if not figures:
-        return []
-    from tautflex.paper.figures.index import FIGURES
-
-    return [name for number in figures for name in FIGURES[number].needs]
+        chosen |= found
+    return FIGURES if whole else chosen
 
 
 def _make(
