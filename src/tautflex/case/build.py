@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tautflex.case.options import within
 from tautflex.case.schema import Case
+from tautflex.case.sections.structural import Cables, Frame
 from tautflex.errors import MeshError
 from tautflex.files.mesh import read_mesh
 from tautflex.mechanics.loads.inputs import TimeInput
@@ -34,38 +37,31 @@ def build_model(case: Case) -> Model:
     InputError
         If geometry and mesh contradict each other, or a mesh file cannot be read or lacks what the case describes.
     """
-    film, mesh = case.membrane, case.mesh
+    film, mesh, cables, frame = case.membrane, case.mesh, case.cables, case.frame
     membrane = MembraneSection(
         Material(film.youngs_modulus, film.density, film.poisson_ratio), film.thickness, film.strain, film.law
     )
-    cable, beam = _cable_section(case), _beam_section(case)
+    cable = None if cables is None else _cable_section(cables, film.strain)
+    beam = None if frame is None else _beam_section(frame, film.strain)
     if mesh.file is not None:
         return _meshed_model(case, mesh.file, membrane, cable, beam)
     assert film.length is not None
     assert film.width is not None
-    if case.cables is None or case.frame is None:
-        layout = AntennaLayout(film.length, film.width, mesh.divisions, mesh.pattern, element=mesh.element)
+    layout = AntennaLayout(film.length, film.width, mesh.divisions, mesh.pattern, element=mesh.element)
+    if cables is None or cable is None or frame is None or beam is None:
         return build_fixed_film(layout, membrane, membrane_stress(case))
-    cables, frame = case.cables, case.frame
-    assert cable is not None
-    assert beam is not None
     assert cables.per_long_edge is not None
     assert cables.per_short_edge is not None
-    layout = AntennaLayout(
-        film.length,
-        film.width,
-        mesh.divisions,
-        mesh.pattern,
-        frame.length,
-        frame.width,
-        cables.per_long_edge,
-        cables.per_short_edge,
-        cables.distribution,
-        frame.support,
-        mesh.element,
-    )
     return build_antenna(
-        layout,
+        replace(
+            layout,
+            frame_length=frame.length,
+            frame_width=frame.width,
+            cables_per_long_edge=cables.per_long_edge,
+            cables_per_short_edge=cables.per_short_edge,
+            distribution=cables.distribution,
+            support=frame.support,
+        ),
         membrane,
         cable,
         beam,
@@ -100,25 +96,18 @@ def _meshed_model(
     )
 
 
-def _cable_section(case: Case) -> CableSection | None:
-    given = case.cables
-    if given is None:
-        return None
-    material = Material(given.youngs_modulus, given.density)
-    return CableSection(material, given.area, case.membrane.strain, given.slack)
+def _cable_section(given: Cables, strain: str) -> CableSection:
+    return CableSection(Material(given.youngs_modulus, given.density), given.area, strain, given.slack)
 
 
-def _beam_section(case: Case) -> BeamSection | None:
-    given = case.frame
-    if given is None:
-        return None
+def _beam_section(given: Frame, strain: str) -> BeamSection:
     return BeamSection(
         Material(given.youngs_modulus, given.density, given.poisson_ratio),
         given.area,
         given.inertia_y,
         given.inertia_z,
         given.torsion_constant,
-        case.membrane.strain,
+        strain,
     )
 
 
