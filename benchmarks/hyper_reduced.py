@@ -19,7 +19,7 @@ import xarray as xr
 
 import tautflex as tf
 from tautflex.case import Case, parse_case
-from tautflex.case.build import build_damping, build_maneuver, build_model
+from tautflex.case.build import build_maneuver, build_model
 from tautflex.reduction.hyper.model import HyperReducedModel
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.status import Run
@@ -64,7 +64,7 @@ def timed(
         build_maneuver(case),
         time_step=step,
         end_time=end,
-        damping=build_damping(case),
+        damping=case.damping.build(),
         probes=case.output.probes,
         probe_reading=case.output.probe_reading,
         every=5,

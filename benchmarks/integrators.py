@@ -8,7 +8,6 @@ from importlib.resources import files
 import numpy as np
 
 import tautflex as tf
-from tautflex.case.build import build_damping
 from tautflex.solvers.transient.status import Run
 
 END, GRID = 2.0, 5e-3
@@ -18,7 +17,7 @@ def main() -> None:
     """Run all methods and print a Markdown table; errors are against the trapezoidal rule at 0.125 ms."""
     case = tf.load_case(str(files("tautflex") / "data" / "m2.toml"))
     state = tf.solve_prestress(tf.build_model(case))
-    damping = build_damping(case)
+    damping = case.damping.build()
 
     def run(method: object, step: float, adaptive: tf.Adaptive | None = None) -> Run:
         return tf.simulate(

@@ -12,7 +12,7 @@ import math
 
 from tautflex.analysis import amplitude, dominant_frequency, maneuver_end
 from tautflex.case import M2_TEMPLATE, Case, parse_case
-from tautflex.case.build import build_damping, build_maneuver, build_model
+from tautflex.case.build import build_maneuver, build_model
 from tautflex.solvers.static.prestress import solve_prestress
 from tautflex.solvers.transient.simulate import simulate
 from tautflex.solvers.transient.status import Run
@@ -41,7 +41,7 @@ def perform(case: Case, step: float) -> Run:
         build_maneuver(case),
         time_step=step,
         end_time=10.0,
-        damping=build_damping(case),
+        damping=case.damping.build(),
         probes=case.output.probes,
         probe_reading=case.output.probe_reading,
         throw=False,

@@ -185,3 +185,9 @@ def test_help_does_not_load_the_numerics():
     loaded = set(done.stdout.split("\n")[-2].split())
     assert "tautflex.cli.runs.run" in loaded
     assert loaded.isdisjoint({"numba", "numpy", "scipy", "matplotlib", "xarray", "pydantic"})
+
+
+def test_a_refused_case_waits_for_neither_datasets_nor_figures():
+    code = "import sys, tautflex.case; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert {"xarray", "pandas", "matplotlib", "scipy.interpolate"}.isdisjoint(loaded)

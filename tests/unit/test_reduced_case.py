@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from tautflex.case import M2_TEMPLATE, Case, load_case
-from tautflex.case.build import build_basis
 from tautflex.cli import main
 from tautflex.errors import CaseError
 
@@ -22,9 +21,9 @@ def reduced_case(tmp_path):
 
 
 def test_the_template_shows_a_section_that_works(reduced_case):
-    basis = build_basis(load_case(reduced_case))
+    basis = load_case(reduced_case).reduction.build()
     assert (basis.directions, basis.count) == (("rx",), 6)
-    assert build_basis(Case.model_validate(_without(load_case(reduced_case)))) is None
+    assert Case.model_validate(_without(load_case(reduced_case))).reduction is None
 
 
 def _without(case):

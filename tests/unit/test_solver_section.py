@@ -5,36 +5,28 @@ from __future__ import annotations
 import pytest
 
 import tautflex as tf
-from tautflex.case.build import build_adaptive, build_method
 from tautflex.case.registry import METHODS
 from tautflex.case.sections.dynamic import Damping, Solver
 from tautflex.errors import CaseError
 
 
-class CaseStub:
-    """Only the section that these builders read."""
-
-    def __init__(self, **keys) -> None:
-        self.solver = Solver(**keys)
-
-
 @pytest.mark.parametrize("name", METHODS)
 def test_every_method_can_be_named_in_a_case(name):
-    method = build_method(CaseStub(method=name))
+    method = Solver(method=name).build()
     assert type(method) is METHODS[name]
     assert method == METHODS[name]()
 
 
 def test_new_methods_are_public():
-    assert isinstance(build_method(CaseStub(method="energy-conserving")), tf.EnergyConserving)
-    assert isinstance(build_method(CaseStub(method="central-difference")), tf.CentralDifference)
+    assert isinstance(Solver(method="energy-conserving").build(), tf.EnergyConserving)
+    assert isinstance(Solver(method="central-difference").build(), tf.CentralDifference)
 
 
 def test_adaptive_keys_become_error_control():
-    assert build_adaptive(CaseStub()) is None
-    given = build_adaptive(CaseStub(adaptive_tolerance=1e-3, min_step=1e-5, max_step=0.02))
+    assert Solver().adaptive() is None
+    given = Solver(adaptive_tolerance=1e-3, min_step=1e-5, max_step=0.02).adaptive()
     assert given == tf.Adaptive(1e-3, 1e-5, 0.02)
-    assert build_adaptive(CaseStub(adaptive_tolerance=1e-3)) == tf.Adaptive(1e-3)
+    assert Solver(adaptive_tolerance=1e-3).adaptive() == tf.Adaptive(1e-3)
 
 
 @pytest.mark.parametrize(

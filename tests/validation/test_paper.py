@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.case.build import build_damping, build_method
 from tautflex.case.reading import M2_TEMPLATE
 from tautflex.solvers.transient.status import Status
 from validation.published import (
@@ -67,7 +66,7 @@ def respond(case, state):
         return tf.simulate(
             state(row.model),
             tf.Stop(row.rate, row.duration),
-            method=method or build_method(given),
+            method=method or given.solver.build(),
             time_step=step,
             end_time=end or row.duration + AFTER_STOP,
             damping=tf.Rayleigh(DAMPING, DAMPING),
@@ -89,8 +88,8 @@ def describe(row: Response) -> str:
 def test_the_template_is_the_published_reading(case):
     """Wilson-theta, theta = 1.4, on 100 triangles with the paper's damping and point A."""
     given = case("M2")
-    assert build_method(given) == tf.WilsonTheta(theta=1.4)
-    assert build_damping(given) == tf.Rayleigh(DAMPING, DAMPING)
+    assert given.solver.build() == tf.WilsonTheta(theta=1.4)
+    assert given.damping.build() == tf.Rayleigh(DAMPING, DAMPING)
     assert given.output.probes == {"A": (0.7036, 0.4267)}
     assert len(tf.build_model(given).triangles) == 100
     assert (given.cables.pretension_x, given.cables.pretension_y) == PRETENSION["M2"]

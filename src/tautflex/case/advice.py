@@ -15,19 +15,7 @@ if TYPE_CHECKING:
 
 
 def advise(case: Case, model: Model, state: PrestressedState) -> list[str]:
-    """List warnings, each one sentence with what to do.
-
-    Parameters
-    ----------
-    case
-        The validated case.
-    model, state
-        What `build_model` and `solve_prestress` made of it.
-
-    Returns
-    -------
-    list of str
-        Empty if there is nothing to say.
+    """List warnings about a case and what was made of it, each one sentence with what to do.
 
     Raises
     ------

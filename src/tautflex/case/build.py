@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
 
-from tautflex.case.meshed import meshed_model
+import numpy as np
+
 from tautflex.case.options import within
 from tautflex.case.schema import Case
+from tautflex.case.sections.structural import Cables, Frame
+from tautflex.errors import MeshError
+from tautflex.files.mesh import read_mesh
 from tautflex.mechanics.loads.inputs import TimeInput
-from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import Maneuver
-from tautflex.reduction.bases.vectors import Basis
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.transient.adaptive import Adaptive
-from tautflex.solvers.transient.explicit import ExplicitMethod
-from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
+from tautflex.structure.mesh import blend_by_direction
 from tautflex.structure.model import Model
 
 
@@ -35,40 +35,33 @@ def build_model(case: Case) -> Model:
     Raises
     ------
     InputError
-        If geometry and mesh contradict each other.
+        If geometry and mesh contradict each other, or a mesh file cannot be read or lacks what the case describes.
     """
-    film, mesh = case.membrane, case.mesh
+    film, mesh, cables, frame = case.membrane, case.mesh, case.cables, case.frame
     membrane = MembraneSection(
         Material(film.youngs_modulus, film.density, film.poisson_ratio), film.thickness, film.strain, film.law
     )
-    cable, beam = _cable_section(case), _beam_section(case)
+    cable = None if cables is None else _cable_section(cables, film.strain)
+    beam = None if frame is None else _beam_section(frame, film.strain)
     if mesh.file is not None:
-        return meshed_model(case, membrane, cable, beam, membrane_stress(case))
+        return _meshed_model(case, mesh.file, membrane, cable, beam)
     assert film.length is not None
     assert film.width is not None
-    if case.cables is None or case.frame is None:
-        layout = AntennaLayout(film.length, film.width, mesh.divisions, mesh.pattern, element=mesh.element)
+    layout = AntennaLayout(film.length, film.width, mesh.divisions, mesh.pattern, element=mesh.element)
+    if cables is None or cable is None or frame is None or beam is None:
         return build_fixed_film(layout, membrane, membrane_stress(case))
-    cables, frame = case.cables, case.frame
-    assert cable is not None
-    assert beam is not None
     assert cables.per_long_edge is not None
     assert cables.per_short_edge is not None
-    layout = AntennaLayout(
-        film.length,
-        film.width,
-        mesh.divisions,
-        mesh.pattern,
-        frame.length,
-        frame.width,
-        cables.per_long_edge,
-        cables.per_short_edge,
-        cables.distribution,
-        frame.support,
-        mesh.element,
-    )
     return build_antenna(
-        layout,
+        replace(
+            layout,
+            frame_length=frame.length,
+            frame_width=frame.width,
+            cables_per_long_edge=cables.per_long_edge,
+            cables_per_short_edge=cables.per_short_edge,
+            distribution=cables.distribution,
+            support=frame.support,
+        ),
         membrane,
         cable,
         beam,
@@ -79,25 +72,42 @@ def build_model(case: Case) -> Model:
     )
 
 
-def _cable_section(case: Case) -> CableSection | None:
-    given = case.cables
-    if given is None:
-        return None
-    material = Material(given.youngs_modulus, given.density)
-    return CableSection(material, given.area, case.membrane.strain, given.slack)
+def _meshed_model(
+    case: Case, file: str, membrane: MembraneSection, cable: CableSection | None, beam: BeamSection | None
+) -> Model:
+    """Structure whose mesh comes from a file; tensions of cables by their direction."""
+    mesh = read_mesh(file, case.mesh.names, unit_length=case.mesh.unit_length or 1.0)
+    for kind, section, table in (("cables", cable, "cables"), ("beams", beam, "frame")):
+        count = len(getattr(mesh, kind))
+        if count and section is None:
+            raise MeshError(f"{file}: has {count} {kind}, expected a section [{table}] in the case; add it")
+        if not count and section is not None:
+            raise MeshError(f"{file}: expected {kind}, which the case has a section for, got none; remove [{table}]")
+    given, tension = case.cables, np.zeros(0)
+    if given is not None:
+        tension = blend_by_direction(mesh.nodes, mesh.cables, given.pretension_x, given.pretension_y)
+    return mesh.model(
+        membrane=membrane,
+        cable=cable,
+        beam=beam,
+        membrane_stress=membrane_stress(case),
+        cable_tension=tension,
+        prestress_mode=case.prestress.mode or "equilibrium",
+    )
 
 
-def _beam_section(case: Case) -> BeamSection | None:
-    given = case.frame
-    if given is None:
-        return None
+def _cable_section(given: Cables, strain: str) -> CableSection:
+    return CableSection(Material(given.youngs_modulus, given.density), given.area, strain, given.slack)
+
+
+def _beam_section(given: Frame, strain: str) -> BeamSection:
     return BeamSection(
         Material(given.youngs_modulus, given.density, given.poisson_ratio),
         given.area,
         given.inertia_y,
         given.inertia_z,
         given.torsion_constant,
-        case.membrane.strain,
+        strain,
     )
 
 
@@ -118,44 +128,8 @@ def build_maneuver(case: Case) -> Maneuver:
         return case.maneuver.build()
 
 
-def build_method(case: Case) -> Method | ExplicitMethod:
-    """Build the integrator of a case."""
-    return case.solver.build()
-
-
-def build_adaptive(case: Case) -> Adaptive | None:
-    """Build the error control of a case; None for fixed steps."""
-    return case.solver.adaptive()
-
-
-def build_damping(case: Case) -> Any:
-    """Build the damping of a case."""
-    return case.damping.build()
-
-
-def build_basis(case: Case) -> Basis | None:
-    """Build the basis of a case's reduced model; None for the full model."""
-    return None if case.reduction is None else case.reduction.build()
-
-
-def build_coupling(case: Case) -> Coupling:
-    """Build the coupling switches of a case."""
-    return Coupling(**case.coupling.model_dump())
-
-
 def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:
     """Build the inputs of a case for its structure, each tried at t = 0.
-
-    Parameters
-    ----------
-    case
-        Validated case.
-    state
-        What `solve_prestress` made of it.
-
-    Returns
-    -------
-    list of TimeInput
 
     Raises
     ------

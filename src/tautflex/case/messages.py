@@ -6,7 +6,7 @@ Own, because pydantic's messages take several lines each, name Python's types an
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from pydantic import BaseModel, ValidationError
@@ -35,17 +35,20 @@ _KINDS = {
 
 _BRANCHES = ("float", "int", "str", "bool")
 
-_COMPARISONS = {
-    "greater_than": (">", "gt"),
-    "greater_than_equal": (">=", "ge"),
-    "less_than": ("<", "lt"),
-    "less_than_equal": ("<=", "le"),
-}
+# Limits of numbers, as pydantic and the annotations of fields call them.
+SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 
 
 def problem(expected: str, got: object, remedy: str) -> ValueError:
     """Make the error a validator raises: ``expected ..., got ...; remedy``."""
     return ValueError(f"expected {expected}, got {show(got)}; {remedy}")
+
+
+def require_names(names: Iterable[str], what: str, example: str) -> None:
+    """Raise ValueError unless names can be shown."""
+    for name in names:
+        if not name.strip() or not name.isprintable():
+            raise problem(f"{what} of printable characters", name, f"name it for example {example}")
 
 
 def show(value: object) -> str:
@@ -109,9 +112,9 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
     if kind == "missing" and len(detail["loc"]) == 1:
         wanted = f"{model.choice()} expects" if hasattr(model, "choice") else "expected"
         return f"missing, {wanted} the {meaning(name, field)}; add it"
-    if kind in _COMPARISONS:
-        sign, limit = _COMPARISONS[kind]
-        expected = f"a number {sign} {context[limit]:g}"
+    limit = next((name for name in SIGNS if name in context), None)
+    if limit is not None:
+        expected = f"a number {SIGNS[limit]} {context[limit]:g}"
     elif kind == "literal_error":
         return f"expected one of {context['expected']}, got {show(value)}; choose one of them"
     elif kind in ("too_long", "too_short", "missing"):

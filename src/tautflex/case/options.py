@@ -10,7 +10,7 @@ import dataclasses
 import types
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union, get_args, get_origin, get_type_hints
 
 from numpy.typing import ArrayLike
@@ -92,7 +92,7 @@ class Chosen(Section):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Classes made on the fly have no place that other processes could import them from."""
-        return _again, (self.chooser(), self.model_dump(exclude_none=True))
+        return partial(self.chooser(), **self.model_dump(exclude_none=True)), ()
 
     if TYPE_CHECKING:  # the keys of the class, which type checkers cannot know
 
@@ -267,10 +267,6 @@ def _section(base: type[Chosen], target: type) -> Any:
     made: Any = section  # type checkers do not know the parents of a class made on the fly
     made.made_from, made.origin_section = target, base
     return made
-
-
-def _again(base: type[Chosen], values: dict[str, Any]) -> Chosen:
-    return base(**values)
 
 
 def _is_default(section: type[Section], name: str, value: object) -> bool:

@@ -12,12 +12,7 @@ from tautflex.errors import CaseError, TautflexError
 
 
 def load_plugin(path: Path) -> None:
-    """Run a Python file, which calls `tautflex.register` for its classes.
-
-    Parameters
-    ----------
-    path
-        The file; it is imported once, under its own name behind ``tautflex_plugin_``.
+    """Import a Python file, which calls `tautflex.register` for its classes, as ``tautflex_plugin_`` and its name.
 
     Raises
     ------

@@ -57,9 +57,8 @@ def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True
     >>> import tautflex as tf
     >>> run = tf.run_case(tf.load_case("m2.toml"))  # doctest: +SKIP
     """
-    maneuver = build.build_maneuver(case)  # a table that is not there is known before the work begins
-    (progress or _silent)(0.0, "prestress")
-    return _simulate(case, solve_prestress(build.build_model(case)), maneuver, progress, throw)
+    maneuver, state = _prestressed(case, progress or _silent)
+    return _simulate(case, state, maneuver, progress or _silent, throw)
 
 
 def write_case_run(
@@ -91,8 +90,8 @@ def write_case_run(
     Returns
     -------
     dict
-        ``status``, ``message``, ``maneuver``, ``probes`` (amplitude [m], dominant_frequency [Hz],
-        bin_width [Hz], see `read_probe`),
+        ``status``, ``message``, ``maneuver``, ``probes`` (amplitude [m] of the whole record, dominant_frequency [Hz]
+        after the maneuver, bin_width [Hz]),
         ``natural_frequencies`` [Hz], ``steps``, ``seconds`` [s], ``back_substitutions``, ``factorizations``,
         ``warnings`` (sentences), ``files``; the content of ``summary.json``.
 
@@ -104,13 +103,10 @@ def write_case_run(
         If the directory cannot be written.
     """
     tell = progress or _silent
-    maneuver = build.build_maneuver(case)
-    tell(0.0, "prestress")
-    state = solve_prestress(build.build_model(case))
+    maneuver, state = _prestressed(case, tell)
     tell(0.0, "modes")
-    free = len(state.model.free_dofs)
-    modes = solve_modes(state, n=min(MODE_COUNT, free - 1))
-    run = _simulate(case, state, maneuver, progress, throw=False)
+    modes = solve_modes(state, n=min(MODE_COUNT, len(state.model.free_dofs) - 1))
+    run = _simulate(case, state, maneuver, tell, throw=False)
     data = run.data.assign_attrs(title=title)
     directory.mkdir(parents=True, exist_ok=True)
     tell(1.0, "writing")
@@ -123,7 +119,7 @@ def write_case_run(
         "status": run.status.value,
         "message": run.status.message,
         "maneuver": case.maneuver.describe(),
-        "probes": {str(name): read_probe(data["w"].sel(probe=name), end) for name in data["probe"].values},
+        "probes": {str(name): _read_probe(data["w"].sel(probe=name), end) for name in data["probe"].values},
         "natural_frequencies": [float(value) for value in modes.frequencies],
         "steps": int(run.stats.steps),
         "seconds": float(run.stats.seconds),
@@ -137,26 +133,32 @@ def write_case_run(
     return summary
 
 
-def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress: Progress | None, throw: bool) -> Run:
+def _prestressed(case: Case, progress: Progress) -> tuple[Maneuver, PrestressedState]:
+    maneuver = build.build_maneuver(case)  # a table that is not there is known before the work begins
+    progress(0.0, "prestress")
+    return maneuver, solve_prestress(build.build_model(case))
+
+
+def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress: Progress, throw: bool) -> Run:
     """The one place where a case becomes the arguments of `simulate`."""
-    basis = build.build_basis(case)
-    if basis is not None:
-        (progress or _silent)(0.0, "reduced model")
-    stated: dict[str, Any] = {"tolerance": case.solver.tolerance, "max_halvings": case.solver.max_halvings}
+    solver, fields = case.solver, case.output.fields
+    if case.reduction is not None:
+        progress(0.0, "reduced model")
+    stated: dict[str, Any] = {"tolerance": solver.tolerance, "max_halvings": solver.max_halvings}
     run = simulate(
-        state if basis is None else reduce(state, basis),
+        state if case.reduction is None else reduce(state, case.reduction.build()),
         maneuver,
-        method=build.build_method(case),
-        time_step=case.solver.time_step,
-        end_time=case.solver.end_time,
-        adaptive=build.build_adaptive(case),
-        damping=build.build_damping(case),
-        coupling=build.build_coupling(case),
+        method=solver.build(),
+        time_step=solver.time_step,
+        end_time=solver.end_time,
+        adaptive=solver.adaptive(),
+        damping=case.damping.build(),
+        coupling=case.coupling.build(),
         inputs=build.build_inputs(case, state),
         probes=case.output.probes,
         probe_reading=case.output.probe_reading,
         every=case.output.every,
-        fields=reachable_fields(case),
+        fields=fields if isinstance(fields, str) else [t for t in fields if t <= solver.end_time],
         progress=progress,
         throw=throw,
         **{name: value for name, value in stated.items() if value is not None},
@@ -165,44 +167,21 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
     return replace(run, data=run.data.assign_attrs(attributes))
 
 
-def reachable_fields(case: Case) -> str | list[float]:
-    """List the instants [s] of stored fields up to the end of the run; "none" and "all" stay."""
-    fields = case.output.fields
-    if isinstance(fields, str):
-        return fields
-    return [instant for instant in fields if instant <= case.solver.end_time]
+def _read_probe(record: xr.DataArray, maneuver_end: float | None) -> dict[str, float | None]:
+    """Measure one probe's displacement [m]; None where the record is too short, or never moved.
 
-
-def read_probe(record: xr.DataArray, maneuver_end: float | None) -> dict[str, float | None]:
-    """Measure one probe's record; None where it is too short, or never moved.
-
-    Parameters
-    ----------
-    record
-        Displacement over time [m].
-    maneuver_end
-        When the rigid motion ends [s]; None if it does not end within the record.
-
-    Returns
-    -------
-    dict
-        ``amplitude`` [m] of the whole record; ``dominant_frequency`` [Hz], the bin of largest energy of the motion
-        after the maneuver (during it the inertial load holds the film off its plane, and that offset would win);
-        ``bin_width`` [Hz].
+    The dominant frequency is that of the motion after the maneuver: during it the inertial load holds the film off its
+    plane, and that offset would win.
     """
     answer: dict[str, float | None] = dict.fromkeys(("amplitude", "dominant_frequency", "bin_width"))
     try:
         answer["amplitude"] = float(amplitude(record))
         peak = dominant_frequency(record, after=maneuver_end)
         answer["bin_width"] = float(peak.bin_width)
-        answer["dominant_frequency"] = _number_or_none(peak.frequency)
+        answer["dominant_frequency"] = float(peak.frequency) if math.isfinite(peak.frequency) else None
     except InputError:
         pass  # a run cut short after a few steps: what is known so far stays
     return answer
-
-
-def _number_or_none(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 def _named(paths: list[Path]) -> dict[str, Path]:

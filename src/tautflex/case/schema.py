@@ -8,8 +8,7 @@ import tomli_w
 from pydantic import BeforeValidator, Field, SerializeAsAny, field_validator, model_validator
 
 from tautflex.case import memory
-from tautflex.case.geometry import require_one_geometry
-from tautflex.case.messages import problem
+from tautflex.case.messages import meaning, require_names, show
 from tautflex.case.section import Section
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
@@ -19,6 +18,12 @@ from tautflex.structure.mesh import least_divisions
 from tautflex.structure.shapes import SHAPES
 
 _LARGEST = 1e300  # keeps products of absurd step counts finite
+# Geometry of the built-in antenna; beside a mesh file it is stated twice.
+_GEOMETRY = {
+    "membrane": ("length", "width"),
+    "cables": ("per_long_edge", "per_short_edge", "distribution"),
+    "frame": ("length", "width", "support"),
+}
 
 
 class Case(Section):
@@ -79,15 +84,25 @@ class Case(Section):
     @field_validator("inputs")
     @classmethod
     def _inputs_have_names(cls, value: dict[str, Input]) -> dict[str, Input]:
-        for name in value:
-            if not name.strip() or not name.isprintable():
-                raise problem("names of inputs of printable characters", name, "name it for example push")
+        require_names(value, "names of inputs", "push")
         return value
 
     @model_validator(mode="after")
+    def _geometry_is_stated_once(self) -> Self:
+        file = self.mesh.file
+        for name, keys in _GEOMETRY.items():
+            section = getattr(self, name)
+            for key in keys if section is not None else ():
+                value, field = getattr(section, key), type(section).model_fields[key]
+                if file is None and value is None:
+                    raise ValueError(f"{name}.{key}: missing, expected the {meaning(key, field)}; add it")
+                if file is not None and value != field.default:
+                    text = f"{name}.{key}: expected no value beside mesh.file = {show(file)}, got {show(value)}"
+                    raise ValueError(f"{text}; remove one of the two")
+        return self
+
+    @model_validator(mode="after")
     def _edges_have_what_they_need(self) -> Self:
-        sections = {name: getattr(self, name) for name in ("membrane", "cables", "frame")}
-        require_one_geometry(sections, self.mesh.file)
         edges = self.membrane.edges
         for name in ("cables", "frame"):
             section = getattr(self, name)
@@ -127,7 +142,33 @@ class Case(Section):
         if self.prestress.mode is None:
             stated = self.prestress.model_copy(update={"mode": default})
             self.__dict__["prestress"] = stated  # the one default that depends on another section
-        _check_prestress_sources(self)
+        return self
+
+    @model_validator(mode="after")
+    def _stress_has_one_source(self) -> Self:
+        """Exactly one source of the membrane's stress: equilibrium, stress_x and stress_y, or resultants."""
+        mode, stress = self.prestress.mode, self.membrane.stress_x
+        ratios = self.prestress.resultant_per_pretension
+        if self.membrane.edges == "fixed":
+            if mode != "uniform":
+                text = f"prestress.mode: expected 'uniform' with membrane.edges = 'fixed', got {mode!r}"
+                raise ValueError(f"{text}; remove it and give membrane.stress_x and stress_y")
+            if ratios is not None:
+                text = "prestress.resultant_per_pretension: expected no value with membrane.edges = 'fixed'"
+                raise ValueError(f"{text}, got {list(ratios)}; remove it, there are no cables")
+            if stress is None:
+                text = "membrane.stress_x: missing, membrane.edges = 'fixed' expects stress_x and stress_y [Pa]"
+                raise ValueError(f"{text}; add them under [membrane], for example 4000.0")
+            return self
+        if mode == "uniform" and stress is None and ratios is None:
+            text = "prestress.resultant_per_pretension: missing, mode = 'uniform' expects the membrane's tension"
+            raise ValueError(f"{text}; add it, or give membrane.stress_x and stress_y [Pa]")
+        if mode == "uniform" and stress is not None and ratios is not None:
+            text = f"prestress.resultant_per_pretension: expected no value beside membrane.stress_x = {stress:g}"
+            raise ValueError(f"{text}, got {list(ratios)}; keep one of the two")
+        if mode != "uniform" and stress is not None:
+            text = f"membrane.stress_x: expected no value with prestress.mode = {mode!r}, got {stress:g}"
+            raise ValueError(f"{text}; remove it, or set prestress.mode = 'uniform'")
         return self
 
     @model_validator(mode="after")
@@ -143,8 +184,19 @@ class Case(Section):
         return self
 
     @model_validator(mode="after")
-    def _reduction_fits_the_laws(self) -> Self:
-        _check_reduction(self)
+    def _reduction_fits_the_case(self) -> Self:
+        """A reduced model has elastic laws and fixed steps."""
+        if self.reduction is None:
+            return self
+        if self.membrane.law != "elastic":
+            text = f"reduction: expected membrane.law = 'elastic' with a [reduction], got {self.membrane.law!r}"
+            raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")
+        if self.cables is not None and self.cables.slack:
+            text = "reduction: expected cables.slack = false with a [reduction], got true"
+            raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")
+        if self.solver.adaptive_tolerance is not None:
+            text = f"reduction: expected no solver.adaptive_tolerance with it, got {self.solver.adaptive_tolerance:g}"
+            raise ValueError(f"{text}; remove it, steps of a reduced model cost next to nothing")
         return self
 
     @model_validator(mode="after")
@@ -171,45 +223,3 @@ class Case(Section):
 
 def _pair(divisions: tuple[int, int]) -> str:
     return "[" + ", ".join(f"{min(value, _LARGEST):.6g}" for value in divisions) + "]"
-
-
-def _check_prestress_sources(case: Case) -> None:
-    """Exactly one source of the membrane's stress: equilibrium, stress_x and stress_y, or resultants."""
-    mode, stress = case.prestress.mode, case.membrane.stress_x
-    ratios = case.prestress.resultant_per_pretension
-    if case.membrane.edges == "fixed":
-        if mode != "uniform":
-            text = f"prestress.mode: expected 'uniform' with membrane.edges = 'fixed', got {mode!r}"
-            raise ValueError(f"{text}; remove it and give membrane.stress_x and stress_y")
-        if ratios is not None:
-            text = "prestress.resultant_per_pretension: expected no value with membrane.edges = 'fixed'"
-            raise ValueError(f"{text}, got {list(ratios)}; remove it, there are no cables")
-        if stress is None:
-            text = "membrane.stress_x: missing, membrane.edges = 'fixed' expects stress_x and stress_y [Pa]"
-            raise ValueError(f"{text}; add them under [membrane], for example 4000.0")
-        return
-    if mode == "uniform" and stress is None and ratios is None:
-        text = "prestress.resultant_per_pretension: missing, mode = 'uniform' expects the membrane's tension"
-        raise ValueError(f"{text}; add it, or give membrane.stress_x and stress_y [Pa]")
-    if mode == "uniform" and stress is not None and ratios is not None:
-        text = f"prestress.resultant_per_pretension: expected no value beside membrane.stress_x = {stress:g}"
-        raise ValueError(f"{text}, got {list(ratios)}; keep one of the two")
-    if mode != "uniform" and stress is not None:
-        text = f"membrane.stress_x: expected no value with prestress.mode = {mode!r}, got {stress:g}"
-        raise ValueError(f"{text}; remove it, or set prestress.mode = 'uniform'")
-
-
-def _check_reduction(case: Case) -> None:
-    """A reduced model has elastic laws and fixed steps, and chooses its modes in one way."""
-    given = case.reduction
-    if given is None:
-        return
-    if case.membrane.law != "elastic":
-        text = f"reduction: expected membrane.law = 'elastic' with a [reduction], got {case.membrane.law!r}"
-        raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")
-    if case.cables is not None and case.cables.slack:
-        text = "reduction: expected cables.slack = false with a [reduction], got true"
-        raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")
-    if case.solver.adaptive_tolerance is not None:
-        text = f"reduction: expected no solver.adaptive_tolerance with it, got {case.solver.adaptive_tolerance:g}"
-        raise ValueError(f"{text}; remove it, steps of a reduced model cost next to nothing")

@@ -26,19 +26,11 @@ _LARGEST_FILE = 100_000_000
 
 
 def read_table(path: str) -> dict[str, Array]:
-    """Read a motion table from a CSV file.
+    """Read the arguments of `Tabulated` from a CSV file.
 
-    Parameters
-    ----------
-    path
-        File with a header line and one row per instant: a column ``time`` [s]; ``rate`` or ``rate_x``, ``rate_y``,
-        ``rate_z`` [rad/s], or ``q_w``, ``q_x``, ``q_y``, ``q_z``; perhaps ``acceleration`` or ``acceleration_x``, ...
-        [m/s^2]. Other columns are ignored, lines that begin with # too.
-
-    Returns
-    -------
-    dict
-        ``times`` and whichever of ``rates``, ``quaternions``, ``accelerations`` the file has.
+    It has a header line and one row per instant: a column ``time`` [s]; ``rate`` or ``rate_x``, ``rate_y``, ``rate_z``
+    [rad/s], or ``q_w``, ``q_x``, ``q_y``, ``q_z``; perhaps ``acceleration`` or ``acceleration_x``, ... [m/s^2]. Other
+    columns are ignored, lines that begin with # too.
 
     Raises
     ------

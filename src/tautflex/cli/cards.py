@@ -37,14 +37,13 @@ def show_modes(case: Path, answer: Mapping[str, Any]) -> None:
         table.add_column(name, justify="right")
     columns = zip(answer["frequencies"], answer["labels"], answer["symmetry"], strict=True)
     for number, (frequency, label, symmetry) in enumerate(columns, start=1):
-        half_waves = "-" if label is None else f"({label[0]},{label[1]})"
-        table.add_row(f"{number}", f"{frequency:.4f}", half_waves, symmetry)
+        table.add_row(f"{number}", f"{frequency:.4f}", half_waves(label), symmetry)
     console = Console()
     console.print(table)
     rows = _rows()
     _add_prestress(rows, answer["prestress"])
     console.print(rows)
-    _list_files(answer["files"])
+    list_files(answer["files"])
 
 
 def show_tuning(case: Path, answer: Mapping[str, Any]) -> None:
@@ -54,7 +53,7 @@ def show_tuning(case: Path, answer: Mapping[str, Any]) -> None:
     rows.add_row("pretension_y", f"{answer['pretension_y']:.6g} N per cable")
     rows.add_row("frequencies", ", ".join(f"{value:.4f}" for value in answer["frequencies"]) + " Hz")
     _card(f"{case.name}, tuned", rows)
-    _list_files(answer["files"])
+    list_files(answer["files"])
 
 
 def show_keys(entries: Sequence[Mapping[str, Any]]) -> None:
@@ -85,7 +84,7 @@ def show_run(case: Path, summary: Mapping[str, Any]) -> None:
     _card(f"{case.name}: {summary['maneuver']}", rows)
     for warning in summary["warnings"]:
         say(f"warning: {warning}")
-    _list_files(summary["files"])
+    list_files(summary["files"])
 
 
 def _reading(reading: Mapping[str, Any]) -> str:
@@ -96,6 +95,11 @@ def _reading(reading: Mapping[str, Any]) -> str:
         return text
     half_bin = reading["bin_width"] / 2
     return f"{text}, then vibrates at {reading['dominant_frequency']:.3f} +- {half_bin:.3f} Hz"
+
+
+def half_waves(label: Sequence[int] | None) -> str:
+    """Write the numbers of half waves along x and y."""
+    return "-" if label is None else f"({label[0]},{label[1]})"
 
 
 def _rows() -> Table:
@@ -114,10 +118,11 @@ def _card(title: str, rows: Table) -> None:
     Console().print(Panel(rows, title=title, title_align="left", expand=False))
 
 
-def _list_files(files: Mapping[str, str]) -> None:
-    """Print one line per directory, its files behind it."""
+def list_files(files: Mapping[str, str | Path]) -> None:
+    """Print one line per directory, its files behind it, or how many they are."""
     names: dict[Path, list[str]] = {}
     for path in map(Path, files.values()):
         names.setdefault(path.parent, []).append(path.name)
     for directory, found in names.items():
-        say(f"Wrote to {directory}{os.sep}: {', '.join(found)}")
+        listed = ", ".join(found) if len(found) <= 8 else f"{len(found)} files"
+        say(f"Wrote to {directory}{os.sep}: {listed}")

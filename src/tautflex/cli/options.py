@@ -9,11 +9,14 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from tautflex.errors import CaseError, InputError
+
+if TYPE_CHECKING:
+    from tautflex.case import Case
 
 CaseFile = Annotated[Path, Parameter(help="Case file (TOML).")]
 Overrides = Annotated[
@@ -35,11 +38,13 @@ def print_json(values: Mapping[str, Any]) -> None:
 
 
 def jsonable(value: Any) -> Any:
-    """Copy nested mappings and sequences with numpy scalars as numbers and NaN or infinity as None."""
+    """Copy nested mappings and sequences with numpy's numbers as Python's, paths as texts, NaN and infinity as None."""
     if isinstance(value, Mapping):
         return {str(key): jsonable(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [jsonable(item) for item in value]
+    if isinstance(value, Path):
+        return str(value)
     if hasattr(value, "tolist"):
         return jsonable(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):
@@ -53,6 +58,14 @@ def use_plugins(files: Sequence[Path] | None) -> None:
         from tautflex.case.plugins import load_plugin
 
         load_plugin(file)
+
+
+def load(case: Path, override: Sequence[str] | None, plugin: Sequence[Path] | None) -> Case:
+    """Read the case of a command, which may name classes of plugins."""
+    use_plugins(plugin)
+    from tautflex.case import load_case
+
+    return load_case(case, override or ())
 
 
 @contextmanager

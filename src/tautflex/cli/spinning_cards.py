@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from tautflex.cli.cards import say
+from tautflex.cli.cards import half_waves, say
 
 
 def show_spinning(answer: Mapping[str, Any]) -> None:
@@ -51,8 +51,7 @@ def _modes_table(one: Mapping[str, Any]) -> Table:
     columns = one["frequencies"], one["damping_ratios"], one["whirl"], one["labels"]
     for number, (frequency, ratio, whirl, label) in enumerate(zip(*columns, strict=True), start=1):
         sense = "forward" if whirl > 0.1 else "backward" if whirl < -0.1 else "-"
-        half_waves = "-" if label is None else f"({label[0]},{label[1]})"
-        table.add_row(f"{number}", f"{frequency:.4f}", f"{ratio:.2e}", sense, half_waves)
+        table.add_row(f"{number}", f"{frequency:.4f}", f"{ratio:.2e}", sense, half_waves(label))
     return table
 
 

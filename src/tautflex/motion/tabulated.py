@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.motion.kinematics import Maneuver, RigidMotion, Segment, motion_about_point, unit_axis
 from tautflex.motion.rotations import body_rates, continuous_quaternions
 from tautflex.numeric import Array
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 ENDS = ("free", "rest")
 
@@ -98,6 +101,8 @@ class Tabulated(Maneuver):
             table = getattr(self, name)
             if table is None:
                 return None
+            from scipy.interpolate import CubicSpline  # takes long to load, and few maneuvers are tables
+
             instants = np.asarray(self.times)[rows]
             if name == "quaternions" and self.ends == "rest":
                 return CubicSpline(instants, table[rows], bc_type="clamped")

@@ -90,20 +90,7 @@ def make_plan(
 def build_rows(
     plan: Plan, runs: Mapping[str, xr.Dataset], modes: Mapping[str, xr.Dataset]
 ) -> dict[tuple[str, str], list[Row]]:
-    """Build every table of a plan.
-
-    Parameters
-    ----------
-    plan
-        What :func:`make_plan` returned.
-    runs, modes
-        Datasets by the names in ``plan.specs`` and ``plan.antennas``.
-
-    Returns
-    -------
-    dict
-        Rows by (variant, table), in the order of the plan.
-    """
+    """Rows of every table of a plan, by (variant, table), from the runs and modes that it names."""
     return {(variant, table.number): table.build(variant, runs, modes) for variant, table in plan.tables}
 
 
@@ -131,9 +118,5 @@ def summarize(rows: Mapping[tuple[str, str], Sequence[Row]]) -> list[Row]:
 
 
 def _table(name: str) -> PaperTable:
-    extra = {
-        "ablation": ablation_table,
-        "compression": compression_table,
-        "convergence": convergence_table,
-    }
+    extra = {"ablation": ablation_table, "compression": compression_table, "convergence": convergence_table}
     return TABLES[name] if name in TABLES else extra[name]()

@@ -33,22 +33,7 @@ def work(spec: RunSpec, directory: Path) -> tuple[str, str]:
 
 
 def perform_one(spec: RunSpec, directory: Path, progress: Progress | None = None) -> tuple[str, str]:
-    """Perform a run and store it if it completed.
-
-    Parameters
-    ----------
-    spec
-        The run.
-    directory
-        Where results are kept.
-    progress
-        As for :func:`tautflex.simulate`; KeyboardInterrupt raised in it ends the run.
-
-    Returns
-    -------
-    tuple of str
-        Value and message of the run's status.
-    """
+    """Perform a run and store it if it completed; return value and message of its status."""
     try:
         run = run_case(spec.case, progress, throw=False)
     except NotConvergedError as error:  # before the first step

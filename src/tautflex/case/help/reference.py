@@ -7,11 +7,10 @@ from collections.abc import Iterator, Sequence
 from types import UnionType
 from typing import Any, Literal, NamedTuple, Union, get_args, get_origin
 
-from annotated_types import Ge, Gt, Le, Lt
 from pydantic.fields import FieldInfo
 
 from tautflex.case.help import docstrings
-from tautflex.case.messages import choices, show
+from tautflex.case.messages import SIGNS, choices, show
 from tautflex.case.options import Chosen
 from tautflex.case.schema import Case
 from tautflex.case.section import Section
@@ -21,7 +20,6 @@ from tautflex.errors import CaseError
 
 _RANGE = re.compile(r"(?<=, )[<>]=? ?\d+(?:[./]\d+)?|in [\[(][^\])]*[\])]")
 _NAMES = {float: "number", int: "integer", bool: "true or false", str: "text", type(None): ""}
-_SIGNS = {Gt: (">", "gt"), Ge: (">=", "ge"), Lt: ("<", "lt"), Le: ("<=", "le")}
 
 
 class KeyEntry(NamedTuple):
@@ -48,16 +46,7 @@ class SectionEntry(NamedTuple):
 
 
 def reference(name: str | None = None) -> list[SectionEntry]:
-    """List the keys of a case file, classes registered by the user included.
-
-    Parameters
-    ----------
-    name
-        One section; None lists all.
-
-    Returns
-    -------
-    list of SectionEntry
+    """List the keys of one section of a case file or of all, classes registered by the user included.
 
     Raises
     ------
@@ -137,12 +126,7 @@ def _limits_of(hint: Any) -> list[str]:
 
 
 def _limits(metadata: Sequence[Any]) -> list[str]:
-    return [
-        f"{sign} {getattr(one, key):g}"
-        for one in metadata
-        for kind, (sign, key) in _SIGNS.items()
-        if isinstance(one, kind)
-    ]
+    return [f"{sign} {getattr(one, key):g}" for one in metadata for key, sign in SIGNS.items() if hasattr(one, key)]
 
 
 def _default(field: FieldInfo) -> str:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict, field_validator
 
-from tautflex.case.messages import problem
+from tautflex.case.messages import require_names
 from tautflex.case.options import Chosen, section_of
 from tautflex.case.registry import BASES, DAMPINGS, METHODS
 from tautflex.case.section import Count, NonNegative, Number, Positive, Section
@@ -24,6 +24,10 @@ class Damping(Chosen):
 
 class Coupling(section_of(coupling.Coupling)):  # type: ignore[misc] # its keys are the fields of that class
     """Terms of rigid-flexible coupling, each of which can be left out to see what it does."""
+
+    def build(self) -> coupling.Coupling:
+        """Make the switches."""
+        return coupling.Coupling(**self.model_dump())
 
 
 class Reduction(Chosen):
@@ -113,7 +117,5 @@ class Output(Section):
     @field_validator("probes")
     @classmethod
     def _probes_have_names(cls, value: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-        for name in value:
-            if not name.strip() or not name.isprintable():
-                raise problem("probe names of printable characters", name, "name it for example A")
+        require_names(value, "probe names", "A")
         return value

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from tautflex.cli.options import AsJson, CaseFile, Overrides, Plugins, about, print_json, use_plugins
+from tautflex.cli.cards import show_check
+from tautflex.cli.options import AsJson, CaseFile, Overrides, Plugins, about, load, print_json
 from tautflex.errors import InputError
 
 
@@ -11,11 +12,8 @@ def check(case: CaseFile, /, *, override: Overrides = None, plugin: Plugins = No
 
     Example: tautflex check m2.toml --set mesh.divisions=[20,10]
     """
-    use_plugins(plugin)
-    from tautflex.case import load_case
-
     try:
-        loaded = load_case(case, override or ())
+        loaded = load(case, override, plugin)
 
         from tautflex.case.build import build_model
         from tautflex.solvers.static.prestress import solve_prestress
@@ -45,7 +43,5 @@ def check(case: CaseFile, /, *, override: Overrides = None, plugin: Plugins = No
     if as_json:
         print_json(answer)
     else:
-        from tautflex.cli.cards import show_check
-
         show_check(case, answer)
     return 0

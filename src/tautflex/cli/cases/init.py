@@ -7,6 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from tautflex.cli.cards import say
 from tautflex.cli.options import AsJson, Force, Plugins, print_json, require_new_file, use_plugins
 
 
@@ -28,9 +29,7 @@ def init(
     require_new_file(name, force=force)
     name.write_text(M2_TEMPLATE, encoding="utf-8")
     if as_json:
-        print_json({"file": str(name)})
+        print_json({"file": name})
     else:
-        from tautflex.cli.cards import say
-
         say(f"Wrote {name}. Next: tautflex run {name}")
     return 0

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from tautflex.cli.cards import show_keys
 from tautflex.cli.options import AsJson, Plugins, print_json, use_plugins
 
 
@@ -32,7 +33,5 @@ def keys(
     elif markdown:
         sys.stdout.write(reference.markdown(entries))
     else:
-        from tautflex.cli.cards import show_keys
-
         show_keys([entry.to_json() for entry in entries])
     return 0

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from tautflex.cli.cards import show_modes
 from tautflex.cli.cases import spin_request, spinning
 from tautflex.cli.options import (
     AsJson,
@@ -14,10 +15,11 @@ from tautflex.cli.options import (
     Overrides,
     Plugins,
     about,
+    load,
     print_json,
     require_output_directory,
-    use_plugins,
 )
+from tautflex.cli.spinning_cards import show_spinning
 from tautflex.errors import CaseError
 
 
@@ -50,12 +52,9 @@ def modes(
 
     Example: tautflex modes m2.toml -n 10 -o m2-modes --campbell 0:2:9 --axis z --participation m2.json
     """
-    use_plugins(plugin)
-    from tautflex.case import load_case
-
     if count < 1:
         raise CaseError(f"-n: expected a number of modes >= 1, got {count}; ask for example -n 10")
-    loaded = load_case(case, override or ())
+    loaded = load(case, override, plugin)
     request = spin_request.read_request(rate, campbell, axis, loaded)
     place = spin_request.read_place(point, participation)
     if output is not None:
@@ -76,7 +75,7 @@ def modes(
             extra["participation"] = spinning.write_participation(loaded, found, place, participation)
     if table is not None:
         extra["campbell"] = spinning.table_numbers(table)
-    files: dict[str, str] = {} if participation is None else {participation.name: str(participation)}
+    files = {} if participation is None else {participation.name: participation}
     if output is not None:
         from tautflex.cli.figures import mode_figures
 
@@ -84,24 +83,18 @@ def modes(
         written = mode_figures(found.to_dataset(), output)
         if table is not None:
             written += spinning.campbell_figure(table, output)
-        files |= {path.name: str(path) for path in written}
+        files |= {path.name: path for path in written}
     answer: dict[str, Any] = {
-        "frequencies": [float(value) for value in found.frequencies],
-        "labels": [None if label is None else [int(half_waves) for half_waves in label] for label in found.labels],
-        "symmetry": list(found.symmetry),
-        "prestress": {
-            "residual": state.residual,
-            "min_principal_resultant": state.min_principal_resultant,
-        },
+        "frequencies": found.frequencies,
+        "labels": found.labels,
+        "symmetry": found.symmetry,
+        "prestress": {"residual": state.residual, "min_principal_resultant": state.min_principal_resultant},
         "files": files,
         **extra,
     }
     if as_json:
         print_json(answer)
     else:
-        from tautflex.cli.cards import show_modes
-        from tautflex.cli.spinning_cards import show_spinning
-
         show_spinning(answer)
         show_modes(case, answer)
     return 0

@@ -19,21 +19,20 @@ def solve_single(case: Case, state: PrestressedState, request: SpinRequest, coun
     """Spinning modes at one rate as numbers."""
     import numpy as np
 
-    from tautflex.case.build import build_coupling, build_damping
     from tautflex.motion.kinematics import unit_axis
     from tautflex.solvers.modal.spinning import solve_spinning_modes
 
     assert request.rate is not None
     spin = request.rate * np.asarray(unit_axis(request.axis))
-    found = solve_spinning_modes(state, spin, request.origin, count, build_coupling(case), build_damping(case))
+    found = solve_spinning_modes(state, spin, request.origin, count, case.coupling.build(), case.damping.build())
     return {
         "rate": request.rate,
-        "axis": list(request.axis),
-        "frequencies": found.frequencies.tolist(),
-        "damping_ratios": found.damping_ratios.tolist(),
-        "growth_rates": found.growth_rates.tolist(),
-        "whirl": found.whirl.tolist(),
-        "labels": [None if label is None else list(map(int, label)) for label in found.labels],
+        "axis": request.axis,
+        "frequencies": found.frequencies,
+        "damping_ratios": found.damping_ratios,
+        "growth_rates": found.growth_rates,
+        "whirl": found.whirl,
+        "labels": found.labels,
         "stable": found.stable,
         "min_principal_resultant": found.min_principal_resultant,
     }
@@ -43,7 +42,6 @@ def solve_table(case: Case, state: PrestressedState, request: SpinRequest, count
     """Campbell table with a progress bar."""
     import numpy as np
 
-    from tautflex.case.build import build_coupling, build_damping
     from tautflex.cli.runs.run import progress_bar
     from tautflex.solvers.modal.campbell import campbell
 
@@ -55,8 +53,8 @@ def solve_table(case: Case, state: PrestressedState, request: SpinRequest, count
             request.axis,
             count,
             request.origin,
-            build_coupling(case),
-            build_damping(case),
+            case.coupling.build(),
+            case.damping.build(),
             progress,
         )
 
@@ -64,13 +62,13 @@ def solve_table(case: Case, state: PrestressedState, request: SpinRequest, count
 def table_numbers(table: xr.Dataset) -> dict[str, Any]:
     """Campbell table as lists, rates by branches."""
     return {
-        "rates": table["rate"].values.tolist(),
-        "axis": list(map(float, table.attrs["axis"])),
-        "frequencies": table["frequency"].values.tolist(),
-        "damping_ratios": table["damping_ratio"].values.tolist(),
-        "growth_rates": table["growth_rate"].values.tolist(),
-        "stable": table["stable"].values.tolist(),
-        "min_principal_resultant": table["min_principal_resultant"].values.tolist(),
+        "rates": table["rate"].values,
+        "axis": table.attrs["axis"],
+        "frequencies": table["frequency"].values,
+        "damping_ratios": table["damping_ratio"].values,
+        "growth_rates": table["growth_rate"].values,
+        "stable": table["stable"].values,
+        "min_principal_resultant": table["min_principal_resultant"].values,
     }
 
 
@@ -84,14 +82,13 @@ def campbell_figure(table: xr.Dataset, directory: Path) -> list[Path]:
 
 def write_participation(case: Case, modes: Modes, point: Vector, path: Path) -> dict[str, Any]:
     """Write the file for attitude control; return what to say about it."""
-    from tautflex.case.build import build_damping
     from tautflex.files.appendage import save_appendage
     from tautflex.solvers.modal.participation import appendage_data
 
-    data = appendage_data(modes, point, build_damping(case))
+    data = appendage_data(modes, point, case.damping.build())
     save_appendage(data, path)
     return {
-        "point": list(point),
-        "rigid_mass": data["rigid_mass"].values.tolist(),
-        "completeness": data["completeness"].values.tolist(),
+        "point": point,
+        "rigid_mass": data["rigid_mass"].values,
+        "completeness": data["completeness"].values,
     }

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from tautflex.cli.cards import show_tuning
 from tautflex.cli.options import (
     AsJson,
     CaseFile,
@@ -14,9 +15,9 @@ from tautflex.cli.options import (
     Overrides,
     Plugins,
     about,
+    load,
     print_json,
     require_new_file,
-    use_plugins,
 )
 from tautflex.errors import CaseError
 
@@ -46,14 +47,11 @@ def tune(
 
     Example: tautflex tune m2.toml --frequency 1.0 -o tuned.toml
     """
-    use_plugins(plugin)
-    from tautflex.case import load_case
-
     numbers = mode or list(range(1, len(frequency) + 1))
     if not 1 <= len(frequency) <= 2 or len(numbers) != len(frequency):
         text = f"--frequency, --mode: expected one or two pairs, got {len(frequency)} and {len(numbers)}"
         raise CaseError(f"{text}; give one --mode per --frequency")
-    loaded = load_case(case, override or ())
+    loaded = load(case, override, plugin)
     if loaded.cables is None:
         text = f"{case}: membrane.edges: expected 'cables', got {loaded.membrane.edges!r}"
         raise CaseError(f"{text}; tuning scales cable tensions, for a fixed film choose membrane.stress_x and stress_y")
@@ -70,17 +68,15 @@ def tune(
     answer: dict[str, Any] = {
         "pretension_x": tuned.cables.pretension_x,
         "pretension_y": tuned.cables.pretension_y,
-        "frequencies": [float(value) for value in result.frequencies],
+        "frequencies": result.frequencies,
         "files": {},
     }
     if output is not None:
         output.write_text(f"# {case.name}, tuned by `tautflex tune`\n\n{tuned.to_toml()}", encoding="utf-8")
-        answer["files"] = {"case": str(output)}
+        answer["files"] = {"case": output}
     if as_json:
         print_json(answer)
     else:
-        from tautflex.cli.cards import show_tuning
-
         show_tuning(case, answer)
     return 0
 

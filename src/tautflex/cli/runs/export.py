@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from tautflex.cli.cards import say
 from tautflex.cli.options import AsJson, Plugins, about, print_json, require_output_directory, use_plugins
 
 
@@ -43,10 +44,8 @@ def export(
         else:
             files = write_vtu(data, directory, run.stem)
     if as_json:
-        print_json({"files": [str(file) for file in files]})
+        print_json({"files": files})
     else:
-        from tautflex.cli.cards import say
-
         more = f" and {len(files) - 1} files in {files[1].parent}" if len(files) > 1 else ""
         say(f"Wrote {files[0]}{more}.")
     return 0

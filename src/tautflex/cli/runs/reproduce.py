@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from tautflex.cli.options import AsJson, Plugins, print_json, require_output_directory, use_plugins
+from tautflex.cli.runs.reproduce_cards import show_comparison
 from tautflex.cli.runs.run import progress_bar
 from tautflex.errors import CaseError
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from tautflex.paper.comparison import Plan
+    from tautflex.paper.figures.index import PaperFigure
     from tautflex.paper.tables.rows import Row
 
 FAILED, INTERRUPTED = 1, 130
@@ -65,9 +67,10 @@ def reproduce(
     from tautflex.paper.comparison import make_plan
     from tautflex.paper.engine import WorkerLostError
 
-    plan = make_plan(tables, _needs(figures), quick, figures=bool(figures))
+    needs = [run for figure in figures.values() for run in figure.needs]
+    plan = make_plan(tables, needs, quick, figures=bool(figures))
     try:
-        made = _make(plan, figures, output, workers, _QUICK_FORMATS if quick else None)
+        made = _make(plan, list(figures), output, workers, _QUICK_FORMATS if quick else None)
     except KeyboardInterrupt:
         return _tell(f"interrupted; finished runs are kept in {output}: repeat the command to go on", INTERRUPTED)
     except WorkerLostError as error:
@@ -77,8 +80,6 @@ def reproduce(
     if as_json:
         print_json(_answer(made))
     else:
-        from tautflex.cli.runs.reproduce_cards import show_comparison
-
         show_comparison(made.rows, made.summary, made.files)
     return 0
 
@@ -106,26 +107,18 @@ def _tables(asked: Sequence[str] | None, whole: bool, quick: bool) -> tuple[str,
     return everything if whole else tuple(asked or ())
 
 
-def _figures(asked: Sequence[str] | None, whole: bool) -> tuple[str, ...]:
+def _figures(asked: Sequence[str] | None, whole: bool) -> dict[str, PaperFigure]:
     if not asked and not whole:
-        return ()
+        return {}
     from tautflex.paper.figures.index import FIGURES
 
-    chosen = []
+    chosen: dict[str, PaperFigure] = {}
     for name in asked or ():
-        found = [number for number in FIGURES if name in (number, number.rstrip("abc"))]
+        found = {number: figure for number, figure in FIGURES.items() if name in (number, number.rstrip("abc"))}
         if not found:
             raise CaseError(f"--figure: expected one of {', '.join(FIGURES)}, got {name!r}")
-        chosen += found
-    return tuple(FIGURES) if whole else tuple(dict.fromkeys(chosen))
-
-
-def _needs(figures: Sequence[str]) -> list[str]:
-    if not figures:
-        return []
-    from tautflex.paper.figures.index import FIGURES
-
-    return [name for number in figures for name in FIGURES[number].needs]
+        chosen |= found
+    return FIGURES if whole else chosen
 
 
 def _make(
@@ -196,8 +189,8 @@ def _answer(made: _Made) -> dict[str, Any]:
         place = "consistent" if variant == "consistent" else "tables" if number.isdigit() else "extra"
         answer[place][number] = [row.to_si() for row in rows if not row.repeats]
     answer["summary"] = [{"variant": row.variant, **row.to_si()} for row in made.summary]
-    answer["figures"] = {number: [str(path) for path in paths] for number, paths in made.figures.items()}
-    answer["files"] = {name: str(path) for name, path in made.files.items()}
+    answer["figures"] = made.figures
+    answer["files"] = made.files
     return answer
 
 

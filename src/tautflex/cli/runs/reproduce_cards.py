@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from tautflex.cli.cards import say
+from tautflex.cli.cards import list_files, say
 
 if TYPE_CHECKING:
     from tautflex.paper.tables.rows import Row
@@ -26,12 +26,7 @@ def show_comparison(
         _show_table(variant, number, table)
     if summary:
         _show_scores(summary)
-    names: dict[Path, list[str]] = {}
-    for path in files.values():
-        names.setdefault(path.parent, []).append(path.name)
-    for directory, found in names.items():
-        listed = ", ".join(found) if len(found) <= 8 else f"{len(found)} files"
-        say(f"Wrote to {directory}/: {listed}")
+    list_files(files)
 
 
 def _show_table(variant: str, number: str, rows: Sequence[Row]) -> None:

@@ -9,15 +9,16 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from tautflex.cli.cards import show_run
 from tautflex.cli.options import (
     AsJson,
     CaseFile,
     Overrides,
     Plugins,
     about,
+    load,
     print_json,
     require_output_directory,
-    use_plugins,
 )
 
 
@@ -39,10 +40,7 @@ def run(
 
     Example: tautflex run m2.toml -o m2 --set damping.alpha=0.01 --set solver.end_time=5
     """
-    use_plugins(plugin)
-    from tautflex.case import load_case
-
-    loaded = load_case(case, override or ())
+    loaded = load(case, override, plugin)
     directory = output if output is not None else default_directory(case)
     require_output_directory(directory)
 
@@ -54,8 +52,6 @@ def run(
     if as_json:
         print_json(summary)
     else:
-        from tautflex.cli.cards import show_run
-
         show_run(case, summary)
     return 0 if summary["status"] == "completed" else 1
 

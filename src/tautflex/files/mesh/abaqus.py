@@ -26,22 +26,7 @@ TYPES = {
 
 
 def read_abaqus(text: str) -> RawMesh:
-    """Read the mesh of an Abaqus input file.
-
-    Parameters
-    ----------
-    text
-        Content of the file.
-
-    Returns
-    -------
-    RawMesh
-
-    Raises
-    ------
-    MeshError
-        If a line is wrong, or the file uses what is not read here.
-    """
+    """Read the mesh of an Abaqus input file; MeshError if a line is wrong, or uses what is not read here."""
     content = _Content()
     for block in blocks(text):
         reader = _READERS.get(block.keyword)

@@ -37,18 +37,7 @@ LIBRARIES = "libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 li
 
 
 def read_gmsh(content: bytes, seconds: int = SECONDS) -> RawMesh:
-    """Read the mesh and the physical groups of a Gmsh file.
-
-    Parameters
-    ----------
-    content
-        Bytes of the file.
-    seconds
-        Time after which reading is given up [s].
-
-    Returns
-    -------
-    RawMesh
+    """Read the mesh and the physical groups of a Gmsh file; it is given up after some ``seconds``.
 
     Raises
     ------

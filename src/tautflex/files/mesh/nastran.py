@@ -49,22 +49,7 @@ class Card:
 
 
 def read_nastran(text: str) -> RawMesh:
-    """Read the mesh of a Nastran bulk data file.
-
-    Parameters
-    ----------
-    text
-        Content of the file.
-
-    Returns
-    -------
-    RawMesh
-
-    Raises
-    ------
-    MeshError
-        If a card is wrong, or the file uses what is not read here.
-    """
+    """Read the mesh of a Nastran bulk data file; MeshError if a card is wrong, or uses what is not read here."""
     content = _Content()
     for card in cards(text):
         content.add(card)

@@ -34,7 +34,6 @@ RATE_TREND: dict[str, dict[float, str]] = {  # the paper has pi/50 for M1 only [
     for model in MODELS
 }
 DURATION_TREND = {model: {duration: run_name(model, "pi_5", duration) for duration in DURATIONS} for model in MODELS}
-_FIXED_DURATION, _FIXED_RATE = ("duration", _SHORT), ("rate", RATES["pi_5"])
 _MARKERS = {"M1": "o", "M2": "s", "M3": "^"}
 _SIZE, _OPEN_SIZE = 4.5, 7.5  # of markers [points]: ours fit inside the paper's
 _OPEN: dict[str, Any] = {"markersize": _OPEN_SIZE, "markerfacecolor": "none", "markeredgewidth": 1.2}
@@ -57,37 +56,25 @@ Measure = Callable[[xr.Dataset, float], float]
 @styled
 def draw_12a(runs: Runs, modes: Modes) -> Figure:
     """Draw response frequency against initial angular velocity [paper, Figure 12a]."""
-    figure, axes = _axes("(a)  $T$ = 0.1 s", "response frequency [Hz]")
-    _draw(axes, _trends(runs, RATE_TREND, "response_frequency", response_frequency, "rate", _FIXED_DURATION))
-    _rate_axis(axes)
-    return _finished_frequency(figure, axes, modes)
+    return _finished_frequency(_against_rate(runs, "response_frequency"), modes)
 
 
 @styled
 def draw_12b(runs: Runs, modes: Modes) -> Figure:
     """Draw response frequency against the duration of the stop [paper, Figure 12b]."""
-    figure, axes = _axes(rf"(b)  $\omega_0$ = {RATE_SYMBOLS['pi_5']} rad/s", "response frequency [Hz]")
-    _draw(axes, _trends(runs, DURATION_TREND, "response_frequency", response_frequency, "duration", _FIXED_RATE))
-    _duration_axis(axes)
-    return _finished_frequency(figure, axes, modes)
+    return _finished_frequency(_against_duration(runs, "response_frequency"), modes)
 
 
 @styled
 def draw_13a(runs: Runs, modes: Modes) -> Figure:
     """Draw amplitude against initial angular velocity [paper, Figure 13a]."""
-    figure, axes = _axes("(a)  $T$ = 0.1 s", "amplitude of $w_A$ [mm]")
-    _draw(axes, _trends(runs, RATE_TREND, "amplitude", response_amplitude, "rate", _FIXED_DURATION))
-    _rate_axis(axes)
-    return _finished_amplitude(figure, axes)
+    return _finished_amplitude(_against_rate(runs, "amplitude"))
 
 
 @styled
 def draw_13b(runs: Runs, modes: Modes) -> Figure:
     """Draw amplitude against the duration of the stop [paper, Figure 13b]."""
-    figure, axes = _axes(rf"(b)  $\omega_0$ = {RATE_SYMBOLS['pi_5']} rad/s", "amplitude of $w_A$ [mm]")
-    _draw(axes, _trends(runs, DURATION_TREND, "amplitude", response_amplitude, "duration", _FIXED_RATE))
-    _duration_axis(axes)
-    return _finished_amplitude(figure, axes)
+    return _finished_amplitude(_against_duration(runs, "amplitude"))
 
 
 def response_frequency(run: xr.Dataset, padded: float) -> float:
@@ -100,10 +87,17 @@ def response_amplitude(run: xr.Dataset, padded: float) -> float:
     return 1e3 * amplitude(run["w"].sel(probe=POINT))
 
 
+_QUANTITIES: dict[str, tuple[str, Measure]] = {
+    "response_frequency": ("response frequency [Hz]", response_frequency),
+    "amplitude": ("amplitude of $w_A$ [mm]", response_amplitude),
+}
+
+
 def _trends(
-    runs: Runs, cases: Mapping[str, Cases], quantity: str, measure: Measure, along: str, fixed: tuple[str, float]
+    runs: Runs, cases: Mapping[str, Cases], quantity: str, along: str, fixed: tuple[str, float]
 ) -> dict[str, Trend]:
     """Curve of every model along ``"rate"`` or ``"duration"``, the other one of the two being fixed."""
+    measure = _QUANTITIES[quantity][1]
     printed = {model: _printed(model, quantity, along, fixed) for model in cases}
     default = float(published.about(6)["padded_duration"])
     trends = {}
@@ -124,23 +118,21 @@ def _printed(model: str, quantity: str, along: str, fixed: tuple[str, float]) ->
     }
 
 
-def _axes(title: str, label: str) -> tuple[Figure, Axes]:
-    figure = new_figure(SINGLE_COLUMN, 2.9)
-    axes = figure.add_subplot()
+def _drawn(title: str, quantity: str, trends: Mapping[str, Trend]) -> Axes:
+    axes = new_figure(SINGLE_COLUMN, 2.9).add_subplot()
     axes.set_title(title, fontsize=8, loc="left")
-    axes.set_ylabel(label)
-    return figure, axes
-
-
-def _draw(axes: Axes, trends: Mapping[str, Trend]) -> None:
+    axes.set_ylabel(_QUANTITIES[quantity][0])
     for k, (model, trend) in enumerate(trends.items()):
         look: dict[str, Any] = {"color": COLORS[k], "marker": _MARKERS[model]}
         axes.plot(trend.x, trend.ours, "-", markersize=_SIZE, **look)
         axes.plot(list(trend.printed), list(trend.printed.values()), linestyle="none", zorder=4, **look, **_OPEN)
+    return axes
 
 
-def _rate_axis(axes: Axes) -> None:
+def _against_rate(runs: Runs, quantity: str) -> Axes:
     """Angular velocities are decades apart: logarithmic, with the paper's values as ticks."""
+    trends = _trends(runs, RATE_TREND, quantity, "rate", ("duration", _SHORT))
+    axes = _drawn("(a)  $T$ = 0.1 s", quantity, trends)
     axes.set_xscale("log")
     axes.set_xlim(0.025, 2.0)
     names = {value: RATE_SYMBOLS[name] for name, value in RATES.items()}
@@ -148,16 +140,20 @@ def _rate_axis(axes: Axes) -> None:
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: names.get(value, "")))
     axes.set_xlabel(r"initial angular velocity $\omega_0$ [rad/s]")
+    return axes
 
 
-def _duration_axis(axes: Axes) -> None:
+def _against_duration(runs: Runs, quantity: str) -> Axes:
+    trends = _trends(runs, DURATION_TREND, quantity, "duration", ("rate", RATES["pi_5"]))
+    axes = _drawn(rf"(b)  $\omega_0$ = {RATE_SYMBOLS['pi_5']} rad/s", quantity, trends)
     axes.xaxis.set_major_locator(FixedLocator(list(DURATIONS)))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.set_xlim(0.0, 2.1)
     axes.set_xlabel("duration of the stop $T$ [s]")
+    return axes
 
 
-def _finished_frequency(figure: Figure, axes: Axes, modes: Modes) -> Figure:
+def _finished_frequency(axes: Axes, modes: Modes) -> Figure:
     printed = {entry["model"]: entry["dominant_frequency"] for entry in published.table(4)}
     for k, model in enumerate(MODELS):
         axes.axhline(
@@ -165,22 +161,22 @@ def _finished_frequency(figure: Figure, axes: Axes, modes: Modes) -> Figure:
         )
         axes.axhline(printed[model], color=COLORS[k], linestyle=_PAPER, linewidth=0.9)
     axes.set_ylim(bottom=0.0)
-    _legend(figure, natural=True)
-    return figure
+    return _with_legend(axes, natural=True)
 
 
-def _finished_amplitude(figure: Figure, axes: Axes) -> Figure:
+def _finished_amplitude(axes: Axes) -> Figure:
     axes.set_yscale("log")
     axes.margins(y=0.1)
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    _legend(figure, natural=False)
-    return figure
+    return _with_legend(axes, natural=False)
 
 
-def _legend(figure: Figure, natural: bool) -> None:
+def _with_legend(axes: Axes, natural: bool) -> Figure:
     """Explain colours and symbols under the drawing."""
+    figure = axes.figure
+    assert isinstance(figure, Figure)
     entries = [
         Line2D([], [], color=COLORS[k], marker=_MARKERS[model], markersize=_SIZE, label=model)
         for k, model in enumerate(MODELS)
@@ -190,3 +186,4 @@ def _legend(figure: Figure, natural: bool) -> None:
         entries.append(Line2D([], [], color=GREY, linestyle=_OURS, linewidth=1.2, label="mode (1,2), ours"))
         entries.append(Line2D([], [], color=GREY, linestyle=_PAPER, linewidth=0.9, label="mode (1,2), paper"))
     figure.legend(handles=entries, loc="outside lower center", ncols=2 if natural else 4, columnspacing=1.0)
+    return figure

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from tautflex.errors import InputError
 from tautflex.numeric import Array
@@ -15,6 +15,9 @@ from tautflex.solvers.modal.labels import FilmSampler, half_wave_labels, symmetr
 from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.variables import COMPONENTS, MODES, described, mesh_variables
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,8 @@ class Modes:
 
     def to_dataset(self) -> xr.Dataset:
         """Modes and mesh as a Dataset with units on every variable."""
+        import xarray as xr  # half a second, which a case that is refused need not wait for
+
         label = np.array([pair or (0, 0) for pair in self.labels])
         data = {
             "frequency": self.frequencies,
