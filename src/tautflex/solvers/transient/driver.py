@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
-from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
+from tautflex.solvers.transient.equation import MotionState
+from tautflex.solvers.transient.explicit import ExplicitStepper
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.scheme import Method
-
-
-class OneStep(Protocol):
-    """What a driver needs of a stepper."""
-
-    equation: EquationOfMotion
-
-    def step(self, at: MotionState, size: float, segment: Segment) -> tuple[MotionState, NewtonOutcome]:
-        """Advance inside one smooth segment; the outcome says whether the end is meaningful."""
-        ...
 
 
 class StagedStepper:
@@ -61,6 +51,7 @@ class StagedStepper:
 
 
 ImplicitStepper = Stepper | StagedStepper
+AnyStepper = ImplicitStepper | ExplicitStepper
 
 
 class GridDriver:
@@ -78,7 +69,7 @@ class GridDriver:
         Times a step may be halved.
     """
 
-    def __init__(self, stepper: OneStep, segments: tuple[Segment, ...], step: float, halvings: int) -> None:
+    def __init__(self, stepper: AnyStepper, segments: tuple[Segment, ...], step: float, halvings: int) -> None:
         self._stepper, self._segments, self._step, self._halvings = stepper, segments, step, halvings
         self._statistics = stepper.equation.statistics
         self._current = 0

@@ -134,13 +134,6 @@ class EquationOfMotion:
         force -= self.state.reference_force
         return force
 
-    def average_force(self, start: Array, end: Array) -> Array:
-        """Internal force above the reference, of the average stress between two states."""
-        self.statistics.force_evaluations += 1
-        force = self.workspace.average_force(start, end)
-        force -= self.state.reference_force
-        return force
-
     def frame_forces(self, q: Array, v: Array, terms: MotionTerms) -> Array:
         """Forces of damping and of the moving frame."""
         total = terms.load - self.input_load

@@ -14,7 +14,7 @@ from tautflex.numeric import Array
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.adaptive import AdaptiveDriver
-from tautflex.solvers.transient.driver import GridDriver, ImplicitStepper, StagedStepper
+from tautflex.solvers.transient.driver import AnyStepper, GridDriver, StagedStepper
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
 from tautflex.solvers.transient.explicit import ExplicitStepper
 from tautflex.solvers.transient.free_hub.equation import HubEquation
@@ -24,8 +24,6 @@ from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, SteppingModel, TransientProblem
 from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.transient.status import Run, Status
-
-AnyStepper = ImplicitStepper | ExplicitStepper
 
 
 def simulate(
