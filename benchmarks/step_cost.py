@@ -24,7 +24,7 @@ from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.probes import place_probes
 from tautflex.solvers.transient.recorder import Recorder
-from tautflex.solvers.transient.simulate import _Flight
+from tautflex.solvers.transient.simulate import begin
 from tautflex.structure.antenna import AntennaLayout, build_antenna
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 
@@ -64,21 +64,20 @@ def measure(name: str, divisions: tuple[int, int], rate: float, duration: float,
     stepper = Stepper(equation, tf.WilsonTheta(), 1e-6)
     maneuver = Stop(rate, duration)
     driver = GridDriver(stepper, maneuver.segments(), step, 8)
-    flight = _Flight(equation, maneuver)
     count = round(seconds / step)
     probes = place_probes(state.system, {"A": (0.7036, 0.4267)})
-    recorder = Recorder(state.system, equation.workspace, probes, count + 1, set())
-    at = flight.start(np.zeros(state.system.size))
+    recorder = Recorder(equation, probes, count + 1, set())
+    at = begin(equation, maneuver, np.zeros(state.system.size))
     vector = np.random.default_rng(0).standard_normal(state.system.size)
     stepping, substitution = [], []
     for number in range(1, count + 1):
         began = time.thread_time()
         at = driver.advance(at, number * step)
-        flight.record(recorder, driver, at, number, 1)
+        recorder.store(at, driver.segment)
         stepping.append(time.thread_time() - began)
         if number % 5 == 0:
             began = time.thread_time()
-            stepper._factor.solve(vector)
+            stepper.factor.solve(vector)
             substitution.append(time.thread_time() - began)
     # The first steps compile, order and factorize for the first time.
     stepping, substitution = stepping[3:], substitution[1:]
@@ -91,7 +90,7 @@ def measure(name: str, divisions: tuple[int, int], rate: float, duration: float,
         "steps": count,
         "iterations_per_step": equation.statistics.iterations / count,
         "factorizations": equation.statistics.factorizations,
-        "fill": stepper._factor.fill,
+        "fill": stepper.factor.fill,
         "milliseconds_per_step": 1e3 * float(np.mean(stepping)),
         "milliseconds_per_back_substitution": 1e3 * float(np.mean(substitution)),
         "back_substitutions_per_step": float(np.mean(stepping) / np.mean(substitution)),

@@ -23,37 +23,37 @@ def chain():
 
 def _corrections():
     rng = np.random.default_rng(1)
-    left, right = rng.standard_normal((2, RANK, SIZE))
+    vectors = rng.standard_normal((RANK, SIZE))
     core = rng.standard_normal((RANK, RANK))
     singular = core.copy()
     singular[-1] = singular[0]
     return {
-        "symmetric": (left, rng.uniform(0.5, 2.0, RANK), None),
-        "two sides": (left, core, right),
-        "singular core": (left, singular, right),
-        "nothing": (left[:0], np.zeros(0), None),
+        "diagonal core": (vectors, rng.uniform(0.5, 2.0, RANK)),
+        "full core": (vectors, core),
+        "singular core": (vectors, singular),
+        "nothing": (vectors[:0], np.zeros(0)),
     }
 
 
 @pytest.mark.parametrize("name", list(_corrections()))
 def test_solution_equals_the_dense_one(chain, name):
     factors, matrix = chain
-    left, core, right = _corrections()[name]
-    full = matrix + left.T @ (np.diag(core) if core.ndim == 1 else core) @ (left if right is None else right)
+    vectors, core = _corrections()[name]
+    full = matrix + vectors.T @ (np.diag(core) if core.ndim == 1 else core) @ vectors
     update, expected = LowRankUpdate(factors), np.random.default_rng(2).standard_normal(SIZE)
-    update.correct(left, core, right)
+    update.correct(vectors, core)
     found = update.solve(full @ expected)
     assert np.abs(found - expected).max() <= 1e-14 * np.linalg.cond(full) * np.abs(expected).max()
 
 
 def test_a_second_correction_replaces_the_first(chain):
     factors, matrix = chain
-    left, core, _ = _corrections()["symmetric"]
+    vectors, core = _corrections()["diagonal core"]
     update, right = LowRankUpdate(factors), np.ones(SIZE)
-    update.correct(left, core)
-    update.correct(left[:1], core[:1])
+    update.correct(vectors, core)
+    update.correct(vectors[:1], core[:1])
     assert update.solve(right) == pytest.approx(
-        np.linalg.solve(matrix + core[0] * np.outer(left[0], left[0]), right), rel=1e-12
+        np.linalg.solve(matrix + core[0] * np.outer(vectors[0], vectors[0]), right), rel=1e-12
     )
 
 

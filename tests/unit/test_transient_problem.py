@@ -160,3 +160,18 @@ def test_memory_must_fit_the_states_passed(film):
 
     with pytest.raises(InputError, match=r"factors of 2 states \(or none\) for V and A of stage 2, got 1 and 2"):
         tf.simulate(film, method=Wrong(), **GRID)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: tf.WilsonTheta("soft"), "theta: expected a finite number, got 'soft'; 1.4 is the usual choice"),
+        (lambda: tf.WilsonTheta(3.5), r"theta: expected a number in \[1, 3\], got 3.5; 1.4 is the usual choice"),
+        (lambda: tf.Newmark(gamma=None), "gamma: expected a finite number, got None; 0.5 is second order"),
+        (lambda: tf.Newmark(beta="soft"), "beta: expected a finite number, got 'soft'"),
+        (lambda: tf.Newmark(beta=0.0), r"beta: expected a number in \(0, 1\], got 0.0"),
+    ],
+)
+def test_methods_say_in_words_what_their_options_are_not(make, message):
+    with pytest.raises(tf.InputError, match=message):
+        make()

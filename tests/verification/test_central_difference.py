@@ -82,6 +82,18 @@ def test_a_step_beyond_the_limit_gives_itself_away():
     assert sizes[-1] < 50.0 * sizes[0]
 
 
+def test_all_factorizations_are_counted_however_many_step_sizes_a_damped_run_takes():
+    state = string(8, tension=1.0, modulus=1.0, free_directions="z")
+    stepper = CentralDifference().stepper(EquationOfMotion(state, Rayleigh(alpha=0.1), Coupling()))
+    at = stepper.equation.start(0.0, np.zeros(state.system.size), np.zeros(state.system.size), AtRest().start())
+    stepper.check(at, 0.5 * dense_limit(state))
+    for k in range(20):
+        at, outcome = stepper.step(at, 0.5 * dense_limit(state) / (1.0 + k), AtRest().segments()[0])
+        assert outcome.converged
+    stepper.collect_counts()
+    assert stepper.equation.statistics.factorizations == 20 + 1  # and the mass matrix
+
+
 @pytest.mark.parametrize("ratio", [0.0, 0.03])
 @pytest.mark.parametrize("steps", [20.0, 5.0, 3.2])
 def test_period_and_decay_follow_the_textbook(steps, ratio):

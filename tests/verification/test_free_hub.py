@@ -11,11 +11,12 @@ import tautflex as tf
 from tautflex.errors import InputError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
+from tautflex.motion.kinematics import AtRest
 from tautflex.motion.rotations import matrix
 from tautflex.solvers.transient.free_hub.equation import HubEquation
-from tautflex.solvers.transient.free_hub.record import HubFlight
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.probes import place_probes
+from tautflex.solvers.transient.simulate import begin
 from tautflex.structure.antenna import AntennaLayout, build_antenna
 
 METHODS = [tf.Newmark(), tf.WilsonTheta(), tf.EnergyConserving(), tf.GeneralizedAlpha(0.8), tf.HHT(0.1), tf.Bathe()]
@@ -68,15 +69,14 @@ def hub_equation(state, hub):
     return HubEquation(state, Rayleigh(), Coupling(), hub=hub, probes=place_probes(state.system, {}))
 
 
-def fly(state, hub, method, step, count, velocity=None):
-    """States of a flight, every step."""
+def states_of(state, hub, method, step, count, velocity=None):
+    """States of a run, every step."""
     equation = hub_equation(state, hub)
     stepper = Stepper(equation, method, 1e-11)
-    flight = HubFlight(equation)
-    at = flight.start(np.zeros(state.system.size) if velocity is None else velocity)
+    at = begin(equation, hub, np.zeros(state.system.size) if velocity is None else velocity)
     states = [at]
     for _ in range(count):
-        at, outcome = stepper.step(at, step, flight.segments()[0])
+        at, outcome = stepper.step(at, step, AtRest().segments()[0])
         assert outcome.converged
         states.append(at)
     return equation, states
@@ -87,7 +87,7 @@ def test_free_flight_keeps_both_momenta(antenna, method, verification_row):
     """The momenta are summed over all mass points, independently of how the stepper balances them."""
     hub = tf.FreeHub(**HUB, angular_velocity=(0.3, 0.2, -0.1), velocity=(0.1, 0.0, 0.05))
     start = np.random.default_rng(1).normal(size=antenna.system.size) * 1e-3
-    equation, states = fly(antenna, hub, method, 2e-3, 40, start)
+    equation, states = states_of(antenna, hub, method, 2e-3, 40, start)
     sums = [point_sums(antenna, hub, at) for at in states]
     for index, name in ((0, "linear"), (1, "angular")):
         first = sums[0][index]

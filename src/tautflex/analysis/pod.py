@@ -13,7 +13,7 @@ from scipy.sparse.linalg import splu
 from tautflex.checks import between, float_array
 from tautflex.errors import InputError
 from tautflex.numeric import Array
-from tautflex.solvers.variables import MESH_VARIABLES, POD, about, described
+from tautflex.solvers.variables import MESH, POD, about, described
 
 Mass: TypeAlias = "Array | sparse.sparray | sparse.spmatrix"
 
@@ -144,7 +144,7 @@ def _field(data: xr.Dataset | xr.DataArray | ArrayLike) -> tuple[xr.DataArray, d
                 "data: expected a variable 'displacement' (field_time, node, component), got "
                 f"{sorted(map(str, data.data_vars))}; simulate with fields='all' or a list of times"
             )
-        return data["displacement"], {name: data[name] for name in MESH_VARIABLES if name in data}
+        return data["displacement"], {name: data[name] for name in MESH if name in data}
     if isinstance(data, xr.DataArray):
         field = data
     else:

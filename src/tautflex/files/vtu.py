@@ -15,7 +15,7 @@ from pyevtk.vtk import VtkFile, VtkUnstructuredGrid, np_to_vtk
 
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Indices
-from tautflex.solvers.variables import MESH_VARIABLES
+from tautflex.solvers.variables import MESH
 
 Fields: TypeAlias = Mapping[str, NDArray[np.generic]]
 Cells: TypeAlias = tuple[Indices, int]
@@ -178,7 +178,7 @@ def _cell_fields(
     start = np.concatenate([[0], np.cumsum(counts)])
     for name, values in instant.data_vars.items():
         place = owners.get(str(values.dims[0])) if values.dims else None
-        if place is None or name in MESH_VARIABLES or values.ndim > 2 or not _numeric(values):
+        if place is None or name in MESH or values.ndim > 2 or not _numeric(values):
             continue
         own = values.values
         whole = own.dtype.kind in "iu"

@@ -16,7 +16,17 @@ from tautflex.solvers.linear.qdldl import PlainLDL
 
 
 class Backend(Protocol):
-    """Factors of a symmetric matrix whose upper triangle has a fixed pattern."""
+    """Factors of a symmetric matrix whose upper triangle has a fixed pattern.
+
+    Parameters
+    ----------
+    size
+        Number of unknowns.
+    column_start, rows
+        Compressed columns of the upper triangle.
+    memo
+        Where what it finds out about the pattern is kept for other matrices of the same one.
+    """
 
     def factorize(self, values: Array) -> None:
         """Factorize the matrix with these values of its upper triangle; LinAlgError if a pivot is zero."""
@@ -38,7 +48,6 @@ class Backend(Protocol):
 
 Maker = Callable[[int, NDArray[np.int32], NDArray[np.int32], dict[str, Any]], Backend]
 
-# Name -> class, made from size, column starts and rows of the upper triangle, and a place for what it finds out.
 BACKENDS: dict[str, Maker] = {"ldl": PanelLDL, "qdldl": PlainLDL, "superlu": PivotedLU, "pardiso": Pardiso}
 
 __all__ = ["BACKENDS", "Backend", "Maker", "PanelLDL", "Pardiso", "PivotedLU", "PlainLDL"]

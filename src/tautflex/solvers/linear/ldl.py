@@ -17,12 +17,8 @@ class PanelLDL:
 
     Parameters
     ----------
-    size
-        Number of unknowns.
-    column_start, rows
-        Compressed columns of the upper triangle.
-    memo
-        Where the order is kept for other matrices of this pattern.
+    size, column_start, rows, memo
+        As of `Backend`.
     """
 
     def __init__(

@@ -1,6 +1,6 @@
 """Solution with a factorized matrix and a correction of low rank, which is never filled in.
 
-``(A + U' D V)^-1 r = y - Z (1 + D V Z)^-1 D V y`` with ``y = A^-1 r`` and ``Z = A^-1 U'`` [Woodbury 1950, Inverting
+``(A + U' D U)^-1 r = y - Z (1 + D U Z)^-1 D U y`` with ``y = A^-1 r`` and ``Z = A^-1 U'`` [Woodbury 1950, Inverting
 modified matrices; Golub & Van Loan, Matrix Computations, 2.1.4]. Nothing is asked of the core D: it may be singular or
 not symmetric.
 """
@@ -23,7 +23,7 @@ class Factors(Protocol):
 
 
 class LowRankUpdate:
-    """Factors of A, and what makes them those of ``A + U' D V``.
+    """Factors of A, and what makes them those of ``A + U' D U``.
 
     Parameters
     ----------
@@ -34,17 +34,17 @@ class LowRankUpdate:
     def __init__(self, factors: Factors) -> None:
         self.factors = factors
         none: Array = np.zeros((0, 0))
-        self._back = self._right = none
+        self._back = self._vectors = none
 
-    def correct(self, left: Array, core: Array, right: Array | None = None) -> None:
-        """Take the present factors and add ``left' core right`` to their matrix, in place of what was added before.
+    def correct(self, vectors: Array, core: Array) -> None:
+        """Take the present factors and add ``vectors' core vectors`` to their matrix in place of any before.
 
-        Costs one solution per row of ``left``.
+        Costs one solution per row of ``vectors``.
 
         Parameters
         ----------
-        left, right
-            U and V, shape (rank, size), few rows; ``right`` None is ``left``.
+        vectors
+            U, shape (rank, size), few rows.
         core
             D, shape (rank, rank), or its diagonal, shape (rank,).
 
@@ -54,12 +54,12 @@ class LowRankUpdate:
             If the corrected matrix is singular.
         """
         square = core[:, None] * np.eye(len(core)) if core.ndim == 1 else core
-        self._right = left if right is None else right
-        moved = np.array([self.factors.solve(row) for row in left]).reshape(left.shape).T
-        inner = np.eye(len(left)) + square @ (self._right @ moved)
+        self._vectors = vectors
+        moved = np.array([self.factors.solve(row) for row in vectors]).reshape(vectors.shape).T
+        inner = np.eye(len(vectors)) + square @ (vectors @ moved)
         self._back = moved @ np.linalg.solve(inner, square)
 
     def solve(self, right: Array) -> Array:
         """Solution with the corrected matrix, shape (size,), or (size, columns) where the factors can."""
         y = self.factors.solve(right)
-        return y - self._back @ (self._right @ y) if len(self._right) else y
+        return y - self._back @ (self._vectors @ y) if len(self._vectors) else y

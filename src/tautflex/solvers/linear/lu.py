@@ -17,12 +17,8 @@ class PivotedLU:
 
     Parameters
     ----------
-    size
-        Number of unknowns.
-    column_start, rows
-        Compressed columns of the upper triangle.
-    memo
-        Not used.
+    size, column_start, rows, memo
+        As of `Backend`.
     """
 
     def __init__(

@@ -28,12 +28,8 @@ class Pardiso:
 
     Parameters
     ----------
-    size
-        Number of unknowns.
-    column_start, rows
-        Compressed columns of the upper triangle.
-    memo
-        Not used.
+    size, column_start, rows, memo
+        As of `Backend`.
 
     Raises
     ------

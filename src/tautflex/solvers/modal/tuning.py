@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,7 +106,9 @@ def tune_pretension(
     )
 
 
-def _damped(evaluate, logs: Array, change: Array, error: Array):  # type: ignore[no-untyped-def]
+def _damped(
+    evaluate: Callable[[Array], tuple[Array, TuneResult]], logs: Array, change: Array, error: Array
+) -> tuple[Array, Array, TuneResult]:
     """Halve the step until the error falls (modes may change places on the way)."""
     for _ in range(6):
         new_error, result = evaluate(logs + change)

@@ -15,6 +15,7 @@ import numpy as np
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.nonlinear.newton import relative_error
 
 # Shifts relative to the largest diagonal entry of the tangent met so far (wrinkled film may be soft everywhere).
 _RESTART, _LEAST_SHIFT, _LARGEST_SHIFT = 1e-8, 1e-14, 1e3
@@ -93,7 +94,7 @@ def find_minimum(
     diagonal = pattern.diagonal
     x, shift = start, max(first_shift, floor)
     gradient, energy, scale, terms = potential.gradient(x)
-    error = _ratio(gradient, scale)
+    error = relative_error(float(np.linalg.norm(gradient)), scale)
     outcome.history.append(error)
     values = potential.tangent(x)
     stiffest = float(np.abs(values[diagonal]).max())
@@ -108,7 +109,7 @@ def find_minimum(
         # Change foretold by the quadratic model with the true tangent.
         foretold = float(gradient @ step) + 0.5 * float(step @ (pattern.matrix(values) @ step))
         trial = potential.gradient(x + step)
-        change, trial_error = trial[1] - energy, _ratio(trial[0], trial[2])
+        change, trial_error = trial[1] - energy, relative_error(float(np.linalg.norm(trial[0])), trial[2])
         blind = abs(foretold) <= _ROUND_OFF * max(terms, trial[3])
         if not np.isfinite(trial_error) or (change > 0.1 * foretold and not (blind and trial_error < error)):
             shift = max(4.0 * shift, _LEAST_SHIFT)
@@ -123,11 +124,6 @@ def find_minimum(
         outcome.history.append(error)
     outcome.x, outcome.converged = x, bool(error <= tolerance)
     return outcome
-
-
-def _ratio(gradient: Array, scale: float) -> float:
-    norm = float(np.sqrt(gradient @ gradient))
-    return 0.0 if norm == 0.0 else norm / scale if scale > 0.0 else np.inf
 
 
 def _positive(factor: SymmetricFactorization, values: Array) -> bool:

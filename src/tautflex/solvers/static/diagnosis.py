@@ -44,9 +44,14 @@ def find_problems(
     fractions
         Parts of the film's area that are wrinkled and slack.
     """
-    wrinkles = any(block.kind == "membrane" and block.law.tension_only for block in system.blocks)
-    film = _wrinkled_film(system.model, states, fractions) if wrinkles else _compressed_film(system.model, resultants)
-    return _slack_cables(system, tension) + film
+    if film_wrinkles(system):
+        return _slack_cables(system, tension) + _wrinkled_film(system.model, states, fractions)
+    return _slack_cables(system, tension) + _compressed_film(system.model, resultants)
+
+
+def film_wrinkles(system: StructuralSystem) -> bool:
+    """Whether a law lets film wrinkle instead of carrying compression."""
+    return any(block.kind == "membrane" and block.law.tension_only for block in system.blocks)
 
 
 def _slack_cables(system: StructuralSystem, tension: Array) -> list[Problem]:

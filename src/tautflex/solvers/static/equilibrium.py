@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -16,11 +14,8 @@ from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.minimum import find_minimum
 from tautflex.solvers.nonlinear.newton import relative_error, solve_newton
+from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.static.tensioning import largest_force
-
-if TYPE_CHECKING:
-    from tautflex.solvers.static.prestress import PrestressedState
-
 
 # First shift of a descent that starts without transverse stiffness; steps of the order of the final deflection.
 _SOFT_START = 1e-4

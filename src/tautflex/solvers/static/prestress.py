@@ -21,7 +21,7 @@ from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
 from tautflex.solvers.linear.eigenpairs import NaturalModes
 from tautflex.solvers.linear.factorization import SymmetricFactorization
-from tautflex.solvers.static.diagnosis import Problem, find_problems, instability_text, soft_text
+from tautflex.solvers.static.diagnosis import Problem, film_wrinkles, find_problems, instability_text, soft_text
 from tautflex.solvers.static.tensioning import largest_force, respond
 from tautflex.structure.model import Model
 
@@ -184,8 +184,8 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
 
 def count_unstable(state: PrestressedState) -> int:
     """Number of negative eigenvalues of (K, M), counted by the pivots of K + shift M."""
-    wrinkles = any(block.kind == "membrane" and block.law.tension_only for block in state.system.blocks)
-    return _count_below(state, -_SLACK_SHIFT if wrinkles and state.membrane_states.any() else -_STABILITY_SHIFT)
+    soft = film_wrinkles(state.system) and state.membrane_states.any()
+    return _count_below(state, -_SLACK_SHIFT if soft else -_STABILITY_SHIFT)
 
 
 def _count_soft(state: PrestressedState) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.motion.kinematics import Segment
-from tautflex.solvers.transient.driver import GridDriver, ImplicitStep
+from tautflex.solvers.transient.driver import GridDriver, ImplicitStepper
 from tautflex.solvers.transient.equation import MotionState
 from tautflex.solvers.transient.methods.scheme import Method, amplification
 
@@ -113,7 +113,7 @@ class AdaptiveDriver(GridDriver):
     """
 
     def __init__(
-        self, stepper: ImplicitStep, segments: tuple[Segment, ...], step: float, end_time: float, control: Adaptive
+        self, stepper: ImplicitStepper, segments: tuple[Segment, ...], step: float, end_time: float, control: Adaptive
     ) -> None:
         super().__init__(stepper, segments, step, 0)
         self._implicit, self._control, self._end_time = stepper, control, end_time

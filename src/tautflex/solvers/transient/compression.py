@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from tautflex.mechanics.membrane import MembraneSurvey
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
-from tautflex.solvers.static.diagnosis import place_of
+from tautflex.solvers.static.diagnosis import film_wrinkles, place_of
 
 # Compression below this part of the largest resultant is not worth a word.
 _NOTABLE = 1e-3
@@ -42,7 +42,7 @@ class CompressionWatch:
     def __init__(self, system: StructuralSystem) -> None:
         self._system = system
         self._film, self._cable, self._instants = _Worst(), _Worst(), 0
-        self._film_elastic = not any(block.kind == "membrane" and block.law.tension_only for block in system.blocks)
+        self._film_elastic = not film_wrinkles(system)
 
     def see(self, time: float, film: MembraneSurvey, cables: list[tuple[Array, Array, bool]]) -> None:
         """Look at one instant: its film, and stress, section and elasticity of every cable block."""

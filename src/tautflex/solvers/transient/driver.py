@@ -3,56 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array
-from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
-from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
+from tautflex.solvers.transient.equation import MotionState
+from tautflex.solvers.transient.explicit import ExplicitStepper
+from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.scheme import Method
-
-
-class OneStep(Protocol):
-    """What a driver needs of a stepper."""
-
-    equation: EquationOfMotion
-
-    def step(self, at: MotionState, size: float, segment: Segment) -> tuple[MotionState, NewtonOutcome]:
-        """Advance inside one smooth segment; the outcome says whether the end is meaningful."""
-        ...
-
-
-class ImplicitStep(OneStep, Protocol):
-    """What adaptive steps need besides: they solve an equation."""
-
-    method: Method
-
-    def errors(self, at: MotionState, end: MotionState, share: float) -> Array:
-        """Norms of ``share`` times the change of the accelerations over a step, less what it could not resolve."""
-        ...
-
-
-class StageStep(ImplicitStep, Protocol):
-    """Steps that can be taken stage by stage."""
-
-    @property
-    def factors(self) -> tuple[SymmetricFactorization, ...]:
-        """Factorizations whose work counts."""
-        ...
-
-    def step(
-        self,
-        at: MotionState,
-        size: float,
-        segment: Segment,
-        place: int = 0,
-        recalled: tuple[Array, Array] | None = None,
-    ) -> tuple[MotionState, NewtonOutcome]:
-        """One stage of a step."""
-        ...
 
 
 class StagedStepper:
@@ -66,7 +26,7 @@ class StagedStepper:
         One for each of the method's tangents, in order.
     """
 
-    def __init__(self, method: Method, steppers: Sequence[StageStep]) -> None:
+    def __init__(self, method: Method, steppers: Sequence[Stepper]) -> None:
         self.method, self._numbers, self._steppers = method, method.tangents, steppers
         self.equation = steppers[0].equation
 
@@ -87,7 +47,11 @@ class StagedStepper:
 
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
-        self.equation.count(*(factor for stepper in self._steppers for factor in stepper.factors))
+        self.equation.count(*(stepper.factor for stepper in self._steppers))
+
+
+ImplicitStepper = Stepper | StagedStepper
+AnyStepper = ImplicitStepper | ExplicitStepper
 
 
 class GridDriver:
@@ -105,7 +69,7 @@ class GridDriver:
         Times a step may be halved.
     """
 
-    def __init__(self, stepper: OneStep, segments: tuple[Segment, ...], step: float, halvings: int) -> None:
+    def __init__(self, stepper: AnyStepper, segments: tuple[Segment, ...], step: float, halvings: int) -> None:
         self._stepper, self._segments, self._step, self._halvings = stepper, segments, step, halvings
         self._statistics = stepper.equation.statistics
         self._current = 0

@@ -20,7 +20,7 @@ from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.transient.methods.scheme import Combination, Stage, StepScheme
+from tautflex.solvers.transient.methods.scheme import Stage, StepScheme
 from tautflex.solvers.transient.status import Statistics
 from tautflex.solvers.transient.step_kernel import assemble_residual, begin_step, end_of_step, step_residual
 
@@ -100,7 +100,8 @@ class EquationOfMotion:
         )
         self._mass_factor = SymmetricFactorization(self.system.pattern)
         self._motion: RigidMotion | None = None
-        self._terms = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(self.system.size))
+        self.at_rest = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(self.system.size))
+        self._terms = self.at_rest
         self.input_load = np.zeros(self.system.size)
 
     def motion_terms(self, motion: RigidMotion) -> MotionTerms:
@@ -122,7 +123,7 @@ class EquationOfMotion:
     def set_time(self, time: float, before: float = np.inf) -> None:
         """Apply the inputs of an instant; a jump at ``before`` is not met yet."""
         if self.inputs:
-            instant = min(time, float(np.nextafter(before, -np.inf)))
+            instant = earlier(time, before)
             self.input_load = self.inputs.load(instant)
             self.workspace.change_initial_stress(self.inputs.stress(instant))
 
@@ -130,13 +131,6 @@ class EquationOfMotion:
         """Internal force above the reference."""
         self.statistics.force_evaluations += 1
         force, _ = self.workspace.force(q)
-        force -= self.state.reference_force
-        return force
-
-    def average_force(self, start: Array, end: Array) -> Array:
-        """Internal force above the reference, of the average stress between two states."""
-        self.statistics.force_evaluations += 1
-        force = self.workspace.average_force(start, end)
         force -= self.state.reference_force
         return force
 
@@ -238,15 +232,7 @@ class EquationOfMotion:
 
 
 class StepNumbers:
-    """Stage of one step size as compiled code reads it.
-
-    Parameters
-    ----------
-    stage
-        Stage of the method.
-    equation
-        Equation of motion.
-    """
+    """Stage of one step size as compiled code reads it."""
 
     def __init__(self, stage: Stage, equation: EquationOfMotion) -> None:
         self.scheme, self.share = stage.scheme, stage.share
@@ -266,29 +252,11 @@ class StepNumbers:
 
 
 class StepForces:
-    """All forces of one step as a function of its increment.
+    """All forces of one step from ``at`` as a function of its increment.
 
-    Parameters
-    ----------
-    equation
-        Equation of motion.
-    numbers
-        Scheme of the step.
-    terms
-        Rotating-frame terms at the evaluation instant.
-    at
-        Start of the step.
-    size
-        Step size [s].
-    diagonal
-        Diagonal of the stiffness, shape (size,).
-
-    Attributes
-    ----------
-    known_norm, stiff_norm
-        Norms of the forces that do not depend on the increment, and of ``diagonal * q`` [N].
-    displacement
-        Matrix Z of the frame's stiffness M(Z), shape (3, 3) [1/s^2].
+    ``terms`` are those of the frame at the evaluation instant, ``diagonal`` is that of the stiffness, shape (size,).
+    ``known_norm`` and ``stiff_norm`` are the norms of the forces that do not depend on the increment and of
+    ``diagonal * q`` [N], ``displacement`` is the matrix Z of the frame's stiffness M(Z), shape (3, 3) [1/s^2].
     """
 
     def __init__(
@@ -346,14 +314,15 @@ class StepForces:
     def _balancing_forces(self, x: Array, residual: Array) -> Array:
         """All forces but inertia at the evaluation instant, shape (size,)."""
         scheme = self._scheme
-        inertia_force = self.equation.products.mass_product(combine(scheme.inertia, x, self.at))
+        inertia, at = scheme.inertia, self.at
+        inertia_force = self.equation.products.mass_product(inertia.d * x + inertia.v * at.v + inertia.a * at.a)
         forces: Array = (residual - inertia_force - (1.0 - scheme.weight) * self._history) / scheme.weight
         return forces
 
 
-def combine(c: Combination, d: Array, at: MotionState) -> Array:
-    """Linear combination of increment, velocity and acceleration at the start of a step."""
-    return c.d * d + c.v * at.v + c.a * at.a
+def earlier(time: float, jump: float) -> float:
+    """The time, or the last one before a jump that is not met yet."""
+    return min(time, float(np.nextafter(jump, -np.inf)))
 
 
 def hermite(

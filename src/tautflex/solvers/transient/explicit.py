@@ -19,6 +19,8 @@ from tautflex.solvers.transient.stability import largest_eigenvalue
 _CHECK_INTERVAL, _STRESS_GROWTH = 100, 1.1
 # Stiffness that changes from step to step can feed energy into steps close to the limit (parametric excitation).
 _STIFFENED_SHARE = 0.5
+# Step sizes whose factors are kept.
+_MOST_FACTORS = 16
 
 
 class ExplicitMethod(ABC):
@@ -148,13 +150,15 @@ class ExplicitStepper:
         products = self.equation.products
         key = size if products.damped else 0.0
         if key not in self._factors:
-            if len(self._factors) > 16:
-                self._factors.clear()
-            factors = SymmetricFactorization(self._pattern)
+            if len(self._factors) < _MOST_FACTORS:
+                factors = SymmetricFactorization(self._pattern)
+                update = LowRankUpdate(factors)
+            else:  # the oldest make room, but their work stays counted
+                factors, update = self._factors.pop(next(iter(self._factors)))
             factors.factorize(self.equation.inertia.mass_entries + 0.5 * key * products.entries)
-            self._factors[key] = factors, LowRankUpdate(factors)
             if products.matrix.rank:
-                self._factors[key][1].correct(products.matrix.vectors, 0.5 * key * products.matrix.coefficients)
+                update.correct(products.matrix.vectors, 0.5 * key * products.matrix.coefficients)
+            self._factors[key] = factors, update
         return self._factors[key][1]
 
     def collect_counts(self) -> None:

@@ -45,8 +45,8 @@ class Stepper:
     def __init__(self, equation: EquationOfMotion, method: Method, tolerance: float, max_iterations: int = 25) -> None:
         self.equation, self.method, self.tolerance, self._max_iterations = equation, method, tolerance, max_iterations
         self._pattern = equation.system.pattern
-        self._factor = SymmetricFactorization(self._pattern)
-        self.solver = LowRankUpdate(self._factor)
+        self.factor = SymmetricFactorization(self._pattern)
+        self.solver = LowRankUpdate(self.factor)
         self._factor_size, self._factor_inertia = 0.0, 0.0
         self._fewest_iterations, self._lost_iterations, self._judged = 0, 0, 0
         # Tangents that do not turn keep linear momentum to round-off at any tolerance, as conserving methods should.
@@ -107,8 +107,8 @@ class Stepper:
 
     def _judge_factor(self, iterations: int) -> None:
         """Drop the factorization once the iterations that its age cost would have paid for a new one."""
-        if self._judged != self._factor.factorizations:
-            self._judged = self._factor.factorizations
+        if self._judged != self.factor.factorizations:
+            self._judged = self.factor.factorizations
             self._fewest_iterations, self._lost_iterations = iterations, 0
             return
         self._fewest_iterations = min(self._fewest_iterations, iterations)
@@ -137,7 +137,7 @@ class Stepper:
         symmetric = 0.5 * (forces.displacement + forces.displacement.T)
         if symmetric.any():
             values += numbers.scheme.weight * equation.inertia.entries(symmetric)[self._pattern.upper[0]]
-        self._factor.factorize_upper(values)
+        self.factor.factorize_upper(values)
         self.solver.correct(*equation.correction(q, numbers.scheme))
         self._factor_size, self._factor_inertia = size, numbers.scheme.inertia.d
         if self._corotation is not None:
@@ -145,7 +145,7 @@ class Stepper:
 
     def usable_factor(self, size: float) -> bool:
         """Whether the last factors belong to this step size."""
-        return self._factor.ready and self._factor_size == size
+        return self.factor.ready and self._factor_size == size
 
     def errors(self, at: MotionState, end: MotionState, share: float) -> Array:
         """Norms of ``share`` times the change of the accelerations over a step, less what it could not resolve anyway.
@@ -156,20 +156,15 @@ class Stepper:
         """
 
         def smoothed(error: Array) -> Array:
-            if not self._factor.ready:
+            if not self.factor.ready:
                 return error
             return self.solver.solve(self._factor_inertia * self.equation.mobile_mass(end, error))
 
         return self.equation.errors(at, end, share, smoothed)
 
-    @property
-    def factors(self) -> tuple[SymmetricFactorization, ...]:
-        """Factorizations whose work counts."""
-        return (self._factor,)
-
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
-        self.equation.count(*self.factors)
+        self.equation.count(self.factor)
 
 
 class _StepProblem:

@@ -141,18 +141,17 @@ class TransientProblem:
         if self.tolerance is not None:
             checks.positive("tolerance", self.tolerance)
         checks.whole("max_halvings", self.max_halvings, 0)
-        for name, default, _, _ in _PARTS:
+        for name, default, kind, example in _PARTS:
             if getattr(self, name) is None:
                 object.__setattr__(self, name, default)
+            if not isinstance(getattr(self, name), kind):
+                raise InputError(f"{name}: expected an object such as {example}, got {getattr(self, name)!r}")
         free = self.state.model.rigid_freedom
         if free and not isinstance(self.maneuver, AtRest):
             raise UnsupportedError(
                 f"supports: expected a structure held against rigid motion, {free} rigid motion(s) are free; hold the "
                 "frame (frame.support = 'corners') or study its modes instead"
             )
-        for name, _, kind, example in _PARTS:
-            if not isinstance(getattr(self, name), kind):
-                raise InputError(f"{name}: expected an object such as {example}, got {getattr(self, name)!r}")
         if not isinstance(self.adaptive, Adaptive | None):
             raise InputError(f"adaptive: expected an object such as Adaptive(tolerance=1e-4), got {self.adaptive!r}")
         if isinstance(self.method, Method):
@@ -221,7 +220,7 @@ class TransientProblem:
     @property
     def attributes(self) -> dict[str, Any]:
         """What a result says about its question."""
-        last = 0.0 if isinstance(self.maneuver, FreeHub) else self.maneuver.segments()[-1].start
+        last = self.maneuver.end if isinstance(self.maneuver, Maneuver) else 0.0
         return {
             **({"maneuver_end": last} if last > 0.0 else {}),
             **({"adaptive": repr(self.adaptive)} if self.adaptive is not None else {}),

@@ -9,11 +9,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from tautflex.mechanics.membrane import MEMBRANE_STATES, MembraneSurvey, StressSurvey
-from tautflex.mechanics.system import StructuralSystem
-from tautflex.mechanics.workspace import Workspace
-from tautflex.motion.kinematics import RigidMotion
+from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array
 from tautflex.solvers.transient.compression import CompressionWatch
+from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
 from tautflex.solvers.transient.probes import ProbeSet
 from tautflex.solvers.variables import COMPONENTS, RUN, SCALARS, described, mesh_variables
 from tautflex.structure.model import Model
@@ -59,10 +58,8 @@ class Recorder:
 
     Parameters
     ----------
-    system
-        The structure.
-    workspace
-        That of the run; its stresses must belong to what is stored.
+    equation
+        Equation of motion.
     probes
         Measuring points.
     samples
@@ -71,47 +68,45 @@ class Recorder:
         Steps whose whole displacement field is stored.
     """
 
-    def __init__(
-        self, system: StructuralSystem, workspace: Workspace, probes: ProbeSet, samples: int, field_steps: set[int]
-    ) -> None:
-        self._system, self._workspace, self._probes, self._field_steps = system, workspace, probes, field_steps
-        self._survey = StressSurvey(system, workspace)
+    def __init__(self, equation: EquationOfMotion, probes: ProbeSet, samples: int, field_steps: set[int]) -> None:
+        self._equation, self._probes, self._field_steps = equation, probes, field_steps
+        self._survey = StressSurvey(equation.system, equation.workspace)
         self._time = np.zeros(samples)
         self._probe = np.zeros((samples, 2, len(probes.names), 3))
         self._spin = np.zeros((samples, 2, 3))
         self._scalars = {name: np.zeros(samples) for name in SCALARS}
         self._fields: list[tuple[float, Array, NDArray[np.int8]]] = []
-        self._watch = CompressionWatch(system)
+        self._watch = CompressionWatch(equation.system)
         self._count = 0
 
-    def store(self, time: float, q: Array, v: Array, motion: RigidMotion, kinetic: float, strain: float) -> None:
-        """Store one sample with its energies [J]; the workspace's stresses must belong to ``q``."""
-        row = self._count
-        self._time[row] = time
-        probe, spin = self._probe[row], self._spin[row]
-        probe[0], probe[1] = self._probes.read(q), self._probes.read(v)
-        spin[0], spin[1] = motion.angular_velocity, motion.angular_acceleration
-        film = self._survey.membrane()
-        scalars = stress_scalars(self._survey, film) | {"kinetic_energy": kinetic, "strain_energy": strain}
-        for name, value in scalars.items():
+    def store(self, at: MotionState, segment: Segment) -> None:
+        """Store one sample, of an instant in this stretch of the maneuver."""
+        equation, row = self._equation, self._count
+        equation.set_time(at.time)
+        strain = equation.workspace.strain_energy(at.q) - float(equation.state.reference_force @ at.q)
+        motion, film = equation.motion(at, segment), self._survey.membrane()
+        self._time[row] = at.time
+        self._probe[row] = self._probes.read(at.q), self._probes.read(at.v)
+        self._spin[row] = motion.angular_velocity, motion.angular_acceleration
+        energies = {"kinetic_energy": equation.kinetic_energy(at), "strain_energy": strain}
+        for name, value in (stress_scalars(self._survey, film) | energies).items():
             self._scalars[name][row] = value
-        self._watch.see(time, film, self._survey.cables)
+        self._watch.see(at.time, film, self._survey.cables)
         self._count += 1
 
-    def store_field(self, step: int, time: float, q: Array) -> None:
+    def store_field(self, step: int, at: MotionState) -> None:
         """Store the whole field if this step was asked for."""
         if step in self._field_steps:
-            self._workspace.strain_energy(q)  # the stresses on which the states depend
-            self._fields.append((time, self._system.translations(q), self._survey.membrane_states()))
+            self._equation.workspace.strain_energy(at.q)  # the stresses on which the states depend
+            self._fields.append((at.time, self._equation.system.translations(at.q), self._survey.membrane_states()))
 
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""
         n = self._count
         scalars = {name: values[:n] for name, values in self._scalars.items()}
         samples = Samples(self._time[:n], self._probe[:n], self._spin[:n], scalars, self._fields)
-        return run_dataset(
-            self._system.model, self._probes, samples, {**attributes, "warnings": self._watch.warnings()}
-        )
+        attributes = {**attributes, "warnings": self._watch.warnings()}
+        return run_dataset(self._equation.system.model, self._probes, samples, attributes)
 
 
 def run_dataset(model: Model, probes: ProbeSet, samples: Samples, attributes: dict[str, Any]) -> xr.Dataset:

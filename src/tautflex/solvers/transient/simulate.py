@@ -6,28 +6,24 @@ import time as clock
 from inspect import Parameter, signature
 from typing import Any
 
-import xarray as xr
-
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
-from tautflex.motion.kinematics import Maneuver, Segment, split_segments
+from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
 from tautflex.numeric import Array
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.adaptive import AdaptiveDriver
-from tautflex.solvers.transient.driver import GridDriver, StagedStepper
+from tautflex.solvers.transient.driver import AnyStepper, GridDriver, StagedStepper
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
 from tautflex.solvers.transient.explicit import ExplicitStepper
 from tautflex.solvers.transient.free_hub.equation import HubEquation
-from tautflex.solvers.transient.free_hub.record import HubFlight, check_coupling
+from tautflex.solvers.transient.free_hub.record import HubRecorder, check_coupling, steady_motion
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, SteppingModel, TransientProblem
 from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.transient.status import Run, Status
-
-AnyStepper = Stepper | StagedStepper | ExplicitStepper
 
 
 def simulate(
@@ -87,35 +83,39 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     state, maneuver, step, count = problem.state, problem.maneuver, problem.time_step, problem.count
     driven = InputSet(state.system, problem.inputs)
     parts = state, problem.damping, problem.coupling
-    flight: _Flight | HubFlight
     equation: EquationOfMotion
+    kind: type[Recorder]
     if isinstance(maneuver, FreeHub):
         check_coupling(problem.coupling)
-        equation = on_hub = HubEquation(*parts, inputs=driven, hub=maneuver, probes=problem.placed)
-        flight = HubFlight(on_hub)
-        segments = split_segments(flight.segments(), (*driven.breaks, *maneuver.breaks))
+        equation, kind = HubEquation(*parts, inputs=driven, hub=maneuver, probes=problem.placed), HubRecorder
+        # The motion is not known beforehand.
+        segments = split_segments(AtRest().segments(), (*driven.breaks, *maneuver.breaks))
     else:
-        equation = EquationOfMotion(*parts, inputs=driven)
-        flight = _Flight(equation, maneuver)
+        equation, kind = EquationOfMotion(*parts, inputs=driven), Recorder
         segments = split_segments(maneuver.segments(), driven.breaks)
     stepper = _stepper(problem, equation)
-    samples = count // problem.every + 1
-    recorder = Recorder(state.system, equation.workspace, problem.placed, samples, problem.field_steps)
+    recorder = kind(equation, problem.placed, count // problem.every + 1, problem.field_steps)
     driver = _driver(problem, stepper, segments)
     began = clock.perf_counter()
     status, history, reached = Status.COMPLETED, tuple[float, ...](), 0.0
+
+    def record(number: int) -> None:
+        recorder.store_field(number, at)
+        if number % problem.every == 0:
+            recorder.store(at, driver.segment_at(at.time))
+
     try:
-        at = flight.start(problem.velocity)
+        at = begin(equation, maneuver, problem.velocity)
         if isinstance(stepper, ExplicitStepper):
             stepper.check(at, step)
-        flight.record(recorder, driver, at, 0, problem.every)
+        record(0)
         for number in range(1, count + 1):
             advanced = driver.advance(at, number * step)
             if advanced is None:
                 status, history = Status.NOT_CONVERGED, tuple(driver.failure)
                 break
             at, reached = advanced, advanced.time
-            flight.record(recorder, driver, at, number, problem.every)
+            record(number)
             if progress is not None and number % max(1, count // 100) == 0:
                 progress(number / count, f"t = {at.time:.3g} s")
     except KeyboardInterrupt:
@@ -124,8 +124,16 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     statistics = equation.statistics
     statistics.seconds = clock.perf_counter() - began
     ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
-    data = flight.complete(recorder.to_dataset(problem.attributes | ended))
-    return Run(data, status, statistics, reached, history)
+    return Run(recorder.to_dataset(problem.attributes | ended), status, statistics, reached, history)
+
+
+def begin(equation: EquationOfMotion, maneuver: Maneuver | FreeHub, velocity: Array) -> MotionState:
+    """Start of a run: steady spinning equilibrium, given velocity, and the accelerations that follow."""
+    if isinstance(maneuver, FreeHub):
+        steady = first = steady_motion(maneuver, equation.inertia)
+    else:
+        steady, first = maneuver.start(), maneuver.segments()[0].motion(0.0)
+    return equation.start(0.0, spinning_equilibrium(equation.state, steady, equation.coupling), velocity, first)
 
 
 def _stepper(problem: TransientProblem, equation: EquationOfMotion) -> AnyStepper:
@@ -151,31 +159,3 @@ def _driver(problem: TransientProblem, stepper: AnyStepper, segments: tuple[Segm
             "leave adaptive out or use GeneralizedAlpha()"
         )
     return AdaptiveDriver(stepper, segments, step, problem.count * step, problem.adaptive)
-
-
-class _Flight:
-    """A run under prescribed rigid motion: its start and its record."""
-
-    def __init__(self, equation: EquationOfMotion, maneuver: Maneuver) -> None:
-        self._equation, self._maneuver = equation, maneuver
-
-    def start(self, velocity: Array) -> MotionState:
-        """Steady spinning equilibrium, given velocity, and the acceleration that follows."""
-        equation = self._equation
-        q = spinning_equilibrium(equation.state, self._maneuver.start(), equation.coupling)
-        return equation.start(0.0, q, velocity, self._maneuver.segments()[0].motion(0.0))
-
-    def record(self, recorder: Recorder, driver: GridDriver, at: MotionState, step: int, every: int) -> None:
-        """Store the sample and the field of a grid step."""
-        recorder.store_field(step, at.time, at.q)
-        if step % every:
-            return
-        equation = self._equation
-        equation.set_time(at.time)
-        strain = equation.workspace.strain_energy(at.q) - float(equation.state.reference_force @ at.q)
-        motion = driver.segment_at(at.time).motion(at.time)
-        recorder.store(at.time, at.q, at.v, motion, equation.kinetic_energy(at), strain)
-
-    def complete(self, data: xr.Dataset) -> xr.Dataset:
-        """Nothing to add."""
-        return data

@@ -18,34 +18,12 @@ def begin_step(
 ) -> tuple[Array, Array, float, float, float]:  # fmt: skip
     """What a step does not have to compute again for every increment.
 
-    Parameters
-    ----------
-    start, column, mass, damping
-        Mass and damping in compressed rows.
-    damped
-        Whether there is damping at all.
-    pairs
-        Inertia products.
-    coefficients
-        Weight of the forces; factors of v and a in the inertia's acceleration; factors of v, a and the increment in
-        the velocity, shape (6,).
-    gyroscopic, displacement
-        Matrices Z of the forces ``M(Z) velocity`` and ``M(Z) q``.
-    load
-        Load on the left-hand side.
-    diagonal
-        Diagonal of the stiffness.
-    q, v, a
-        State at the start of the step.
+    ``coefficients`` holds the weight of the forces and the factors of v and a in the inertia's acceleration and of v, a
+    and the increment in the velocity, shape (6,); ``gyroscopic`` and ``displacement`` are the matrices Z of the frame's
+    forces ``M(Z) velocity`` and ``M(Z) q``; ``load`` stands on the left-hand side.
 
-    Returns
-    -------
-    known
-        Forces that do not depend on the increment, shape (size,).
-    turning
-        Matrix Z of the frame's forces ``M(Z) increment``.
-    known_norm, load_norm, stiff_norm
-        Norms of ``known``, of the weighted load and of ``diagonal * q``.
+    Returns the forces that do not depend on the increment, shape (size,), the matrix Z of the frame's forces ``M(Z)
+    increment``, and the norms of the former, of the weighted load and of ``diagonal * q``.
     """
     size = q.size
     weight, inertia_v, inertia_a, velocity_v, velocity_a, velocity_d = coefficients

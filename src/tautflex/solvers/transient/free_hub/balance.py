@@ -101,27 +101,11 @@ def inertial(attitude: Array, position: Array, vector: Array) -> Array:
 
 @jit_in_order
 def _advance(momenta: Momenta, start: Array, reach: float, wrench: Array, twist: Array) -> Array:
-    """Hub at ``reach`` [s] after ``start`` from the balance of momenta; attitude by the mean angular velocity.
+    """Hub at ``reach`` [s] after ``start`` from the balance of momenta, with the accelerations that keep it.
 
-    Parameters
-    ----------
-    momenta
-        Of the structure at the end.
-    start
-        Hub before, shape (31,).
-    reach
-        Time between [s].
-    wrench
-        On the end, in hub axes, shape (6,).
-    twist
-        First guess of that of the end, shape (6,).
-
-    Returns
-    -------
-    numpy.ndarray
-        The hub, shape (31,), with the accelerations that balance its momenta. The impulse is that of the trapezoidal
-        rule. A fixed-point iteration over attitude and velocities, which contracts by (reach times spin), down to
-        round-off, where the changes stop falling.
+    ``momenta`` are those of the structure at the end, ``wrench`` acts there, and ``twist`` is a first guess. Attitude
+    follows the mean angular velocity, the impulse is that of the trapezoidal rule. A fixed-point iteration over
+    attitude and velocities, which contracts by (reach times spin), down to round-off, where the changes stop falling.
     """
     before, lower, last = _parts(start), _cholesky(momenta.mass), np.inf
     applied = inertial(before.attitude, before.position, before.wrench)
@@ -183,16 +167,10 @@ def end_hub(
 
 @jit
 def motion_at(numbers: Array, x: Array, q: Array, v: Array, a: Array, balanced: Array) -> tuple[Array, Array, Array]:
-    """Displacement, velocity and acceleration of an iterate, each of shape (size,).
+    """Displacement, velocity and acceleration of the increment x from q, v, a, each of shape (size,).
 
-    Parameters
-    ----------
-    numbers
-        Factors of (x, v, a) in the velocity, and of (x, v, a, balanced) in the acceleration, shape (7,).
-    x
-        Increment.
-    q, v, a, balanced
-        At the start of the step; an empty ``balanced`` has no factor.
+    ``numbers`` holds the factors of (x, v, a) in the velocity and of (x, v, a, balanced) in the acceleration, shape
+    (7,); an empty ``balanced`` has none.
     """
     displacement, velocity, acceleration = np.empty(x.size), np.empty(x.size), np.empty(x.size)
     for i in range(x.size):

@@ -40,9 +40,9 @@ from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.transient.equation import (
     EquationOfMotion,
     MotionState,
-    MotionTerms,
     StepForces,
     StepNumbers,
+    earlier,
     hermite,
 )
 from tautflex.solvers.transient.free_hub.balance import (
@@ -115,8 +115,6 @@ class HubEquation(EquationOfMotion):
     def __post_init__(self) -> None:
         super().__post_init__()
         self.body: tuple[Any, ...] = tuple(Body.of(self.inertia, self.hub))
-        size = self.system.size
-        self._at_rest = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(size))
         self._mobile = LowRankUpdate(self._mass_factor)
         self._constant = None if self.hub.feedback else self.hub.wrench()
         self._held = np.zeros(6)
@@ -129,7 +127,7 @@ class HubEquation(EquationOfMotion):
         """Apply the inputs of an instant, those on held nodes too; a jump at ``before`` is not met yet."""
         super().set_time(time, before)
         if self.inputs:
-            self._held = self.inputs.held_wrench(min(time, float(np.nextafter(before, -np.inf))))
+            self._held = self.inputs.held_wrench(earlier(time, before))
 
     def nodal_wrench(self, q: Array) -> Array:
         """Force, and torque about O, of the inputs at the instant that is set, hub axes, shape (6,)."""
@@ -211,7 +209,7 @@ class HubEquation(EquationOfMotion):
         """Forces of a step of this size [s] inside one smooth segment, see `HubForces`."""
         assert isinstance(at, HubMotion)
         self.set_time(at.time + numbers.scheme.evaluation * size, segment.end)
-        return HubForces(self, numbers, self._at_rest, at, size, diagonal, segment.end)
+        return HubForces(self, numbers, at, size, diagonal, segment.end)
 
     def correction(self, q: Array, scheme: StepScheme) -> tuple[Array, Array]:
         """With what the free hub takes from the effective stiffness, ``-c B' R^-1 B``."""
@@ -295,24 +293,18 @@ def _slopes(at: HubMotion) -> Array:
 
 
 class HubForces(StepForces):
-    """Forces of one step on a free hub as a function of its elastic increment.
+    """Forces of one step on a free hub as a function of its elastic increment; ``before`` is a jump not met yet [s].
 
-    Parameters
-    ----------
-    equation, numbers, terms, at, size, diagonal
-        As of `StepForces`, with the terms of a frame at rest: those of the hub follow from the increment.
-    before
-        Jump that is not met yet [s].
+    The terms of `StepForces` are those of a frame at rest: those of the hub follow from the increment.
     """
 
     equation: HubEquation
     at: HubMotion
 
     def __init__(
-        self, equation: HubEquation, numbers: StepNumbers, terms: MotionTerms, at: HubMotion, size: float,
-        diagonal: Array, before: float,
-    ) -> None:  # fmt: skip
-        super().__init__(equation, numbers, terms, at, size, diagonal)
+        self, equation: HubEquation, numbers: StepNumbers, at: HubMotion, size: float, diagonal: Array, before: float
+    ) -> None:
+        super().__init__(equation, numbers, equation.at_rest, at, size, diagonal)
         scheme, spin = numbers.scheme, cross_matrix(at.hub.twist[3:])
         self.displacement = spin @ spin
         self._before, self._reach = before, scheme.evaluation * size
@@ -342,7 +334,7 @@ class HubForces(StepForces):
 
     def _settled(self, reach: float, q: Array, v: Array, a: Array, rigid: Array) -> Array:
         """Wrench at ``reach`` [s] after the start where it agrees with the motion that it leads to, shape (6,)."""
-        equation, time = self.equation, min(self.at.time + reach, float(np.nextafter(self._before, -np.inf)))
+        equation, time = self.equation, earlier(self.at.time + reach, self._before)
         wrench, last = equation.wrench(time, rigid, q, v), np.inf
         while equation.hub.feedback:
             rigid = end_hub(equation.body, q, v, a, self.at.rigid, reach, wrench, rigid[7:13])

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
 from tautflex.errors import InputError
+from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.motion.coupling import Coupling
+from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array
-from tautflex.solvers.static.equilibrium import spinning_equilibrium
-from tautflex.solvers.transient.driver import GridDriver
 from tautflex.solvers.transient.equation import MotionState
-from tautflex.solvers.transient.free_hub.equation import HubEquation, HubMotion
+from tautflex.solvers.transient.free_hub.equation import HubMotion
 from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.variables import COMPONENTS, HUB, about, described
 
 # Vectors of every sample.
 _HISTORIES = ("hub_position", "hub_velocity", "linear_momentum", "angular_momentum")
-
-
-_REST = RigidMotion(np.zeros(3), np.zeros(3), np.zeros(3))
 
 
 def check_coupling(coupling: Coupling) -> None:
@@ -29,51 +28,35 @@ def check_coupling(coupling: Coupling) -> None:
         raise InputError(f"coupling: expected all terms on a free hub, got {coupling!r}; leave coupling out")
 
 
-class HubFlight:
-    """One run on a free hub.
+def steady_motion(hub: FreeHub, inertia: InertiaOperator) -> RigidMotion:
+    """Motion of the hub with its angular velocity kept and the centre of mass unaccelerated."""
+    spin, own = np.asarray(hub.angular_velocity, dtype=float), np.asarray(hub.center, dtype=float)
+    center = (inertia.mass_moment + hub.mass * own) / (inertia.mass + hub.mass)
+    return RigidMotion(spin, np.zeros(3), -np.cross(spin, np.cross(spin, center)))
 
-    Parameters
-    ----------
-    equation
-        Equation of motion.
-    """
 
-    def __init__(self, equation: HubEquation) -> None:
-        self._equation = equation
-        self._samples: list[tuple[Array, Array, float]] = []
+class HubRecorder(Recorder):
+    """Collects samples of a run on a free hub; parameters are those of `Recorder`."""
 
-    def segments(self) -> tuple[Segment, ...]:
-        """One segment: the motion is not known beforehand."""
-        return (Segment(0.0, np.inf, lambda time: _REST),)
+    def __init__(self, *parts: Any) -> None:
+        super().__init__(*parts)
+        self._of_hub = list[tuple[Array, Array, float]]()
 
-    def start(self, velocity: Array) -> HubMotion:
-        """Spinning equilibrium for the hub's angular velocity with the centre of mass unaccelerated."""
-        equation = self._equation
-        spin, center = np.asarray(equation.hub.angular_velocity, dtype=float), equation.body[10] / equation.body[9]
-        motion = RigidMotion(spin, np.zeros(3), -np.cross(spin, np.cross(spin, center)))
-        q = spinning_equilibrium(equation.state, motion, Coupling())
-        return equation.start(0.0, q, velocity, motion)
-
-    def record(self, recorder: Recorder, driver: GridDriver, at: MotionState, step: int, every: int) -> None:
-        """Store the sample and the field of a grid step."""
+    def store(self, at: MotionState, segment: Segment) -> None:
+        """Store one sample."""
         assert isinstance(at, HubMotion)
-        recorder.store_field(step, at.time, at.q)
-        if step % every:
-            return
-        equation, hub = self._equation, at.hub
-        equation.set_time(at.time)
-        strain = equation.workspace.strain_energy(at.q) - float(equation.state.reference_force @ at.q)
-        motion = equation.motion(at, driver.segment_at(at.time))
-        recorder.store(at.time, at.q, at.v, motion, equation.kinetic_energy(at), strain)
+        super().store(at, segment)
+        hub = at.hub
         vectors = np.array([hub.position, at.velocity, hub.momentum[:3], hub.momentum[3:]])
-        self._samples.append((hub.attitude, vectors, at.work))
+        self._of_hub.append((hub.attitude, vectors, at.work))
 
-    def complete(self, data: xr.Dataset) -> xr.Dataset:
+    def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset with the hub's motion, momenta and work added; kinetic energy is that of the whole spacecraft."""
-        vectors = np.array([sample[1] for sample in self._samples]).reshape(-1, 4, 3)
+        vectors = np.array([sample[1] for sample in self._of_hub]).reshape(-1, 4, 3)
         arrays = {name: vectors[:, column] for column, name in enumerate(_HISTORIES)}
-        arrays["attitude"] = np.array([sample[0] for sample in self._samples]).reshape(-1, 4)
-        arrays["work"] = np.array([sample[2] for sample in self._samples])
-        data = data.assign(described(HUB, arrays)).assign_coords(component=COMPONENTS, quaternion=["w", "x", "y", "z"])
+        arrays["attitude"] = np.array([sample[0] for sample in self._of_hub]).reshape(-1, 4)
+        arrays["work"] = np.array([sample[2] for sample in self._of_hub])
+        data = super().to_dataset(attributes).assign(described(HUB, arrays))
+        data = data.assign_coords(component=COMPONENTS, quaternion=["w", "x", "y", "z"])
         data["kinetic_energy"].attrs |= about(HUB["kinetic_energy"])
         return data

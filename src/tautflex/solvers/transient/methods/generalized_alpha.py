@@ -95,9 +95,8 @@ class Newmark(OneStageMethod):
     beta: float = 0.25
 
     def __post_init__(self) -> None:
-        if not 0.5 <= self.gamma <= 1.0:
-            raise InputError(f"gamma: expected a number in [0.5, 1], got {self.gamma!r}; 0.5 is second order")
-        if not 0.0 < self.beta <= 1.0:
+        checks.between("gamma", self.gamma, 0.5, 1.0, remedy="0.5 is second order")
+        if not 0.0 < checks.finite("beta", self.beta) <= 1.0:
             raise InputError(f"beta: expected a number in (0, 1], got {self.beta!r}; 0.25 is the trapezoidal rule")
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tautflex.errors import InputError
+from tautflex import checks
 from tautflex.solvers.transient.methods.scheme import Combination, OneStageMethod, StepScheme
 
 
@@ -31,8 +31,7 @@ class WilsonTheta(OneStageMethod):
     theta: float = 1.4
 
     def __post_init__(self) -> None:
-        if not 1.0 <= self.theta <= 3.0:
-            raise InputError(f"theta: expected a number in [1, 3], got {self.theta!r}; 1.4 is the usual choice")
+        checks.between("theta", self.theta, 1.0, 3.0, remedy="1.4 is the usual choice")
 
     @property
     def name(self) -> str:
