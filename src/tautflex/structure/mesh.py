@@ -27,8 +27,8 @@ def rectangle_mesh(
     lines_x, lines_y
         Increasing grid-line coordinates [m], shapes (p,) and (q,), at least two each.
     pattern
-        Of triangles: ``"regular"`` splits every cell by the same diagonal (mesh with central symmetry only);
-        ``"alternating"`` flips the diagonal like a chess board (mirror symmetry for even divisions).
+        Of triangles, quads have none: ``"regular"`` splits every cell by the same diagonal (mesh with central
+        symmetry only); ``"alternating"`` flips the diagonal like a chess board (mirror symmetry for even divisions).
     shape
         Shape of the elements; one fills a cell if it has four corners, two if it has three.
 
@@ -49,25 +49,13 @@ def rectangle_mesh(
     count_x, count_y = len(lines_x), len(lines_y)
     x, y = np.meshgrid(lines_x, lines_y, indexing="ij")
     nodes = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-    i, j = np.meshgrid(np.arange(count_x - 1), np.arange(count_y - 1), indexing="ij")
-    lower_left = (i * count_y + j).ravel()
-    lower_right, upper_left = lower_left + count_y, lower_left + 1
-    upper_right = lower_right + 1
-    if shape.domain == "quad":
-        cells = np.column_stack([lower_left, lower_right, upper_right, upper_left])
-        return _with_inner_nodes(nodes, cells, shape, count_y)
-    rising = np.ones(lower_left.size, dtype=bool) if pattern == "regular" else ((i + j) % 2 == 0).ravel()
-    first = np.where(
-        rising[:, None],
-        np.column_stack([lower_left, lower_right, upper_right]),
-        np.column_stack([lower_left, lower_right, upper_left]),
-    )
-    second = np.where(
-        rising[:, None],
-        np.column_stack([lower_left, upper_right, upper_left]),
-        np.column_stack([lower_right, upper_right, upper_left]),
-    )
-    return _with_inner_nodes(nodes, np.stack([first, second], axis=1).reshape(-1, 3), shape, count_y)
+    i, j = (index.ravel() for index in np.indices((count_x - 1, count_y - 1)))
+    cells = (i * count_y + j)[:, None] + [0, count_y, count_y + 1, 1]
+    if shape.domain == "triangle":
+        rising = np.full(i.size, True) if pattern == "regular" else (i + j) % 2 == 0
+        halves = np.where(rising[:, None], [0, 1, 2, 0, 2, 3], [0, 1, 3, 1, 2, 3])
+        cells = np.take_along_axis(cells, halves, axis=1).reshape(-1, 3)
+    return _with_inner_nodes(nodes, cells, shape, count_y)
 
 
 def _with_inner_nodes(nodes: Array, corners: Indices, shape: Shape, count_y: int) -> tuple[Array, Indices]:
