@@ -84,7 +84,8 @@ def _cable_section(case: Case) -> CableSection | None:
     if given is None:
         return None
     material = Material(given.youngs_modulus, given.density)
-    return CableSection(material, given.area, case.membrane.strain, given.slack)
+    with within("cables"):
+        return CableSection(material, given.area, case.membrane.strain, given.slack, given.law)
 
 
 def _beam_section(case: Case) -> BeamSection | None:

@@ -133,18 +133,7 @@ class InertiaOperator:
         return self.pattern.size
 
     def entries(self, weight: ArrayLike) -> Array:
-        """Values of ``M(Z)`` in the pattern.
-
-        Parameters
-        ----------
-        weight
-            The matrix Z, shape (3, 3).
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (entries,).
-        """
+        """Values of ``M(Z)`` in the pattern, shape (entries,), for a matrix Z of shape (3, 3)."""
         result = np.zeros(self.pattern.entries)
         z = np.asarray(weight, dtype=float)
         for a in range(3):
@@ -163,17 +152,16 @@ class InertiaOperator:
         rows, columns = self.pattern.rows, self.pattern.columns
         first, lines, starts, others, values = [0], list[Places](), list[Indices](), [], []
         entry = 0
-        for a in range(3):
-            for b in range(3):
-                # M_ab is the transpose of M_ba, so the columns of that one, in which it is sorted, are rows here.
-                slot = self.slots[b][a]
-                line, begin = np.unique(columns[slot], return_index=True)
-                lines.append(line.astype(np.uint32))
-                starts.append(begin + entry)
-                others.append(rows[slot].astype(np.uint32))
-                values.append(self.values[b][a])
-                first.append(first[-1] + line.size)
-                entry += slot.size
+        for a, b in np.ndindex(3, 3):
+            # M_ab is the transpose of M_ba, so the columns of that one, in which it is sorted, are rows here.
+            slot = self.slots[b][a]
+            line, begin = np.unique(columns[slot], return_index=True)
+            lines.append(line.astype(np.uint32))
+            starts.append(begin + entry)
+            others.append(rows[slot].astype(np.uint32))
+            values.append(self.values[b][a])
+            first.append(first[-1] + line.size)
+            entry += slot.size
         return tuple(
             PairProducts(
                 np.array(first, dtype=np.int64),

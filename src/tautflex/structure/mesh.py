@@ -50,7 +50,7 @@ def rectangle_mesh(
     x, y = np.meshgrid(lines_x, lines_y, indexing="ij")
     nodes = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
     i, j = (index.ravel() for index in np.indices((count_x - 1, count_y - 1)))
-    cells = (i * count_y + j)[:, None] + [0, count_y, count_y + 1, 1]
+    cells = (i * count_y + j)[:, None] + np.array([0, count_y, count_y + 1, 1])
     if shape.domain == "triangle":
         rising = np.full(i.size, True) if pattern == "regular" else (i + j) % 2 == 0
         halves = np.where(rising[:, None], [0, 1, 2, 0, 2, 3], [0, 1, 3, 1, 2, 3])
@@ -123,19 +123,7 @@ def least_divisions(intervals: int, shape: Shape) -> int:
 
 
 def check_elements(name: str, shape: Shape, nodes: Array, connectivity: Indices) -> None:
-    """Raise MeshError if an element has (almost) no length or area, or is folded over.
-
-    Parameters
-    ----------
-    name
-        What the message calls the elements.
-    shape
-        Their shape.
-    nodes
-        Positions [m], shape (node, 3).
-    connectivity
-        Node numbers, shape (element, node).
-    """
+    """Raise MeshError if an element (element, node) has almost no length or area, or is folded over."""
     if not len(connectivity):
         return
     corner = nodes[connectivity]
@@ -172,13 +160,7 @@ def _folded(shape: Shape, corner: Array) -> Mask:
 
 
 def check_joints(groups: list[tuple[Shape, Indices]]) -> None:
-    """Raise MeshError where two surface elements share an edge but not the nodes between its ends.
-
-    Parameters
-    ----------
-    groups
-        Shape and node numbers (element, node) of each group of surface elements.
-    """
+    """Raise MeshError where two elements of surfaces (element, node) share an edge but not the nodes inside it."""
     edges = [connectivity[:, edge] for shape, connectivity in groups for edge in shape.edges]
     if all(edge.shape[1] == 2 for edge in edges):
         return
@@ -199,22 +181,7 @@ def check_joints(groups: list[tuple[Shape, Indices]]) -> None:
 
 
 def blend_by_direction(nodes: Array, lines: Indices, along_x: float, across: float) -> Array:
-    """Value of each line between that of lines along x and that of lines across it, by the squared cosine.
-
-    Parameters
-    ----------
-    nodes
-        Positions [m], shape (node, 3).
-    lines
-        Node numbers, shape (line, 2).
-    along_x, across
-        The two values, e.g. tensions [N].
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (line,).
-    """
+    """Value of each line (line, 2) between that of lines along x and that of lines across, by the squared cosine."""
     along = (nodes[lines[:, 1]] - nodes[lines[:, 0]]) ** 2
     weight = along[:, 0] / along.sum(axis=1)
     return along_x * weight + across * (1.0 - weight)
