@@ -18,8 +18,11 @@ from .case.build import build_model as build_model
 from .case.registry import register as register
 from .case.run import run_case as run_case
 from .elements import Element as Element
+from .elements import ElementBlock as ElementBlock
+from .elements import InertiaPoints as InertiaPoints
 from .elements import Law as Law
 from .elements import LawFunction as LawFunction
+from .elements import TensionOnly as TensionOnly
 from .elements.membrane import isoparametric_membrane as isoparametric_membrane
 from .errors import CaseError as CaseError
 from .errors import InputError as InputError
@@ -101,6 +104,7 @@ from .solvers.transient.methods.wilson import WilsonTheta as WilsonTheta
 from .solvers.transient.problem import TransientProblem as TransientProblem
 from .solvers.transient.simulate import simulate as simulate
 from .solvers.transient.status import Run as Run
+from .structure.groups import ElementGroup as ElementGroup
 from .structure.groups import Support as Support
 from .structure.materials import BeamSection as BeamSection
 from .structure.materials import CableSection as CableSection

@@ -104,6 +104,14 @@ def float_array(
     return array
 
 
+def rising(name: str, instants: NDArray[np.float64]) -> None:
+    """Raise InputError if an instant comes before the one in front of it."""
+    falling = np.flatnonzero(np.diff(instants) < 0.0)
+    if falling.size:
+        before, after = instants[falling[0] : falling[0] + 2]
+        raise InputError(f"{name}: expected rising instants, got {after:g} s after {before:g} s; sort them")
+
+
 def index_array(
     name: str, value: ArrayLike, columns: int, limit: int, *, error: type[InputError] = InputError
 ) -> NDArray[np.int64]:

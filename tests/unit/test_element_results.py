@@ -155,6 +155,18 @@ def test_wrong_elements_are_refused_in_one_line():
         AntennaLayout(2.0, 1.0, (4, 2), element="line2")
 
 
+def test_a_pattern_that_quads_have_no_use_for_is_said(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = M2_TEMPLATE.replace('pattern = "regular"', "# no pattern")
+    said, given = [], {element: settings(element, "cables.per_short_edge=4") for element in ELEMENTS}
+    for element, case in (("quad4", M2_TEMPLATE), ("triangle6", M2_TEMPLATE), ("quad4", text)):
+        (tmp_path / "case.toml").write_text(case)
+        assert main(["check", "case.toml", "--json", *(f"--set={one}" for one in given[element])]) == 0
+        said.append([line for line in json.loads(capsys.readouterr().out)["warnings"] if "pattern" in line])
+    text = "mesh.pattern = 'regular' is not used: cells of 'quad4' have no diagonal; remove it"
+    assert said == [[text], [], []]
+
+
 def test_without_a_film_probes_stand_on_nodes():
     section = tf.CableSection(tf.Material(7e10, 2700.0), 1e-6)
     nodes = [[0.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0]]

@@ -11,8 +11,10 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+import tautflex as tf
+from tautflex.case.reading import M2_TEMPLATE, parse_case
 from tautflex.elements import LAWS, Element, Law, LawFunction, register_element, register_law
-from tautflex.elements.laws import Slack, TensionField
+from tautflex.elements.laws import Slack, TensionField, law_of
 from tautflex.errors import InputError
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.solvers.static.prestress import solve_prestress
@@ -86,6 +88,21 @@ def test_tensioning_finds_the_minimum_of_a_law_that_never_gives_way():
     state = solve_prestress(replace(string("softening", 2.0 * LIMIT * AREA), prestress_mode="initial-strain"))
     np.testing.assert_allclose(state.cable_tension, LIMIT * AREA * np.tanh(2.0), rtol=1e-12)
     assert state.relative_residual < 1e-10
+
+
+def test_cables_of_a_case_take_a_law_by_its_name():
+    sections = [
+        {group.section.kind: group.section for group in tf.build_model(parse_case(M2_TEMPLATE, given)).groups}["cable"]
+        for given in (["cables.law=softening"], ["cables.law=slack"], ["cables.slack=true"])
+    ]
+    assert isinstance(law_of(sections[0]), Softening)
+    assert [law_of(section) for section in sections[1:]] == [Slack(), Slack()]
+    known = "one of 'elastic', 'slack' or 'softening'"
+    with pytest.raises(tf.CaseError, match=f"cables.law: expected {known}, got 'plastic'; choose one of them"):
+        parse_case(M2_TEMPLATE, ["cables.law=plastic"])
+    both = parse_case(M2_TEMPLATE, ["cables.law=softening", "cables.slack=true"])
+    with pytest.raises(tf.CaseError, match=r"cables\.slack: expected False with a law of its own, got True"):
+        tf.build_model(both)
 
 
 def test_shares_walk_through_the_law():

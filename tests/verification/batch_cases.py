@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import tautflex as tf
-from tautflex.mechanics.system import Layout
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.reduction.polynomial.projection import Moments, prestress_fields
 from tautflex.reduction.polynomial.strains import HigherDegrees
@@ -34,8 +33,7 @@ def changed_state(state: PrestressedState, numbers: dict[str, float]) -> Prestre
         )
         for block in system.blocks
     )
-    # The layout holds the inertia.
-    twin = replace(system, blocks=blocks, initial_stress=tuple(stress), layout=Layout(system.model, blocks))
+    twin = system.with_initial_stress(stress, blocks)
     reference, _ = twin.force(0.0 * state.reference_force)
     return PrestressedState(twin, reference, state.residual, state.relative_residual, 0)
 

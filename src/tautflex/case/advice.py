@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tautflex.case.build import build_inputs, build_maneuver
+from tautflex.structure.shapes import SHAPES
 
 if TYPE_CHECKING:
     from tautflex.case import Case
@@ -24,7 +25,15 @@ def advise(case: Case, model: Model, state: PrestressedState) -> list[str]:
     """
     build_maneuver(case)
     build_inputs(case, state)
-    return [*state.warnings, *_about_prestress(case, state), *_about_probes(case, model), *_about_run(case)]
+    about_structure = [*_about_mesh(case), *_about_prestress(case, state)]
+    return [*state.warnings, *about_structure, *_about_probes(case, model), *_about_run(case)]
+
+
+def _about_mesh(case: Case) -> list[str]:
+    mesh = case.mesh
+    if "pattern" not in mesh.model_fields_set or SHAPES[mesh.element].domain == "triangle":
+        return []
+    return [f"mesh.pattern = '{mesh.pattern}' is not used: cells of '{mesh.element}' have no diagonal; remove it"]
 
 
 def _about_prestress(case: Case, state: PrestressedState) -> list[str]:

@@ -97,7 +97,9 @@ def _meshed_model(
 
 
 def _cable_section(given: Cables, strain: str) -> CableSection:
-    return CableSection(Material(given.youngs_modulus, given.density), given.area, strain, given.slack)
+    material = Material(given.youngs_modulus, given.density)
+    with within("cables"):
+        return CableSection(material, given.area, strain, given.slack, given.law)
 
 
 def _beam_section(given: Frame, strain: str) -> BeamSection:

@@ -4,7 +4,7 @@ from tautflex.elements.beam import Beam
 from tautflex.elements.block import ElementBlock, InertiaPoints
 from tautflex.elements.cable import Cable
 from tautflex.elements.element import ELEMENTS, Element, element_blocks, register_element
-from tautflex.elements.laws import LAWS, Law, LawFunction, register_law
+from tautflex.elements.laws import LAWS, Law, LawFunction, TensionOnly, register_law
 from tautflex.elements.quad4 import Quad4
 from tautflex.elements.triangle3 import Triangle3
 from tautflex.elements.triangle6 import Triangle6
@@ -20,6 +20,7 @@ __all__ = [
     "Law",
     "LawFunction",
     "Quad4",
+    "TensionOnly",
     "Triangle3",
     "Triangle6",
     "element_blocks",

@@ -111,6 +111,22 @@ class ElementBlock:
         return result
 
 
+def translating_points(mass: Array, functions: Array, positions: Array) -> InertiaPoints:
+    """Mass points of elements without rotations.
+
+    Parameters
+    ----------
+    mass
+        Mass of each point [kg], shape (element, point).
+    functions
+        Interpolation functions there, shape (point, node).
+    positions
+        Positions of the nodes [m], shape (element, node, 3).
+    """
+    interpolation = np.einsum("pi,kl->pkil", functions, np.eye(3)).reshape(1, len(functions), 3, -1)
+    return InertiaPoints(mass, interpolation, np.einsum("pi,nik->npk", functions, positions))
+
+
 def symmetric_terms(strains: int, gradients: int, terms: list[tuple[int, int, int, float]]) -> Array:
     """Quadratic coefficients such that ``strain[s] += c * g[i] * g[j]`` for every term (s, i, j, c)."""
     quadratic = np.zeros((strains, gradients, gradients))

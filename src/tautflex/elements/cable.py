@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from tautflex.elements.axes import line_axes
-from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
+from tautflex.elements.block import ElementBlock, symmetric_terms, translating_points
 from tautflex.elements.element import Element, register_element
 from tautflex.elements.laws import law_of
 from tautflex.numeric import Array, Indices
@@ -46,7 +46,7 @@ class Cable(Element):
         volume = section.area * length
         # Two-point Gauss rule: exact for products of two linear functions.
         ratio = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
-        shape = np.stack([1.0 - ratio, ratio], axis=1)
+        functions = np.stack([1.0 - ratio, ratio], axis=1)
         mass = section.material.density * volume
         return ElementBlock(
             kind="cable",
@@ -58,11 +58,7 @@ class Cable(Element):
             initial_stress=group.initial / section.area,
             measure=volume,
             size=np.full(len(dofs), section.area),
-            inertia=InertiaPoints(
-                mass=np.repeat(0.5 * mass[:, None], 2, axis=1),
-                interpolation=np.einsum("pi,kl->pkil", shape, np.eye(3)).reshape(1, 2, 3, 6),
-                position=np.einsum("pi,nik->npk", shape, ends),
-            ),
+            inertia=translating_points(np.repeat(0.5 * mass[:, None], 2, axis=1), functions, ends),
             axes=axes,
             material=section.material,
             law=law_of(section),

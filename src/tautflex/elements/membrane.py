@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from tautflex.elements.axes import film_axes
-from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
+from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms, translating_points
 from tautflex.elements.laws import law_of
 from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup
@@ -98,8 +98,7 @@ def isoparametric_membrane(nodes: Array, group: ElementGroup, dofs: Indices) -> 
     Every integration point has film axes of its own, in the plane that touches the surface there. Displacement
     gradients along them are those on the surface, so that strains are exact for the interpolated geometry.
     """
-    shape, section = group.shape, membrane_section(group)
-    positions = nodes[group.connectivity]
+    shape, positions = group.shape, nodes[group.connectivity]
     points, weights = shape.strain_rule
     count = len(points) * len(positions)
     tangents = shape.tangents(positions, points).reshape(count, 2, 3)
@@ -110,16 +109,7 @@ def isoparametric_membrane(nodes: Array, group: ElementGroup, dofs: Indices) -> 
     slopes = np.einsum("nid,ncd->nic", local, np.linalg.inv(jacobian))
     owner = np.repeat(np.arange(len(positions)), len(points))
     area = stretch * np.tile(weights, len(positions))
-    return membrane_block(group, dofs, axes, slopes, area, mass_points(positions, group, section), owner)
-
-
-def mass_points(positions: Array, group: ElementGroup, section: MembraneSection) -> InertiaPoints:
-    """Points of a rule that is exact for products of two interpolation functions, shapes (element, point, ...)."""
-    shape = group.shape
     points, weights = shape.product_rule
-    functions = shape.functions(points)
-    return InertiaPoints(
-        mass=section.mass_per_measure * shape.stretch(positions, points) * weights,
-        interpolation=np.einsum("pi,kl->pkil", functions, np.eye(3)).reshape(1, len(points), 3, -1),
-        position=np.einsum("pi,nik->npk", functions, positions),
-    )
+    mass = membrane_section(group).mass_per_measure * shape.stretch(positions, points) * weights
+    inertia = translating_points(mass, shape.functions(points), positions)
+    return membrane_block(group, dofs, axes, slopes, area, inertia, owner)

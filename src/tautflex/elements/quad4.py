@@ -8,11 +8,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from tautflex.elements.block import ElementBlock
 from tautflex.elements.element import Element, register_element
 from tautflex.elements.membrane import isoparametric_membrane
-from tautflex.numeric import Array, Indices
-from tautflex.structure.groups import ElementGroup
 from tautflex.structure.shapes import QUAD4, Shape
 
 
@@ -22,8 +19,4 @@ class Quad4(Element):
 
     kind: ClassVar[str] = "membrane"
     shape: ClassVar[Shape] = QUAD4
-
-    @staticmethod
-    def declare(nodes: Array, group: ElementGroup, dofs: Indices) -> ElementBlock:
-        """Elements of a group as data."""
-        return isoparametric_membrane(nodes, group, dofs)
+    declare = staticmethod(isoparametric_membrane)

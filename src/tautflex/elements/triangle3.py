@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from tautflex.elements.axes import film_axes
-from tautflex.elements.block import ElementBlock, InertiaPoints
+from tautflex.elements.block import ElementBlock, translating_points
 from tautflex.elements.element import Element, register_element
 from tautflex.elements.membrane import membrane_block, membrane_section
 from tautflex.numeric import Array, Indices
@@ -29,7 +29,10 @@ class Triangle3(Element):
         axes, stretch = film_axes(corners[:, 1:] - corners[:, :1], group.orientation)
         area, section = 0.5 * stretch, membrane_section(group)
         slopes = _slopes(np.einsum("nkx,ncx->nck", axes[:, :2], corners - corners[:, :1]))
-        inertia = _inertia(corners, section.material.density * (area * section.thickness))
+        mass = section.material.density * (area * section.thickness)
+        # Three-point rule of degree 2: exact for products of two area coordinates.
+        area_coordinates = np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)
+        inertia = translating_points(np.repeat(mass[:, None] / 3.0, 3, axis=1), area_coordinates, corners)
         return membrane_block(group, dofs, axes, slopes, area, inertia)
 
 
@@ -39,14 +42,3 @@ def _slopes(corners: Array) -> Array:
     edge = following - previous
     twice_area = edge[:, 2, 0] * edge[:, 0, 1] - edge[:, 2, 1] * edge[:, 0, 0]
     return np.stack([edge[:, :, 1], -edge[:, :, 0]], axis=2) / twice_area[:, None, None]
-
-
-def _inertia(corners: Array, mass: Array) -> InertiaPoints:
-    """Three-point rule of degree 2: exact for products of two area coordinates."""
-    area_coordinates = np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)
-    interpolation = np.einsum("pi,kl->pkil", area_coordinates, np.eye(3)).reshape(1, 3, 3, 9)
-    return InertiaPoints(
-        mass=np.repeat(mass[:, None] / 3.0, 3, axis=1),
-        interpolation=interpolation,
-        position=np.einsum("pi,nik->npk", area_coordinates, corners),
-    )

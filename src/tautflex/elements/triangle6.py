@@ -9,11 +9,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from tautflex.elements.block import ElementBlock
 from tautflex.elements.element import Element, register_element
 from tautflex.elements.membrane import isoparametric_membrane
-from tautflex.numeric import Array, Indices
-from tautflex.structure.groups import ElementGroup
 from tautflex.structure.shapes import TRIANGLE6, Shape
 
 
@@ -23,8 +20,4 @@ class Triangle6(Element):
 
     kind: ClassVar[str] = "membrane"
     shape: ClassVar[Shape] = TRIANGLE6
-
-    @staticmethod
-    def declare(nodes: Array, group: ElementGroup, dofs: Indices) -> ElementBlock:
-        """Elements of a group as data."""
-        return isoparametric_membrane(nodes, group, dofs)
+    declare = staticmethod(isoparametric_membrane)

@@ -94,8 +94,8 @@ class InertiaOperator:
     """
 
     pattern: SparsityPattern
-    slots: tuple[tuple[NDArray[np.int32], ...], ...]
-    values: tuple[tuple[Array, ...], ...]
+    slots: list[list[NDArray[np.int32]]]
+    values: list[list[Array]]
     first_moment: Array
     zeroth_moment: Array
     mass: float
@@ -104,56 +104,28 @@ class InertiaOperator:
 
     @classmethod
     def from_blocks(
-        cls,
-        blocks: Sequence[ElementBlock],
-        places: Sequence[Places],
-        slots: Sequence[Places],
-        pattern: SparsityPattern,
+        cls, blocks: Sequence[ElementBlock], places: Sequence[Indices], pattern: SparsityPattern
     ) -> InertiaOperator:
-        """Collect the mass points of all blocks.
-
-        Parameters
-        ----------
-        blocks
-            Element blocks.
-        places
-            Places of the unknowns in extended vectors, shapes (dof, element).
-        slots
-            Positions of the element matrices' entries in the pattern, shapes (dof, dof, element).
-        pattern
-            Sparsity pattern of the free unknowns.
-        """
-        size = pattern.size
-        first, zeroth = np.zeros((3, 3, size + 1)), np.zeros((3, size + 1))
+        """Collect the mass points of blocks, whose unknowns have these places (element, dof) in the pattern."""
+        first, zeroth = np.zeros((3, 3, pattern.size + 1)), np.zeros((3, pattern.size + 1))
         mass, moment, second = 0.0, np.zeros(3), np.zeros((3, 3))
-        for block, where in zip(blocks, places, strict=True):
-            points = block.inertia
+        for block, own in zip(blocks, places, strict=True):
+            points, where = block.inertia, np.ascontiguousarray(own.T).astype(np.uint32)
             mass += float(points.mass.sum())
             moment += np.einsum("np,npk->k", points.mass, points.position)
             second += np.einsum("np,npk,npl->kl", points.mass, points.position, points.position)
             _collect_moments(points.mass, points.interpolation, points.position, where, zeroth, first)
-        kept, values = list[tuple[NDArray[np.int32], ...]](), list[tuple[Array, ...]]()
+        element_slots = [pattern.element_slots(own) for own in places]
+        slots: list[list[NDArray[np.int32]]] = [[], [], []]
+        values: list[list[Array]] = [[], [], []]
         total = np.empty(pattern.entries + 1)
-        for a in range(3):
-            line = list[tuple[NDArray[np.int32], Array]]()
-            for b in range(3):
-                total.fill(0.0)
-                for block, where in zip(blocks, slots, strict=True):
-                    _collect_products(block.inertia.mass, block.inertia.interpolation, where, a, b, total)
-                slot = np.flatnonzero(total[:-1])
-                line.append((slot.astype(np.int32), total[slot]))
-            kept.append(tuple(slot for slot, _ in line))
-            values.append(tuple(value for _, value in line))
-        return cls(
-            pattern,
-            tuple(kept),
-            tuple(values),
-            first[:, :, :-1].copy(),
-            zeroth[:, :-1].copy(),
-            mass,
-            moment,
-            second,
-        )
+        for a, b in np.ndindex(3, 3):
+            total.fill(0.0)
+            for block, where in zip(blocks, element_slots, strict=True):
+                _collect_products(block.inertia.mass, block.inertia.interpolation, where, a, b, total)
+            slots[a].append(np.flatnonzero(total[:-1]).astype(np.int32))
+            values[a].append(total[slots[a][b]])
+        return cls(pattern, slots, values, first[:, :, :-1].copy(), zeroth[:, :-1].copy(), mass, moment, second)
 
     @property
     def size(self) -> int:
@@ -161,18 +133,7 @@ class InertiaOperator:
         return self.pattern.size
 
     def entries(self, weight: ArrayLike) -> Array:
-        """Values of ``M(Z)`` in the pattern.
-
-        Parameters
-        ----------
-        weight
-            The matrix Z, shape (3, 3).
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (entries,).
-        """
+        """Values of ``M(Z)`` in the pattern, shape (entries,), for a matrix Z of shape (3, 3)."""
         result = np.zeros(self.pattern.entries)
         z = np.asarray(weight, dtype=float)
         for a in range(3):
@@ -191,17 +152,16 @@ class InertiaOperator:
         rows, columns = self.pattern.rows, self.pattern.columns
         first, lines, starts, others, values = [0], list[Places](), list[Indices](), [], []
         entry = 0
-        for a in range(3):
-            for b in range(3):
-                # M_ab is the transpose of M_ba, so the columns of that one, in which it is sorted, are rows here.
-                slot = self.slots[b][a]
-                line, begin = np.unique(columns[slot], return_index=True)
-                lines.append(line.astype(np.uint32))
-                starts.append(begin + entry)
-                others.append(rows[slot].astype(np.uint32))
-                values.append(self.values[b][a])
-                first.append(first[-1] + line.size)
-                entry += slot.size
+        for a, b in np.ndindex(3, 3):
+            # M_ab is the transpose of M_ba, so the columns of that one, in which it is sorted, are rows here.
+            slot = self.slots[b][a]
+            line, begin = np.unique(columns[slot], return_index=True)
+            lines.append(line.astype(np.uint32))
+            starts.append(begin + entry)
+            others.append(rows[slot].astype(np.uint32))
+            values.append(self.values[b][a])
+            first.append(first[-1] + line.size)
+            entry += slot.size
         return tuple(
             PairProducts(
                 np.array(first, dtype=np.int64),

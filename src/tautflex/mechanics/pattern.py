@@ -173,16 +173,15 @@ class SparsityPattern:
 
     def matrix(self, values: Array) -> csc_array:
         """Sparse matrix (entries,) -> (size, size) that shares this pattern's index arrays."""
-        result = csc_array((values, self.rows, self.column_start), shape=(self.size, self.size), copy=False)
-        result.has_sorted_indices = True
-        result.has_canonical_format = True
-        return result
+        return self._compressed(csc_array, values)
 
     def symmetric_matrix(self, values: Array) -> csr_array:
         """Symmetric matrix in compressed rows, whose product with a vector is faster; index arrays are shared."""
-        result = csr_array((values, self.rows, self.column_start), shape=(self.size, self.size), copy=False)
-        result.has_sorted_indices = True
-        result.has_canonical_format = True
+        return self._compressed(csr_array, values)
+
+    def _compressed(self, kind: type[Any], values: Array) -> Any:
+        result = kind((values, self.rows, self.column_start), shape=(self.size, self.size), copy=False)
+        result.has_sorted_indices = result.has_canonical_format = True
         return result
 
     @cached_property

@@ -83,21 +83,7 @@ ELASTIC = 0
 
 
 def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Places], initial_stress: list[Array]) -> KernelStore:
-    """Compress blocks for the kernel.
-
-    Parameters
-    ----------
-    blocks
-        Element blocks.
-    dofs
-        Slot of every unknown in the extended vector, shapes (dof, row).
-    initial_stress
-        Stress at zero unknowns, shapes (row, strain), units of the blocks.
-
-    Returns
-    -------
-    KernelStore
-    """
+    """Compress blocks, the places of their unknowns (dof, row) and initial stresses (row, strain) for the kernel."""
     slots, terms, values = list[Places](), list[Indices](), list[Array]()
     table = np.zeros((len(blocks), _COLUMNS), dtype=np.int64)
     starts = np.zeros(3, dtype=np.int64)
@@ -141,12 +127,8 @@ def block_data(store: Any, block: int) -> Any:
     row = table[block]
     count, unknowns, strains = row[_ROWS], row[_UNKNOWNS], row[_STRAINS]
     slot, t, v = row[_FIRST_SLOT], row[_FIRST_TERM], row[_FIRST_VALUE]
-    gradient, linear, quadratic, elastic = (
-        row[_GRADIENT_TERMS],
-        row[_LINEAR_TERMS],
-        row[_QUADRATIC_TERMS],
-        row[_ELASTIC_TERMS],
-    )
+    gradient, linear = row[_GRADIENT_TERMS], row[_LINEAR_TERMS]
+    quadratic, elastic = row[_QUADRATIC_TERMS], row[_ELASTIC_TERMS]
     t1 = t + 2 * gradient
     t2 = t1 + 2 * linear
     t3 = t2 + 3 * quadratic

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -16,59 +16,8 @@ from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.store import build_store
 from tautflex.mechanics.workspace import Workspace
-from tautflex.numeric import Array, Indices
+from tautflex.numeric import Array, Indices, Places
 from tautflex.structure.model import Model
-
-
-class Layout:
-    """Where the unknowns of a model's elements lie among the free ones; shared by systems that differ in stress alone.
-
-    Parameters
-    ----------
-    model
-        The structure.
-    blocks
-        Its element blocks.
-
-    Attributes
-    ----------
-    place
-        Free unknown of every unknown of the model, ``size`` where it is held, shape (dof,).
-    element_places
-        The same for the unknowns of every element, shapes (element, dof).
-    row_places
-        The same for every row (integration point) of a block, shapes (row, dof).
-    slots
-        These as compiled code reads them, shapes (dof, row).
-    pattern
-        Sparsity pattern of all square operators.
-    upper_slots
-        Positions of the rows' matrices in the pattern's upper triangle.
-    """
-
-    def __init__(self, model: Model, blocks: tuple[ElementBlock, ...]) -> None:
-        size = len(model.free_dofs)
-        self.place = np.full(model.dof_count, size, dtype=np.int64)
-        self.place[model.free_dofs] = np.arange(size)
-        self.element_places = [self.place[block.dofs] for block in blocks]
-        self.row_places = [block.rows_of(places) for block, places in zip(blocks, self.element_places, strict=True)]
-        self.slots = [np.ascontiguousarray(places.T).astype(np.uint32) for places in self.row_places]
-        self.pattern = SparsityPattern.from_elements(size, self.element_places)
-        self.upper_slots = [self.pattern.upper_slots(places) for places in self.row_places]
-        self._blocks = blocks
-
-    @cached_property
-    def inertia(self) -> InertiaOperator:
-        """Inertia operator of all blocks."""
-        return self.inertia_of(range(len(self._blocks)))
-
-    def inertia_of(self, chosen: Iterable[int]) -> InertiaOperator:
-        """Inertia operator of some blocks, on all free unknowns."""
-        chosen = list(chosen)
-        blocks = [self._blocks[i] for i in chosen]
-        places = [np.ascontiguousarray(self.element_places[i].T).astype(np.uint32) for i in chosen]
-        slots = [self.pattern.element_slots(self.element_places[i]) for i in chosen]
-        return InertiaOperator.from_blocks(blocks, places, slots, self.pattern)
 
 
 @dataclass(frozen=True)
@@ -85,8 +34,10 @@ class StructuralSystem:
         Element blocks, in the order of ``model.groups``.
     initial_stress
         Stress of each block at zero unknowns, shapes (row, strain).
-    layout
-        Where the elements' unknowns lie.
+    pattern
+        Sparsity pattern of all square operators on the free unknowns.
+    upper_slots
+        Positions of the rows' matrices in the pattern's upper triangle, by block.
 
     Notes
     -----
@@ -96,13 +47,17 @@ class StructuralSystem:
     model: Model
     blocks: tuple[ElementBlock, ...]
     initial_stress: tuple[Array, ...]
-    layout: Layout
+    pattern: SparsityPattern
+    upper_slots: list[Places]
 
     @classmethod
     def from_model(cls, model: Model) -> StructuralSystem:
         """Compile a model with the prestress given with it."""
         blocks = element_blocks(model)
-        return cls(model, blocks, tuple(block.initial_stress for block in blocks), Layout(model, blocks))
+        places = [model.free_places[block.dofs] for block in blocks]
+        pattern = SparsityPattern.from_elements(len(model.free_dofs), places)
+        slots = [pattern.upper_slots(block.rows_of(own)) for block, own in zip(blocks, places, strict=True)]
+        return cls(model, blocks, tuple(block.initial_stress for block in blocks), pattern, slots)
 
     def with_initial_stress(
         self, initial_stress: Iterable[Array], blocks: tuple[ElementBlock, ...] | None = None
@@ -118,36 +73,30 @@ class StructuralSystem:
     @property
     def place(self) -> Indices:
         """Free unknown of every unknown of the model, ``size`` where it is held, shape (dof,)."""
-        return self.layout.place
+        return self.model.free_places
 
-    @property
-    def element_places(self) -> list[Indices]:
-        """Place of every element unknown among the free ones, ``size`` where it is held, shapes (element, dof)."""
-        return self.layout.element_places
-
-    @property
+    @cached_property
     def row_places(self) -> list[Indices]:
-        """The same for every row (integration point) of the blocks, shapes (row, dof)."""
-        return self.layout.row_places
+        """The same for the unknowns of every row (integration point) of the blocks, shapes (row, dof)."""
+        return [block.rows_of(self.place[block.dofs]) for block in self.blocks]
 
-    @property
-    def pattern(self) -> SparsityPattern:
-        """Sparsity pattern of all square operators on the free unknowns."""
-        return self.layout.pattern
-
-    @property
+    @cached_property
     def inertia(self) -> InertiaOperator:
         """Inertia operator on the free unknowns."""
-        return self.layout.inertia
+        return self._inertia(self.blocks)
 
     def inertia_of(self, kind: str) -> InertiaOperator:
         """Inertia operator of the blocks of one kind, on all free unknowns."""
-        return self.layout.inertia_of(self.block_index(kind))
+        return self._inertia([self.blocks[index] for index in self.block_index(kind)])
+
+    def _inertia(self, blocks: Sequence[ElementBlock]) -> InertiaOperator:
+        return InertiaOperator.from_blocks(blocks, [self.place[block.dofs] for block in blocks], self.pattern)
 
     @cached_property
     def store(self) -> tuple[NDArray[Any], ...]:
         """All blocks as compiled code reads them; never written to."""
-        return tuple(build_store(self.blocks, self.layout.slots, list(self.initial_stress)))
+        slots = [places.T.astype(np.uint32) for places in self.row_places]
+        return tuple(build_store(self.blocks, slots, list(self.initial_stress)))
 
     def __getstate__(self) -> dict[str, Any]:
         # Addresses of compiled laws mean nothing in another process.
@@ -155,7 +104,7 @@ class StructuralSystem:
 
     def workspace(self) -> Workspace:
         """Make buffers for repeated evaluations; every run has its own."""
-        return Workspace(self.store, self.blocks, self.initial_stress, self.pattern, self.layout.upper_slots)
+        return Workspace(self.store, self.initial_stress, self.pattern, self.upper_slots)
 
     def force(self, q: Array) -> tuple[Array, float]:
         """Internal force [N, N m], shape (size,), and work of the stresses from zero unknowns [J]."""

@@ -29,12 +29,8 @@ def pack_core(
         for e in range(width):
             result[e] += value
     for t in range(data.quadratic_value.size):
-        s, i, j, value = (
-            data.quadratic_strain[t],
-            data.quadratic_first[t],
-            data.quadratic_second[t],
-            data.quadratic_value[t],
-        )
+        s, i, j = data.quadratic_strain[t], data.quadratic_first[t], data.quadratic_second[t]
+        value = data.quadratic_value[t]
         slope, result, factor, row = b[s, i], core[i, j], g[j], stress[s]
         for e in range(width):
             slope[e] += value * factor[e]
@@ -69,11 +65,8 @@ def _block_tangent(data: Any, q: Array, slots: Places, values: Array) -> None:
     strains, count = data.initial_stress.shape
     gradients, unknowns = data.gradients, data.dofs.shape[0]
     local, strain, stress = np.empty((unknowns, PACK)), np.empty((strains, PACK)), np.empty((strains, PACK))
-    g, b, db = (
-        np.empty((gradients, PACK)),
-        np.empty((strains, gradients, PACK)),
-        np.empty((strains, gradients, PACK)),
-    )
+    g = np.empty((gradients, PACK))
+    b, db = np.empty((strains, gradients, PACK)), np.empty((strains, gradients, PACK))
     core, half = np.empty((gradients, gradients, PACK)), np.empty((gradients, unknowns, PACK))
     element = np.empty((unknowns, unknowns, PACK))
     tangent, density = np.empty((strains, strains, PACK)), np.empty(PACK)
@@ -113,19 +106,8 @@ def _block_tangent(data: Any, q: Array, slots: Places, values: Array) -> None:
 
 @jit
 def add_tangent(store: Any, block: int, q: Array, slots: Places, values: Array) -> None:
-    """Add one block's tangents ``G' V (B' D B + sigma.Q) G`` to the values of an upper triangle.
+    """Add one block's tangents ``G' V (B' D B + sigma.Q) G`` to the values of an upper triangle (upper entries + 1,).
 
-    Parameters
-    ----------
-    store
-        Blocks, a `KernelStore`.
-    block
-        Number of the block.
-    q
-        Extended vector, shape (size + 1,).
-    slots
-        Places of the pairs of element unknowns, `SparsityPattern.upper_slots`.
-    values
-        Values of the upper triangle and one more for what belongs to supports, shape (upper entries + 1,).
+    ``slots`` are the block's `SparsityPattern.upper_slots`; the last value collects what belongs to supports.
     """
     _block_tangent(block_data(store, block), q, slots, values)

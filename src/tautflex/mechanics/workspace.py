@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.elements.block import ElementBlock
 from tautflex.mechanics.kernel import add_average_forces, add_forces, restart_energy
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.store import python_view
@@ -24,14 +23,8 @@ class Workspace:
     ----------
     store
         Blocks as compiled code reads them; its values are copied, the rest is shared.
-    blocks
-        Element blocks.
-    initial_stress
-        Stress of each block at zero unknowns, shapes (element, strain).
-    pattern
-        Sparsity pattern of the free unknowns.
-    upper_slots
-        Positions of the element matrices in the pattern's upper triangle.
+    initial_stress, pattern, upper_slots
+        Those of the structure.
 
     Attributes
     ----------
@@ -46,22 +39,22 @@ class Workspace:
     def __init__(
         self,
         store: tuple[NDArray[Any], ...],
-        blocks: tuple[ElementBlock, ...],
         initial_stress: tuple[Array, ...],
         pattern: SparsityPattern,
         upper_slots: list[Places],
     ) -> None:
         slots, terms, values, table = store
         self.store: tuple[NDArray[Any], ...] = (slots, terms, values.copy(), table)
-        self.blocks = blocks
         self._initial_stress, self._pattern, self._slots = initial_stress, pattern, upper_slots
-        self._current_stress = [python_view(self.store, block).initial_stress for block in range(len(blocks))]
-        for block in range(len(blocks)):
+        self._current_stress = [python_view(self.store, block).initial_stress for block in range(len(initial_stress))]
+        for block in range(len(initial_stress)):
             restart_energy(self.store, block)
-        self.stresses = np.concatenate([np.zeros(0), *(stress.ravel() for stress in self._current_stress)])
-        ends = np.cumsum([stress.size for stress in self._current_stress])[:-1]
-        parts = np.split(self.stresses, ends) if blocks else []
-        self.stress_rows = [part.reshape(now.shape) for part, now in zip(parts, self._current_stress, strict=True)]
+        ends = np.cumsum([0, *(stress.size for stress in self._current_stress)])
+        self.stresses = np.zeros(ends[-1])
+        self.stress_rows = [
+            self.stresses[first:last].reshape(now.shape)
+            for first, last, now in zip(ends[:-1], ends[1:], self._current_stress, strict=True)
+        ]
         self._extended = np.zeros(pattern.size + 1)
         self._changed: set[int] = set()
 

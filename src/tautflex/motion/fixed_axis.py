@@ -15,6 +15,7 @@ from tautflex.errors import InputError
 from tautflex.motion.kinematics import Maneuver, RigidMotion, Segment, fixed_axis_motion, unit_axis
 from tautflex.motion.profiles import Impulses, UnitStep
 from tautflex.motion.shaping import SHAPERS, impulse_train, shaper_impulses
+from tautflex.numeric import Array
 
 SLEW_PROFILES = ("versine", "bang-bang", "minimum-jerk", "input-shaped")
 BASE_PROFILES = ("bang-bang", "versine", "minimum-jerk")
@@ -77,24 +78,23 @@ class FixedAxis(Maneuver):
         unit_axis(self.axis)
         checks.vector3("origin", self.origin)
 
-    def _turning(self, rate: float, acceleration: float) -> RigidMotion:
-        return fixed_axis_motion(rate, acceleration, unit_axis(self.axis), np.asarray(self.origin, dtype=float))
+    def _line(self) -> tuple[Array, Array]:
+        return unit_axis(self.axis), np.asarray(self.origin, dtype=float)
 
     def start(self) -> RigidMotion:
         """Steady rotation at the rate before."""
-        return self._turning(self.formula(self.numbers).before, 0.0)
+        return fixed_axis_motion(self.formula(self.numbers).before, 0.0, *self._line())
 
     def segments(self) -> tuple[Segment, ...]:
         """The smooth stretches of the formula, then steady rotation."""
-        formula = self.formula(self.numbers)
-        axis, origin = unit_axis(self.axis), np.asarray(self.origin, dtype=float)
+        formula, line = self.formula(self.numbers), self._line()
 
         def turning(start: float, end: float) -> Segment:
             rates = formula.around(0.5 * (start + end))
-            return Segment(start, end, lambda time: fixed_axis_motion(*rates(time), axis, origin))
+            return Segment(start, end, lambda time: fixed_axis_motion(*rates(time), *line))
 
         edges = formula.step.edges
-        after = self._turning(*formula.around(edges[-1] + 1.0)(edges[-1]))
+        after = fixed_axis_motion(*formula.around(edges[-1] + 1.0)(edges[-1]), *line)
         return (*(turning(*limits) for limits in pairwise(edges)), Segment(edges[-1], np.inf, lambda time: after))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -82,7 +82,7 @@ class FreeHub:
     attitude: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     torque: ArrayLike | Actuation | None = None
     force: ArrayLike | Actuation | None = None
-    breaks: tuple[float, ...] = field(default=())
+    breaks: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         checks.positive("mass", self.mass)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -64,28 +65,13 @@ class Segment:
     motion: Callable[[float], RigidMotion]
 
 
-def split_segments(segments: tuple[Segment, ...], breaks: Iterable[float]) -> tuple[Segment, ...]:
-    """Segments with further limits, where something else than the motion jumps.
-
-    Parameters
-    ----------
-    segments
-        Segments of a maneuver.
-    breaks
-        Instants [s]; those at limits, or before the start, change nothing.
-
-    Returns
-    -------
-    tuple of Segment
-    """
-    pieces = []
-    instants = sorted(set(breaks))
+def split_segments(segments: tuple[Segment, ...], breaks: Collection[float]) -> tuple[Segment, ...]:
+    """Segments with further limits [s], where something else than the motion jumps; those at limits change nothing."""
+    pieces = list[Segment]()
     for segment in segments:
-        start = segment.start
-        for instant in (t for t in instants if segment.start < t < segment.end):
-            pieces.append(Segment(start, instant, segment.motion))
-            start = instant
-        pieces.append(Segment(start, segment.end, segment.motion))
+        inside = sorted({instant for instant in breaks if segment.start < instant < segment.end})
+        limits = pairwise((segment.start, *inside, segment.end))
+        pieces.extend(Segment(start, end, segment.motion) for start, end in limits)
     return tuple(pieces)
 
 
@@ -133,22 +119,7 @@ def unit_axis(axis: tuple[float, float, float]) -> Array:
 
 
 def fixed_axis_motion(rate: float, acceleration: float, axis: Array, origin: Array) -> RigidMotion:
-    """Rotation about a fixed line with given rate [rad/s] and acceleration [rad/s^2].
-
-    Parameters
-    ----------
-    rate, acceleration
-        Angular rate and acceleration about ``axis``.
-    axis
-        Unit vector, shape (3,).
-    origin
-        A point of the line in the floating frame [m], shape (3,).
-
-    Returns
-    -------
-    RigidMotion
-        The frame's origin is at ``-origin`` from the line, so a0 = -(S(dw) + S(w)^2) origin.
-    """
+    """Rotation [rad/s, rad/s^2] about a fixed line: `motion_about_point` for a unit vector and a point that rests."""
     return motion_about_point(rate * axis, acceleration * axis, origin)
 
 

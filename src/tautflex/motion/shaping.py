@@ -45,19 +45,7 @@ def shaper_impulses(shaper: str, frequency: float, damping_ratio: float = 0.0) -
 
 
 def impulse_train(order: int, frequency: Any, ratio: Any) -> tuple[tuple[Any, Any], ...]:
-    """Amplitudes and delays of `shaper_impulses` for numbers of any array library, unchecked.
-
-    Parameters
-    ----------
-    order
-        Order of the zero, a value of `SHAPERS`.
-    frequency, ratio
-        Natural frequency [Hz] and damping ratio.
-
-    Returns
-    -------
-    tuple of (amplitude, delay)
-    """
+    """`shaper_impulses` by the order of the shaper's zero, for numbers of any array library, unchecked."""
     xp = library_of(ratio)
     root = xp.sqrt(1.0 - ratio**2)
     decay = xp.exp(-math.pi * ratio / root)

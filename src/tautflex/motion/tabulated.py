@@ -72,7 +72,10 @@ class Tabulated(Maneuver):
         tables: dict[str, Array | None] = {"times": times, "quaternions": None}
         for name in ("rates", "accelerations"):
             given = getattr(self, name)
-            tables[name] = None if given is None else _vectors(name, given, len(times), direction)
+            if np.ndim(given) == 1:
+                tables[name] = np.outer(_rows(name, given, len(times)), direction)
+            else:
+                tables[name] = None if given is None else _rows(name, given, len(times), 3)
         if self.quaternions is not None:
             tables["quaternions"] = continuous_quaternions(_rows("quaternions", self.quaternions, len(times), 4))
         _check_together(tables, self.ends)
@@ -154,12 +157,7 @@ def _instants(times: ArrayLike) -> Array:
         )
     if values[0] != 0.0:
         raise InputError(f"times: expected to begin at 0, got {values[0]:g} s; subtract it from all of them")
-    falling = np.flatnonzero(np.diff(values) < 0.0)
-    if falling.size:
-        row = int(falling[0]) + 1
-        raise InputError(
-            f"times: expected rising instants, got {values[row]:g} s after {values[row - 1]:g} s; sort them"
-        )
+    checks.rising("times", values)
     lonely = np.flatnonzero((values[1:-1] == values[:-2]) & (values[1:-1] == values[2:]))
     if lonely.size or values[0] == values[1] or values[-1] == values[-2]:
         row = int(lonely[0]) + 1 if lonely.size else 0 if values[0] == values[1] else len(values) - 1
@@ -170,24 +168,13 @@ def _instants(times: ArrayLike) -> Array:
     return values
 
 
-def _rows(name: str, given: ArrayLike, count: int, columns: int) -> Array:
-    values = np.array(checks.float_array(name, given, (None, columns)))
-    _check_count(name, len(values), count)
+def _rows(name: str, given: ArrayLike, count: int, *columns: int) -> Array:
+    values = np.array(checks.float_array(name, given, (None, *columns)))
+    if len(values) != count:
+        raise InputError(
+            f"{name}: expected {count} rows, as many as times has, got {len(values)}; give one per instant"
+        )
     return values
-
-
-def _vectors(name: str, given: ArrayLike, count: int, direction: Array) -> Array:
-    """Rows of three components from a table of one or three columns."""
-    if np.ndim(given) != 1:
-        return _rows(name, given, count, 3)
-    values = checks.float_array(name, given, (None,))
-    _check_count(name, len(values), count)
-    return np.outer(values, direction)
-
-
-def _check_count(name: str, have: int, count: int) -> None:
-    if have != count:
-        raise InputError(f"{name}: expected {count} rows, as many as times has, got {have}; give one per instant")
 
 
 def _check_together(tables: dict[str, Array | None], ends: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,12 +73,9 @@ class AntennaLayout:
 
 def build_fixed_film(layout: AntennaLayout, membrane: MembraneSection, stress: tuple[float, float, float]) -> Model:
     """Rectangular film with all four edges fixed under a given uniform stress (sx, sy, txy) [Pa]."""
-    ends_x = np.array([-0.5, 0.5]) * layout.length
-    ends_y = np.array([-0.5, 0.5]) * layout.width
-    nodes, elements = _film(layout, ends_x, ends_y)
-    edge = (np.abs(nodes[:, 0]) > 0.5 * layout.length * (1 - 1e-12)) | (
-        np.abs(nodes[:, 1]) > 0.5 * layout.width * (1 - 1e-12)
-    )
+    ends = 0.5 * np.array([layout.length, layout.width])
+    nodes, elements = _film(layout, *np.outer(ends, [-1.0, 1.0]))
+    edge = np.any(np.abs(nodes[:, :2]) > ends * (1 - 1e-12), axis=1)
     return Model.from_mesh(
         nodes,
         surfaces={layout.element: elements},
@@ -134,15 +132,13 @@ def build_antenna(
     ring_index = {_key(point): first + k for k, point in enumerate(ring)}
     cables, tension = [], []
     for stations, axis, pull in ((stations_x, 1, pretension_y), (stations_y, 0, pretension_x)):
-        film_half = 0.5 * (layout.width if axis == 1 else layout.length)
-        frame_half = 0.5 * (layout.frame_width if axis == 1 else layout.frame_length)
+        sides = (layout.width, layout.frame_width) if axis == 1 else (layout.length, layout.frame_length)
         for station in stations:
-            half = layout.distribution == "tributary" and abs(abs(station) - abs(stations[0])) < 1e-12
-            for side in (-1.0, 1.0):
-                inner = (station, side * film_half) if axis == 1 else (side * film_half, station)
-                outer = (station, side * frame_half) if axis == 1 else (side * frame_half, station)
-                cables.append((_nearest(film_nodes, inner), ring_index[_key(np.array(outer))]))
-                tension.append(0.5 * pull if half else pull)
+            shared = layout.distribution == "tributary" and abs(abs(station) - abs(stations[0])) < 1e-12
+            for part in (-0.5, 0.5):
+                inner, outer = ((station, part * side) if axis == 1 else (part * side, station) for side in sides)
+                cables.append((_nearest(film_nodes, inner), ring_index[_key(outer)]))
+                tension.append(0.5 * pull if shared else pull)
     beams = np.column_stack([np.arange(len(ring)), np.roll(np.arange(len(ring)), -1)]) + first
     frame_nodes = np.column_stack([ring, np.zeros(len(ring))])
     held = first + np.flatnonzero(_held_frame_points(layout, ring))
@@ -161,8 +157,9 @@ def build_antenna(
     )
 
 
-def _key(point: Array) -> tuple[int, int]:
-    return round(float(point[0]) * 1e9), round(float(point[1]) * 1e9)
+def _key(point: Iterable[float]) -> tuple[int, ...]:
+    """A point in nanometres."""
+    return tuple(round(float(coordinate) * 1e9) for coordinate in point)
 
 
 def _film(layout: AntennaLayout, stations_x: Array, stations_y: Array) -> tuple[Array, Indices]:

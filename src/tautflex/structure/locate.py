@@ -57,13 +57,9 @@ def _affine(shape: Shape, corner: Array, point: Array) -> tuple[Array, Mask]:
     largest = max(float(np.abs(first).max(initial=0.0)), float(np.abs(last).max(initial=0.0)))
     usable = np.abs(determinant) > 1e-14 * largest**2
     offset, safe = point[:2] - corner[:, 0, :2], np.where(usable, determinant, 1.0)
-    share = np.stack(
-        [
-            (offset[:, 0] * last[:, 1] - offset[:, 1] * last[:, 0]) / safe,
-            (offset[:, 1] * first[:, 0] - offset[:, 0] * first[:, 1]) / safe,
-        ],
-        axis=1,
-    )
+    along_first = (offset[:, 0] * last[:, 1] - offset[:, 1] * last[:, 0]) / safe
+    along_last = (offset[:, 1] * first[:, 0] - offset[:, 0] * first[:, 1]) / safe
+    share = np.stack([along_first, along_last], axis=1)
     return share if shape.domain == "triangle" else 2.0 * share - 1.0, usable
 
 

@@ -27,8 +27,8 @@ def rectangle_mesh(
     lines_x, lines_y
         Increasing grid-line coordinates [m], shapes (p,) and (q,), at least two each.
     pattern
-        Of triangles: ``"regular"`` splits every cell by the same diagonal (mesh with central symmetry only);
-        ``"alternating"`` flips the diagonal like a chess board (mirror symmetry for even divisions).
+        Of triangles, quads have none: ``"regular"`` splits every cell by the same diagonal (mesh with central
+        symmetry only); ``"alternating"`` flips the diagonal like a chess board (mirror symmetry for even divisions).
     shape
         Shape of the elements; one fills a cell if it has four corners, two if it has three.
 
@@ -49,25 +49,13 @@ def rectangle_mesh(
     count_x, count_y = len(lines_x), len(lines_y)
     x, y = np.meshgrid(lines_x, lines_y, indexing="ij")
     nodes = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-    i, j = np.meshgrid(np.arange(count_x - 1), np.arange(count_y - 1), indexing="ij")
-    lower_left = (i * count_y + j).ravel()
-    lower_right, upper_left = lower_left + count_y, lower_left + 1
-    upper_right = lower_right + 1
-    if shape.domain == "quad":
-        cells = np.column_stack([lower_left, lower_right, upper_right, upper_left])
-        return _with_inner_nodes(nodes, cells, shape, count_y)
-    rising = np.ones(lower_left.size, dtype=bool) if pattern == "regular" else ((i + j) % 2 == 0).ravel()
-    first = np.where(
-        rising[:, None],
-        np.column_stack([lower_left, lower_right, upper_right]),
-        np.column_stack([lower_left, lower_right, upper_left]),
-    )
-    second = np.where(
-        rising[:, None],
-        np.column_stack([lower_left, upper_right, upper_left]),
-        np.column_stack([lower_right, upper_right, upper_left]),
-    )
-    return _with_inner_nodes(nodes, np.stack([first, second], axis=1).reshape(-1, 3), shape, count_y)
+    i, j = (index.ravel() for index in np.indices((count_x - 1, count_y - 1)))
+    cells = (i * count_y + j)[:, None] + np.array([0, count_y, count_y + 1, 1])
+    if shape.domain == "triangle":
+        rising = np.full(i.size, True) if pattern == "regular" else (i + j) % 2 == 0
+        halves = np.where(rising[:, None], [0, 1, 2, 0, 2, 3], [0, 1, 3, 1, 2, 3])
+        cells = np.take_along_axis(cells, halves, axis=1).reshape(-1, 3)
+    return _with_inner_nodes(nodes, cells, shape, count_y)
 
 
 def _with_inner_nodes(nodes: Array, corners: Indices, shape: Shape, count_y: int) -> tuple[Array, Indices]:
@@ -135,19 +123,7 @@ def least_divisions(intervals: int, shape: Shape) -> int:
 
 
 def check_elements(name: str, shape: Shape, nodes: Array, connectivity: Indices) -> None:
-    """Raise MeshError if an element has (almost) no length or area, or is folded over.
-
-    Parameters
-    ----------
-    name
-        What the message calls the elements.
-    shape
-        Their shape.
-    nodes
-        Positions [m], shape (node, 3).
-    connectivity
-        Node numbers, shape (element, node).
-    """
+    """Raise MeshError if an element (element, node) has almost no length or area, or is folded over."""
     if not len(connectivity):
         return
     corner = nodes[connectivity]
@@ -184,13 +160,7 @@ def _folded(shape: Shape, corner: Array) -> Mask:
 
 
 def check_joints(groups: list[tuple[Shape, Indices]]) -> None:
-    """Raise MeshError where two surface elements share an edge but not the nodes between its ends.
-
-    Parameters
-    ----------
-    groups
-        Shape and node numbers (element, node) of each group of surface elements.
-    """
+    """Raise MeshError where two elements of surfaces (element, node) share an edge but not the nodes inside it."""
     edges = [connectivity[:, edge] for shape, connectivity in groups for edge in shape.edges]
     if all(edge.shape[1] == 2 for edge in edges):
         return
@@ -211,22 +181,7 @@ def check_joints(groups: list[tuple[Shape, Indices]]) -> None:
 
 
 def blend_by_direction(nodes: Array, lines: Indices, along_x: float, across: float) -> Array:
-    """Value of each line between that of lines along x and that of lines across it, by the squared cosine.
-
-    Parameters
-    ----------
-    nodes
-        Positions [m], shape (node, 3).
-    lines
-        Node numbers, shape (line, 2).
-    along_x, across
-        The two values, e.g. tensions [N].
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (line,).
-    """
+    """Value of each line (line, 2) between that of lines along x and that of lines across, by the squared cosine."""
     along = (nodes[lines[:, 1]] - nodes[lines[:, 0]]) ** 2
     weight = along[:, 0] / along.sum(axis=1)
     return along_x * weight + across * (1.0 - weight)

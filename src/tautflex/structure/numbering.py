@@ -66,6 +66,13 @@ class Numbering:
         return np.setdiff1d(np.arange(self.dof_count), self.fixed_dofs)
 
     @cached_property
+    def free_places(self) -> Indices:
+        """Place of every unknown in `free_dofs`, their number where it is held, shape (dof,)."""
+        places = np.full(self.dof_count, len(self.free_dofs), dtype=np.int64)
+        places[self.free_dofs] = np.arange(len(self.free_dofs))
+        return places
+
+    @cached_property
     def rigid_motions(self) -> Array:
         """Infinitesimal rigid motions about the origin, shape (dof, 6): three translations, three rotations."""
         motions = np.zeros((self.dof_count, 6))

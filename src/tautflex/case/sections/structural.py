@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
 from tautflex.case.messages import choices, problem, show
 from tautflex.case.section import Count, Flag, NonNegative, Number, Positive, Section
@@ -17,6 +25,12 @@ EdgeCount = Annotated[Count, Field(ge=2)]
 def _inside_elastic_range(value: float) -> float:
     if not -1.0 < value < 0.5:
         raise problem("a number inside (-1, 0.5)", value, "give Poisson's ratio; films have 0.3 to 0.4")
+    return value
+
+
+def _known_law(kind: str, value: object) -> object:
+    if value not in LAW_NAMES[kind]:
+        raise problem(f"one of {choices(LAW_NAMES[kind])}", value, "choose one of them")
     return value
 
 
@@ -36,7 +50,9 @@ class Membrane(Section):
     strain: Literal["von-karman", "green-lagrange"] = Field(
         default="von-karman", description="strain measure of film, cables and frame", examples=["von-karman"]
     )
-    law: str = Field(default="elastic", description="material law of the film", examples=["tension-field"])
+    law: Annotated[str, BeforeValidator(partial(_known_law, "membrane"))] = Field(
+        default="elastic", description="material law of the film", examples=["tension-field"]
+    )
     edges: Literal["cables", "fixed"] = Field(
         default="cables", description="what holds the edges of the film", examples=["cables"]
     )
@@ -44,14 +60,6 @@ class Membrane(Section):
     stress_y: Number | None = Field(default=None, description="given stress along y [Pa]", examples=[5470.0])
 
     _poisson = field_validator("poisson_ratio")(_inside_elastic_range)
-
-    @field_validator("law", mode="before")
-    @classmethod
-    def _known_law(cls, value: object) -> object:
-        if value not in LAW_NAMES["membrane"]:
-            text = f"expected one of {choices(LAW_NAMES['membrane'])}, got {show(value)}"
-            raise ValueError(f"{text}; choose one of them")
-        return value
 
     @model_validator(mode="after")
     def _both_stresses(self) -> Self:
@@ -85,6 +93,9 @@ class Cables(Section):
         default=False,
         description="choice true or false: a cable goes slack instead of pushing",
         examples=[True],
+    )
+    law: Annotated[str, BeforeValidator(partial(_known_law, "cable"))] = Field(
+        default="elastic", description="material law of the cables; 'slack' is slack = true", examples=["slack"]
     )
 
     @field_validator("pretension_x", "pretension_y")
@@ -129,7 +140,7 @@ class Mesh(Section):
         default=(20, 10), description="numbers of cells along x and y, integers >= 1", examples=[(20, 10)]
     )
     pattern: Literal["alternating", "regular"] = Field(
-        default="alternating", description="directions of the diagonals", examples=["alternating"]
+        default="alternating", description="directions of the diagonals; quads have none", examples=["alternating"]
     )
     element: str = Field(default="triangle3", description="shape of the film's elements", examples=["triangle6"])
     file: str | None = Field(

@@ -29,32 +29,14 @@ def tension_field(
     stress: Array,
     tangent: Array,
 ) -> float:
-    """Tension-field stress and tangent of an isotropic film.
+    """Stored energy [J/m^3] at an elastic trial stress [Pa]; stress and tangent [Pa] are filled in.
 
-    Parameters
-    ----------
-    sx, sy, txy
-        Elastic trial stress [Pa].
-    youngs_modulus, poisson_ratio
-        Of the film [Pa], [-].
-    residual
-        Share of the elastic law that stays in wrinkled and slack states [-].
-    stress
-        Filled with the stress (sx, sy, txy) [Pa], shape (3,).
-    tangent
-        Filled with d stress / d strain (engineering shear) [Pa], shape (3, 3).
-
-    Returns
-    -------
-    float
-        Stored energy density [J/m^3].
+    ``residual`` is the share of the elastic law that stays in wrinkled and slack states; ``tangent`` has the
+    derivatives by (ex, ey, engineering shear).
     """
     nu = poisson_ratio
-    ex, ey, gamma = (
-        (sx - nu * sy) / youngs_modulus,
-        (sy - nu * sx) / youngs_modulus,
-        2.0 * (1.0 + nu) * txy / youngs_modulus,
-    )
+    ex, ey = (sx - nu * sy) / youngs_modulus, (sy - nu * sx) / youngs_modulus
+    gamma = 2.0 * (1.0 + nu) * txy / youngs_modulus
     elastic = 0.5 * (sx * ex + sy * ey + txy * gamma)
     plane = youngs_modulus / (1.0 - nu * nu)
     half, shear = 0.5 * (ex - ey), 0.5 * gamma

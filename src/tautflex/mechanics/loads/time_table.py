@@ -44,12 +44,7 @@ class TimeTable:
             raise InputError("times: expected at least one instant, got none; give for example [0.0, 1.0]")
         if len(values) != len(times):
             raise InputError(f"values: expected {len(times)} rows, as many as times has, got {len(values)}")
-        falling = np.flatnonzero(np.diff(times) < 0.0)
-        if falling.size:
-            row = int(falling[0]) + 1
-            raise InputError(
-                f"times: expected rising instants, got {times[row]:g} s after {times[row - 1]:g} s; sort them"
-            )
+        checks.rising("times", times)
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "values", values)
 
