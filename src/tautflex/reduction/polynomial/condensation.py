@@ -196,12 +196,13 @@ def condense(
     reach = xp.concatenate([xp.eye(r), d])
     moved = pair @ reach
     own = reach.T @ moved
+    condensed = h.T @ e
     return CondensedModel(
         mass=_even(own[0]),
         linear=_even(stiffness[:r, :r] + k_pa.T @ d),
         quadratic=force[:r] + mixed_quadratic(k_pa.T @ e, r, xp),
-        cubic=_even(cubic + 4.0 * h.T @ e),
-        viscous=_even(-h.T @ e),
+        cubic=_even(cubic + 4.0 * condensed),
+        viscous=_even(-condensed),
         turning=own[1:],
         turning_derivatives=e.T @ moved[1:, r:],
         load=load @ reach,
