@@ -110,7 +110,7 @@ def measure(mesh: str, seconds: float, step: float, quick: bool, method: object)
                         "duration": duration,
                         "basis": name,
                         "coordinates": rom.size,
-                        "companions": len(rom.basis.derivatives),
+                        "static_derivatives": len(rom.basis.derivatives),
                         "offline_seconds": rom.seconds,
                         "megabytes": rom.memory / 1e6,
                         **compare(full, reduced, duration),

@@ -10,7 +10,7 @@ import pytest
 
 import tautflex as tf
 from tautflex.batch.chunks import usual_chunk
-from tautflex.batch.equations.rate_history import course_of
+from tautflex.batch.equations.rate_history import rate_history
 from tautflex.batch.gather import gather_table, multiply, shared_rows
 from tautflex.batch.library import jax
 from tautflex.batch.parameters import checked_numbers
@@ -31,7 +31,7 @@ def state() -> tf.Model:
 
 def test_unknown_parameter_names_the_known_ones():
     with pytest.raises(InputError, match=r"maneuver\.duration.*got 'speed'"):
-        checked_numbers({"speed": 1.0}, KINDS, course_of(tf.Stop(0.1, 1.0)), DAMPING)
+        checked_numbers({"speed": 1.0}, KINDS, rate_history(tf.Stop(0.1, 1.0)), DAMPING)
 
 
 @pytest.mark.parametrize(
@@ -46,13 +46,13 @@ def test_unknown_parameter_names_the_known_ones():
 )
 def test_values_out_of_range_are_refused(given, words):
     with pytest.raises(InputError, match=words):
-        checked_numbers(given, KINDS, course_of(tf.Stop(0.1, 1.0)), DAMPING)
+        checked_numbers(given, KINDS, rate_history(tf.Stop(0.1, 1.0)), DAMPING)
 
 
 def test_lengths_give_the_number_of_runs():
     given = {"tension_x": [1.0, 1.1, 1.2], "maneuver.rates": np.zeros(5), "damping.alpha": 0.1}
-    course = course_of(tf.Tabulated(np.linspace(0, 1, 5), np.zeros(5)))
-    _, axes, runs = checked_numbers(given, KINDS, course, DAMPING)
+    history = rate_history(tf.Tabulated(np.linspace(0, 1, 5), np.zeros(5)))
+    _, axes, runs = checked_numbers(given, KINDS, history, DAMPING)
     assert (axes, runs) == ({"tension_x": 0, "maneuver.rates": None, "damping.alpha": None}, 3)
 
 
@@ -128,17 +128,17 @@ def test_missing_jax_is_said_in_one_line():
     ids=lambda maneuver: f"{type(maneuver).__name__}-{getattr(maneuver, 'profile', '')}",
 )
 def test_courses_are_the_maneuvers(maneuver):
-    course, segments = course_of(maneuver), maneuver.segments()
-    if course.start is not None:
-        assert float(course.start(course.numbers)) == pytest.approx(maneuver.start().angular_velocity[0], abs=1e-15)
-    breaks = np.sort(np.asarray(course.breaks(course.numbers)))
+    history, segments = rate_history(maneuver), maneuver.segments()
+    if history.start is not None:
+        assert float(history.start(history.numbers)) == pytest.approx(maneuver.start().angular_velocity[0], abs=1e-15)
+    breaks = np.sort(np.asarray(history.breaks(history.numbers)))
     assert breaks == pytest.approx([segment.end for segment in segments[:-1]], rel=1e-12)
     for segment in segments:
         end = min(segment.end, segment.start + 0.3)
         middle = 0.5 * (segment.start + end)
         # Wilson-theta looks beyond the end of a stretch.
         for time in (segment.start, middle, end, end + 1e-3):
-            got, motion = course.spin(course.numbers, time, middle), segment.motion(time)
+            got, motion = history.spin(history.numbers, time, middle), segment.motion(time)
             expected = [motion.angular_velocity[0], motion.angular_acceleration[0]]
             assert [float(got.rate), float(got.acceleration)] == pytest.approx(expected, abs=1e-11)
             assert float(got.square) == pytest.approx(motion.angular_velocity[0] ** 2, abs=1e-11)

@@ -51,9 +51,9 @@ def mixed_vectors(state, modes=6):
     return ritz(state, np.concatenate([solve_modes(state, modes).vectors, rng.standard_normal((3, state.system.size))]))
 
 
-def force_at(plant, eta):
+def force_at(arrays, eta):
     force = np.empty(len(eta))
-    internal_force(plant, eta, np.zeros(len(eta)), np.zeros(0), force)
+    internal_force(arrays, eta, np.zeros(len(eta)), np.zeros(0), force)
     return force
 
 
@@ -80,30 +80,30 @@ def test_all_elements_give_the_projected_force(antenna, verification_row):
     assert {0, 1} <= set(states.tolist()), "the state must mix taut and wrinkled film"
     full, energy = antenna.system.force(q)
     expected = rom.basis.kept @ (full - antenna.reference_force)
-    plant = rom.plant(Rayleigh())
-    error = np.abs(force_at(plant, eta) - expected).max() / np.abs(expected).max()
+    arrays = rom.arrays(Rayleigh())
+    error = np.abs(force_at(arrays, eta) - expected).max() / np.abs(expected).max()
     verification_row("hyper-reduced antenna with all elements, wrinkled: force", 0.0, error, "round-off")
     assert error < 1e-12
-    strain = energies(plant, eta[None], np.zeros((1, rom.size)))[0, 1]
+    strain = energies(arrays, eta[None], np.zeros((1, rom.size)))[0, 1]
     assert strain == pytest.approx(energy - antenna.reference_force @ q, rel=1e-12)
 
 
 def test_force_is_the_gradient_of_the_energy_and_the_tangent_its_derivative(antenna):
     rom = all_elements(antenna, mixed_vectors(antenna))
-    plant, eta = rom.plant(Rayleigh()), 2e-4 * np.random.default_rng(2).standard_normal(rom.size)
+    arrays, eta = rom.arrays(Rayleigh()), 2e-4 * np.random.default_rng(2).standard_normal(rom.size)
     assert np.any(membrane_states(antenna, eta @ rom.basis.kept) > 0)
     still, step = np.zeros((1, rom.size)), 1e-9
-    force, matrix = force_at(plant, eta), tangent(plant, eta, np.zeros(0))
+    force, matrix = force_at(arrays, eta), tangent(arrays, eta, np.zeros(0))
     for move in step * np.eye(rom.size):
-        ahead, behind = (energies(plant, eta[None] + sign * move, still)[0, 1] for sign in (1.0, -1.0))
+        ahead, behind = (energies(arrays, eta[None] + sign * move, still)[0, 1] for sign in (1.0, -1.0))
         assert (ahead - behind) / (2 * step) == pytest.approx(force @ move / step, abs=1e-5 * np.abs(force).max())
-        slope = (force_at(plant, eta + move) - force_at(plant, eta - move)) / (2 * step)
+        slope = (force_at(arrays, eta + move) - force_at(arrays, eta - move)) / (2 * step)
         assert np.abs(slope - matrix @ move / step).max() < 1e-5 * np.abs(matrix).max()
 
 
 def test_at_rest_it_has_the_stiffness_of_the_reference(antenna):
     rom = all_elements(antenna, mixed_vectors(antenna))
-    matrix, linear = tangent(rom.plant(Rayleigh()), np.zeros(rom.size), np.zeros(0)), rom.coefficients.linear
+    matrix, linear = tangent(rom.arrays(Rayleigh()), np.zeros(rom.size), np.zeros(0)), rom.coefficients.linear
     assert np.abs(matrix - linear).max() < 1e-10 * np.abs(linear).max()
     assert np.abs(rom.coefficients.mass - np.eye(rom.size)).max() < 1e-10
 
@@ -118,10 +118,10 @@ def test_elastic_elements_are_the_polynomial(verification_row):
     vectors = mixed_vectors(state)
     hyper, polynomial = all_elements(state, vectors), tf.reduce(state, Given())
     eta = 2e-4 * np.random.default_rng(3).standard_normal(hyper.size)
-    y_size = len(polynomial.plant(Rayleigh()).first)
+    y_size = len(polynomial.arrays(Rayleigh()).first)
     expected = np.empty(hyper.size)
-    internal_force(polynomial.plant(Rayleigh()), eta, 0.0 * eta, np.zeros(y_size), expected)
-    error = np.abs(force_at(hyper.plant(Rayleigh()), eta) - expected).max() / np.abs(expected).max()
+    internal_force(polynomial.arrays(Rayleigh()), eta, 0.0 * eta, np.zeros(y_size), expected)
+    error = np.abs(force_at(hyper.arrays(Rayleigh()), eta) - expected).max() / np.abs(expected).max()
     verification_row(
         "hyper-reduced elastic antenna against the polynomial model: force", 0.0, error, "weak stress fields"
     )

@@ -101,7 +101,7 @@ def test_polynomial_is_the_projected_force(element, verification_row):
     rom = tf.reduce(state, Given())
     eta = 1e-3 * np.random.default_rng(1).standard_normal(rom.size)
     expected = rom.basis.kept @ (state.system.force(eta @ rom.basis.kept)[0] - state.reference_force)
-    c, slope, y = rom.coefficients, slopes(rom.plant(Rayleigh()), eta), monomials(eta)
+    c, slope, y = rom.coefficients, slopes(rom.arrays(Rayleigh()), eta), monomials(eta)
     exact = c.linear @ eta + c.quadratic @ y + slope.T @ (0.25 * c.cubic @ y)
     error = float(np.abs(exact - expected).max() / np.abs(expected).max())
     assert error < 1e-12
@@ -132,9 +132,9 @@ def test_hyper_reduction_weighs_points(element, verification_row):
 
 def _hyper_force(rom: HyperReducedModel, eta: np.ndarray) -> np.ndarray:
     """Internal force with that of the reference."""
-    plant, force = rom.plant(Rayleigh()), np.empty(len(eta))
-    element_force(plant, eta, np.zeros(len(eta)), np.zeros(0), force)
-    return force + plant.reference
+    arrays, force = rom.arrays(Rayleigh()), np.empty(len(eta))
+    element_force(arrays, eta, np.zeros(len(eta)), np.zeros(0), force)
+    return force + arrays.reference
 
 
 def test_batch_is_the_single_run(verification_row):

@@ -64,10 +64,10 @@ def complete_basis(state, transverse_only=False):
 
 
 def forces_of(rom, eta, rate=None, damping=None):
-    plant = rom.plant(damping or Rayleigh())
+    arrays = rom.arrays(damping or Rayleigh())
     force = np.empty(rom.size)
     rate = np.zeros(rom.size) if rate is None else rate
-    internal_force(plant, eta, rate, np.zeros(len(plant.first)), force)
+    internal_force(arrays, eta, rate, np.zeros(len(arrays.first)), force)
     return force
 
 
@@ -79,9 +79,9 @@ def test_polynomial_is_the_projected_force(strain, verification_row):
     full, _ = state.system.force(eta @ rom.basis.kept)
     expected = rom.basis.kept @ (full - state.reference_force)
     coefficients = rom.coefficients
-    plant = rom.plant(Rayleigh())
+    arrays = rom.arrays(Rayleigh())
     # The exact tensors, then the stress fields that a run uses in their place.
-    slope = slopes(plant, eta)
+    slope = slopes(arrays, eta)
     y = monomials(eta)
     exact = coefficients.linear @ eta + coefficients.quadratic @ y + slope.T @ (0.25 * coefficients.cubic @ y)
     error = np.abs(exact - expected).max() / np.abs(expected).max()
@@ -93,16 +93,16 @@ def test_polynomial_is_the_projected_force(strain, verification_row):
 def test_force_is_the_gradient_of_the_energy_and_the_tangent_its_derivative():
     state = tf.solve_prestress(small_antenna(strain="green-lagrange"))
     rom = tf.reduce(state, Given(mixed_basis(state, derivatives=True)))
-    plant, eta = rom.plant(Rayleigh()), 1e-3 * np.random.default_rng(2).standard_normal(rom.size)
+    arrays, eta = rom.arrays(Rayleigh()), 1e-3 * np.random.default_rng(2).standard_normal(rom.size)
     still = np.zeros((1, rom.size))
     step = 1e-7
     force = forces_of(rom, eta)
     for i in range(rom.size):
         move = step * np.eye(rom.size)[i]
-        ahead, behind = energies(plant, eta[None] + move, still)[0, 1], energies(plant, eta[None] - move, still)[0, 1]
+        ahead, behind = energies(arrays, eta[None] + move, still)[0, 1], energies(arrays, eta[None] - move, still)[0, 1]
         assert (ahead - behind) / (2 * step) == pytest.approx(force[i], rel=1e-6, abs=1e-7 * np.abs(force).max())
         slope = (forces_of(rom, eta + move) - forces_of(rom, eta - move)) / (2 * step)
-        matrix = tangent(plant, eta, np.zeros(len(plant.first)))
+        matrix = tangent(arrays, eta, np.zeros(len(arrays.first)))
         assert np.abs(slope - matrix[:, i]).max() < 1e-6 * np.abs(matrix).max()
 
 
@@ -169,7 +169,7 @@ def test_centrifugal_load_stiffens_through_the_derivatives():
     frame = frame_at(Coupling(), run.moments, motion, rom.size)
     # Slow in-plane fields are coordinates, fast ones are condensed; both carry the load.
     eta = run._equilibrium(motion)
-    ours = tangent(run.plant, eta, frame.stress[0])
+    ours = tangent(run.arrays, eta, frame.stress[0])
     q = spinning_equilibrium(state, motion, Coupling())
     matrix = state.system.pattern.symmetric_matrix(state.system.tangent(q))
     theirs = rom.basis.kept @ (matrix @ rom.basis.kept.T)
@@ -200,15 +200,15 @@ def test_derivatives_dissipate_what_their_velocity_does():
 def test_gyroscopic_coupling_of_derivatives_does_no_work():
     state = tf.solve_prestress(small_antenna())
     rom = tf.reduce(state, tf.ModalBasis(("rx",), count=5))
-    plant = rom.plant(Rayleigh())
+    arrays = rom.arrays(Rayleigh())
     run = run_of(rom)
     motion = fixed_axis_motion(1.5, 0.0, np.array([0.6, 0.8, 0.0]), np.zeros(3))
     frame = frame_at(Coupling(euler=False, centrifugal=False, inertial_load=False), run.moments, motion, rom.size)
     rng = np.random.default_rng(4)
     q, v = 1e-3 * rng.standard_normal((2, rom.size))
-    stress, force = np.empty(len(plant.first)), np.empty(rom.size)
-    derivative_forces(plant, frame, 0, q, v, stress, force)
-    follow = slopes(plant, q).T @ stress
+    stress, force = np.empty(len(arrays.first)), np.empty(rom.size)
+    derivative_forces(arrays, frame, 0, q, v, stress, force)
+    follow = slopes(arrays, q).T @ stress
     assert abs(v @ force) > 0.0
     assert abs(v @ (force + follow)) < 1e-12 * (abs(v @ force) + abs(v @ follow))
 

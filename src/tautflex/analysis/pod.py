@@ -74,10 +74,9 @@ def pod(
     signs = np.sign(shapes[np.arange(count), np.abs(shapes).argmax(axis=1)])
     shapes = shapes * signs[:, None]
     coefficients = left[:, :count] * (singular[:count] * signs)
-    kept = slice(0, count)
-    units = str(field.attrs.get("units", "1"))
+    numbers = {"value": values, "participation": participation, "cumulative": cumulative}
     return (
-        _to_dataset(field, shapes, values[kept], participation[kept], cumulative[kept], coefficients, units)
+        _to_dataset(field, shapes, coefficients, {name: each[:count] for name, each in numbers.items()})
         .assign(extra)
         .assign_attrs(energy=float(energy), snapshots=snapshots.shape[0], weighted=mass is not None)
     )
@@ -191,21 +190,12 @@ def _mode_count(modes: int | None, energy: float, cumulative: Array, rank: int) 
     return min(int(modes), rank)
 
 
-def _to_dataset(
-    field: xr.DataArray,
-    shapes: Array,
-    values: Array,
-    participation: Array,
-    cumulative: Array,
-    coefficients: Array,
-    units: str,
-) -> xr.Dataset:
+def _to_dataset(field: xr.DataArray, shapes: Array, coefficients: Array, numbers: dict[str, Array]) -> xr.Dataset:
     time, *rest = field.dims
-    count = values.size
+    count, units = len(shapes), str(field.attrs.get("units", "1"))
     coords: dict[Any, Any] = described(POD, {"mode": np.arange(1, count + 1)})
     coords |= {name: field.coords[name] for name in field.dims if name in field.coords}
-    arrays = {"value": values, "participation": participation, "cumulative": cumulative}
-    data: dict[Any, Any] = described(POD, arrays, units=units)
+    data: dict[Any, Any] = described(POD, numbers, units=units)
     data["shape"] = (("mode", *rest), shapes.reshape(count, *field.shape[1:]), about(POD["shape"]))
     data["coefficient"] = ((time, "mode"), coefficients, about(POD["coefficient"], units=units))
     return xr.Dataset(data, coords)

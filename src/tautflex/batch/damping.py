@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tautflex.batch.library import jax
+from tautflex.batch.parameters import each_row
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping, LinearStructure
 from tautflex.mechanics.dampings.matrix import DampingMatrix
@@ -47,23 +48,18 @@ class BatchDamping:
         UnsupportedError
             If a number changes the vectors.
         """
-        own = [name for name in arrays if name in self.defaults]
-        if not own:
-            return _numbers(self.matrix), frozenset()
-        several = any(axes[name] == 0 for name in own)
         matrices = []
-        for run in range(runs if several else 1):
-            row = {name: arrays[name][run] if axes[name] == 0 else arrays[name] for name in own}
-            values: dict[str, Any] = {name.removeprefix(PREFIX): value.tolist() for name, value in row.items()}
-            matrices.append(replace(self._damping, **values).matrix(self._structure))  # type: ignore[type-var]
+        for row in each_row(PREFIX, arrays, axes, runs):
+            matrices.append(replace(self._damping, **row).matrix(self._structure))  # type: ignore[type-var]
             if not np.array_equal(matrices[-1].vectors, self.matrix.vectors):
+                names = ", ".join(sorted(name for name in arrays if name in self.defaults))
                 raise UnsupportedError(
-                    f"parameters: expected numbers that weigh the damping's vectors, got {', '.join(sorted(own))}, "
+                    f"parameters: expected numbers that weigh the damping's vectors, got {names}, "
                     "which changes them; run simulate one by one"
                 )
+        if len(matrices) <= 1:
+            return _numbers(matrices[0] if matrices else self.matrix), frozenset()
         numbers = [_numbers(matrix) for matrix in matrices]
-        if not several:
-            return numbers[0], frozenset()
         stacked = {PREFIX + name: np.stack([one[PREFIX + name] for one in numbers]) for name in WEIGHTS}
         return {**numbers[0], **stacked}, frozenset(stacked)
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tautflex.batch.equations.rate_history import Course
+from tautflex.batch.equations.rate_history import RateHistory
 from tautflex.errors import InputError
 from tautflex.numeric import Array
 
@@ -17,26 +17,19 @@ _FACTORS = ("tension_x", "tension_y")
 _BY_KIND = ("youngs_modulus", "density")
 
 
-def known_names(kinds: tuple[str, ...], course: Course, damping: Mapping[str, Any]) -> tuple[str, ...]:
-    """Names of all parameters that a batch may vary."""
-    return (
-        *_FACTORS,
-        *(f"{name}.{kind}" for name in _BY_KIND for kind in kinds),
-        *damping,
-        *(f"maneuver.{name}" for name in course.numbers),
-    )
-
-
-def check_names(names: Mapping[str, Any], kinds: tuple[str, ...], course: Course, damping: Mapping[str, Any]) -> None:
+def check_names(
+    names: Mapping[str, Any], kinds: tuple[str, ...], history: RateHistory, damping: Mapping[str, Any]
+) -> None:
     """Raise InputError on a name that nothing answers to."""
-    known = known_names(kinds, course, damping)
+    factors = *_FACTORS, *(f"{name}.{kind}" for name in _BY_KIND for kind in kinds)
+    known = *factors, *damping, *(f"maneuver.{name}" for name in history.numbers)
     for name in names:
         if name not in known:
             raise InputError(f"parameters: expected names among {', '.join(known)}, got {name!r}")
 
 
 def checked_numbers(
-    given: Mapping[str, ArrayLike], kinds: tuple[str, ...], course: Course, damping: Mapping[str, Any]
+    given: Mapping[str, ArrayLike], kinds: tuple[str, ...], history: RateHistory, damping: Mapping[str, Any]
 ) -> tuple[dict[str, Array], dict[str, int | None], int]:
     """Parameters as arrays, which axis of each counts the runs (0, or None), and the number of runs.
 
@@ -49,8 +42,8 @@ def checked_numbers(
     """
     if not isinstance(given, Mapping):
         raise InputError(f"parameters: expected a mapping such as {{'tension_x': [0.9, 1.0]}}, got {given!r}")
-    check_names(given, kinds, course, damping)
-    own = {**damping, **{f"maneuver.{name}": value for name, value in course.numbers.items()}}
+    check_names(given, kinds, history, damping)
+    own = {**damping, **{f"maneuver.{name}": value for name, value in history.numbers.items()}}
     arrays, axes, runs = {}, {}, 1
     for name, value in given.items():
         array = np.asarray(value, dtype=float)
@@ -68,3 +61,15 @@ def checked_numbers(
                 raise InputError(f"parameters: expected {name!r} for {runs} runs, got {len(array)} values")
             runs = len(array)
     return arrays, axes, runs
+
+
+def each_row(
+    prefix: str, arrays: Mapping[str, Array], axes: Mapping[str, int | None], runs: int
+) -> Iterator[dict[str, Any]]:
+    """Parameters of a section run by run, without its prefix: once if all runs share them, never if there are none."""
+    own = {name: axes[name] == 0 for name in arrays if name.startswith(prefix)}
+    for run in range(runs if any(own.values()) else min(1, len(own))):
+        yield {
+            name.removeprefix(prefix): (arrays[name][run] if differs else arrays[name]).tolist()
+            for name, differs in own.items()
+        }

@@ -15,18 +15,16 @@ from tautflex.batch.chunks import ChunkRunner, usual_chunk
 from tautflex.batch.damping import BatchDamping
 from tautflex.batch.equations.equation import STORED, EachRun, Plant
 from tautflex.batch.equations.full import FullPlant
-from tautflex.batch.equations.rate_history import course_of
+from tautflex.batch.equations.rate_history import rate_history
 from tautflex.batch.equations.reduced import ReducedPlant
 from tautflex.batch.library import jax
 from tautflex.batch.output.dataset import to_dataset
-from tautflex.batch.output.response import Response, Walk, response_function
-from tautflex.batch.parameters import check_names, checked_numbers
-from tautflex.batch.steps.explicit import ExplicitWalk
-from tautflex.batch.steps.implicit import ImplicitWalk
+from tautflex.batch.output.response import March, Response, response_function
+from tautflex.batch.parameters import check_names, checked_numbers, each_row
+from tautflex.batch.steps.explicit import ExplicitMarch
+from tautflex.batch.steps.implicit import ImplicitMarch
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
-from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import Maneuver
-from tautflex.numeric import Array
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
@@ -92,7 +90,7 @@ class Batch:
         function, damping = asked.function, asked.damping
 
         def respond(parameters: Mapping[str, Any]) -> Response:
-            check_names(parameters, self._plant.kinds, asked.course, damping.defaults)
+            check_names(parameters, self._plant.kinds, asked.history, damping.defaults)
             alone = {**asked.defaults, **damping.defaults}
             numbers = {**alone, **parameters}
             differ = frozenset(name for name in parameters if np.ndim(numbers[name]) > np.ndim(alone.get(name, 0.0)))
@@ -155,8 +153,10 @@ class Batch:
         problem = self._problem(maneuver, question)
         asked = _Asked(self._plant, problem, tuple(store))
         damping = asked.damping
-        arrays, axes, runs = checked_numbers(parameters, self._plant.kinds, asked.course, damping.defaults)
-        _check_maneuvers(problem.maneuver, arrays, axes, runs)
+        arrays, axes, runs = checked_numbers(parameters, self._plant.kinds, asked.history, damping.defaults)
+        for row in each_row("maneuver.", arrays, axes, runs):
+            # The maneuver itself refuses numbers that are out of range.
+            replace(problem.maneuver, **row)  # type: ignore[type-var]
         of_damping, rows = damping.of_rows(arrays, axes, runs)
         others = {name: array for name, array in arrays.items() if name not in damping.defaults}
         fixed = {name: np.asarray(value, dtype=float) for name, value in asked.defaults.items()}
@@ -179,55 +179,35 @@ class Batch:
 
 
 class _Asked:
-    """A problem as functions of its numbers.
-
-    Parameters
-    ----------
-    plant
-        The structure.
-    problem
-        What is asked of it.
-    store
-        What the record holds.
-
-    Raises
-    ------
-    InputError
-        If ``store`` has unknown names.
-    UnsupportedError
-        If the maneuver or the method has no batched form.
-    """
+    """A problem as functions of its numbers; raises as `Batch.simulate` for what has no batched form."""
 
     def __init__(self, plant: Plant, problem: TransientProblem, store: tuple[str, ...]) -> None:
-        walk_of = _walks(plant, problem)
+        march_of = _march_of(plant, problem)
         for name in store:
             checks.one_of("store", name, STORED)
-        self.course = course = course_of(problem.maneuver)
+        self.history = history = rate_history(problem.maneuver)
         velocity = problem.velocity
         if isinstance(plant, ReducedPlant):
             velocity = plant.rom.coordinates(velocity)
-        grid = problem.time_step, problem.count
-        self.function = response_function(
-            plant, course, problem.coupling, problem.placed, *grid, velocity, store, walk_of
-        )
+        self.function = response_function(plant, problem, history, velocity, store, march_of)
         self.damping = BatchDamping(problem.damping, plant.state.linear)
-        self.defaults = {f"maneuver.{name}": value for name, value in course.numbers.items()}
+        self.defaults = {f"maneuver.{name}": value for name, value in history.numbers.items()}
         # What tells the compiled function from others.
         self.key: Hashable = (
-            course.key,
-            course.axis,
-            course.origin,
+            history.key,
+            history.axis,
+            history.origin,
             problem.coupling,
             problem.method,
             problem.placed.map.toarray().tobytes(),
             velocity.tobytes(),
-            (*grid, problem.tolerance),
+            (problem.time_step, problem.count, problem.tolerance),
             store,
             self.damping.matrix.rank,
         )
 
 
-def _walks(plant: Plant, problem: TransientProblem) -> Callable[[Any], Walk]:
+def _march_of(plant: Plant, problem: TransientProblem) -> Callable[[Any], March]:
     """What makes the steps of an equation."""
     method, step = problem.method, problem.time_step
     if isinstance(method, CentralDifference):
@@ -236,23 +216,11 @@ def _walks(plant: Plant, problem: TransientProblem) -> Callable[[Any], Walk]:
                 "method: expected an implicit method for the full model in a batch, got CentralDifference(), whose "
                 "stable step is thousands of times smaller; Batch(reduce(state)) takes it"
             )
-        return lambda equation: ExplicitWalk(equation, step)
+        return lambda equation: ExplicitMarch(equation, step)
     if not isinstance(method, Method) or method.average_stress:
         raise UnsupportedError(
             "method: expected Newmark, HHT, GeneralizedAlpha, WilsonTheta, Bathe or, for a reduced model, "
             f"CentralDifference in a batch, got {method!r}"
         )
     tolerance = problem.tolerance or method.tolerance
-    return lambda equation: ImplicitWalk(equation, method, step, tolerance, plant.secants)
-
-
-def _check_maneuvers(
-    maneuver: Maneuver | FreeHub, arrays: dict[str, Array], axes: dict[str, int | None], runs: int
-) -> None:
-    """Let the maneuver itself refuse numbers that are out of range."""
-    own = {name.removeprefix("maneuver."): name for name in arrays if name.startswith("maneuver.")}
-    for run in range(runs if any(axes[name] == 0 for name in own.values()) else min(1, len(own))):
-        values: dict[str, Any] = {
-            short: arrays[name][run] if axes[name] == 0 else arrays[name] for short, name in own.items()
-        }
-        replace(maneuver, **{short: float(v) if np.ndim(v) == 0 else v for short, v in values.items()})  # type: ignore[type-var]
+    return lambda equation: ImplicitMarch(equation, method, step, tolerance, plant.pairs)

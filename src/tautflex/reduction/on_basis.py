@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array
 
+from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.numeric import Array
 from tautflex.reduction.bases.vectors import BasisVectors, ReferenceSolver
 from tautflex.reduction.polynomial.condensation import CondensedModel
+from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.problem import SteppingModel
 from tautflex.structure.model import Model
 
@@ -43,7 +45,7 @@ class OnBasis(SteppingModel):
         """Equation of motion of the coordinates at the parameters of the state."""
 
     @abstractmethod
-    def plant(self, damping: Damping) -> Any:
+    def arrays(self, damping: Damping) -> Any:
         """Arrays for the compiled stepper under a damping model."""
 
     def coordinates(self, q: Array) -> Array:
@@ -69,3 +71,12 @@ class OnBasis(SteppingModel):
     def monomial_vectors(self) -> Array:
         """Displacement that follows each monomial, shape (m, size)."""
         return np.zeros((0, self.state.system.size))
+
+
+def refuse_drifting(state: PrestressedState) -> None:
+    """Raise UnsupportedError for a structure that can drift away: its static responses have no end."""
+    if state.model.rigid_freedom:
+        raise UnsupportedError(
+            f"supports: expected a structure held against rigid motion, {state.model.rigid_freedom} rigid motion(s) "
+            "are free; hold the frame (frame.support = 'corners')"
+        )

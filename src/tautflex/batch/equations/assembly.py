@@ -15,7 +15,7 @@ import numpy as np
 
 from tautflex.motion.kinematics import unit_axis
 from tautflex.numeric import Array
-from tautflex.reduction.polynomial.condensation import CondensedModel, Factors, FrameMoments, condense
+from tautflex.reduction.polynomial.condensation import CondensedModel, Factors, FrameMoments, condense, even
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.reduction.polynomial.monomials import monomial_sizes
 
@@ -122,15 +122,11 @@ class Assembly:
         """
         c = condense(self._rom.projection, self._moments, factors, xp)
         return c._replace(
-            cubic=_even(self._cubic.project(0.25 * c.cubic)),
-            viscous=_even(self._viscous.project(c.viscous)),
+            cubic=even(self._cubic.project(0.25 * c.cubic)),
+            viscous=even(self._viscous.project(c.viscous)),
             follow_quadratic=readings.T @ c.follow_quadratic,
             follow_load=c.follow_load @ readings,
         )
-
-
-def _even(matrix: Any) -> Any:
-    return 0.5 * (matrix + matrix.T)
 
 
 def _largest(array: Any) -> float:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol
 import jax.numpy as jnp
 from jax import lax
 
-from tautflex.batch.equations.rate_history import Course, Spin
+from tautflex.batch.equations.rate_history import RateHistory, Spin
 from tautflex.batch.library import jax
 from tautflex.batch.steps.grid import Instants
 from tautflex.motion.coupling import Coupling
@@ -145,13 +145,13 @@ class Plant(Protocol):
     state: PrestressedState
     size: int
     kinds: tuple[str, ...]
-    secants: int
-    """Number of secants that its iterations keep."""
+    pairs: int
+    """Number of pairs that Anderson acceleration keeps."""
     side_by_side: bool
     """Whether its equation is that of many runs, the last axis of every array, or that of one."""
 
     def equation(
-        self, numbers: dict[str, Any], each: EachRun, course: Course, coupling: Coupling, probes: Any
+        self, numbers: dict[str, Any], each: EachRun, history: RateHistory, coupling: Coupling, probes: Any
     ) -> Equation:
         """Equation of one run, or of many."""
         ...

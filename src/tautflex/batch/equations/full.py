@@ -8,7 +8,7 @@ modulus and density those of a kind of element. Nominal natural modes, all of th
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -16,7 +16,7 @@ from jax.scipy.sparse.linalg import cg
 from scipy.linalg import eigh
 
 from tautflex.batch.equations.equation import EachRun, Forces, Sample
-from tautflex.batch.equations.rate_history import Course, Numbers, Spin
+from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin
 from tautflex.batch.gather import collect, gather_table, multiply, shared_rows
 from tautflex.batch.library import jax
 from tautflex.errors import UnsupportedError
@@ -29,21 +29,10 @@ from tautflex.solvers.transient.probes import ProbeSet
 
 Array = jax.Array
 
-_SECANTS = 8
+_PAIRS = 8
 
 # Unknowns beyond which the dense modes do not pay (a gigabyte, and minutes to find them).
 _MOST_UNKNOWNS = 12_000
-
-
-class _Block(NamedTuple):
-    kind: str
-    places: np.ndarray
-    gradient: np.ndarray
-    linear: np.ndarray
-    quadratic: np.ndarray
-    elasticity: np.ndarray
-    measure: np.ndarray
-    stress: dict[str, np.ndarray]
 
 
 class FullPlant:
@@ -65,40 +54,32 @@ class FullPlant:
     def __init__(self, state: PrestressedState) -> None:
         system = state.system
         _refuse(state)
-        self.state, self.size, self.secants = state, system.size, _SECANTS
+        self.state, self.size, self.pairs = state, system.size, _PAIRS
         self.kinds = tuple(dict.fromkeys(block.kind for block in system.blocks))
         fields = prestress_fields(state)
-        self.blocks = tuple(
-            _Block(
-                block.kind,
-                np.asarray(places),
-                np.asarray(block.gradient),
-                block.linear,
-                block.quadratic,
-                np.asarray(block.elasticity),
-                np.asarray(block.measure),
-                {name: field[index] for name, field in fields.items() if np.any(field[index])},
-            )
-            for index, (block, places) in enumerate(zip(system.blocks, system.row_places, strict=True))
-        )
-        self.table = gather_table(np.concatenate([block.places.ravel() for block in self.blocks]), system.size)
+        self.blocks, self.places = system.blocks, system.row_places
+        self.stresses = [
+            {name: field[index] for name, field in fields.items() if np.any(field[index])}
+            for index in range(len(self.blocks))
+        ]
+        self.table = gather_table(np.concatenate([places.ravel() for places in self.places]), system.size)
         stiffness = system.pattern.matrix(state.tangent_entries).toarray()
         values, modes = eigh(stiffness, system.inertia.mass_matrix.toarray())
         self.frequencies, self.modes = jnp.asarray(values), jnp.asarray(modes)
         self._inertia: dict[Any, _Inertia] = {}
 
-    def place_inertia(self, course: Course) -> _Inertia:
+    def place_inertia(self, history: RateHistory) -> _Inertia:
         """Mass, gyroscopic and K_T matrices for the axis of a maneuver."""
-        key = course.axis, course.origin
+        key = history.axis, history.origin
         if key not in self._inertia:
-            self._inertia[key] = _Inertia(self, course)
+            self._inertia[key] = _Inertia(self, history)
         return self._inertia[key]
 
     def equation(
-        self, numbers: Numbers, each: EachRun, course: Course, coupling: Coupling, probes: ProbeSet
+        self, numbers: Numbers, each: EachRun, history: RateHistory, coupling: Coupling, probes: ProbeSet
     ) -> FullEquation:
         """Equation of one run."""
-        return FullEquation(self, numbers, self.place_inertia(course), coupling, probes)
+        return FullEquation(self, numbers, self.place_inertia(history), coupling, probes)
 
 
 def _refuse(state: PrestressedState) -> None:
@@ -119,9 +100,9 @@ def _refuse(state: PrestressedState) -> None:
 class _Inertia:
     """Matrices ``M(1), M(S), M(S^2)`` and loads of every kind of element for one axis; S turns about it."""
 
-    def __init__(self, plant: FullPlant, course: Course) -> None:
+    def __init__(self, plant: FullPlant, history: RateHistory) -> None:
         system = plant.state.system
-        axis, origin = unit_axis(course.axis), np.asarray(course.origin, dtype=float)
+        axis, origin = unit_axis(history.axis), np.asarray(history.origin, dtype=float)
         spin = cross_matrix(axis)
         matrices = []
         self.loads: dict[str, tuple[np.ndarray, np.ndarray]] = {}
@@ -145,16 +126,10 @@ class FullEquation:
 
     Parameters
     ----------
-    plant
-        The structure.
     numbers
         Factors and damping, possibly traced.
     inertia
         Matrices for the axis of the maneuver.
-    coupling
-        Switches of the rotating-frame terms.
-    probes
-        Measuring points.
     """
 
     def __init__(
@@ -168,8 +143,8 @@ class FullEquation:
         x, y = numbers.get("tension_x", 1.0), numbers.get("tension_y", 1.0)
         tension = {"x": x, "y": y, "xy": jnp.sqrt(x * y)}
         self._stress = [
-            sum((tension[name] * part for name, part in block.stress.items()), jnp.zeros(block.elasticity.shape[:2]))
-            for block in plant.blocks
+            sum((tension[name] * part for name, part in stress.items()), jnp.zeros(block.elasticity.shape[:2]))
+            for block, stress in zip(plant.blocks, plant.stresses, strict=True)
         ]
         self._stiff = [block.elasticity * numbers.get(f"youngs_modulus.{block.kind}", 1.0) for block in plant.blocks]
         density = {kind: numbers.get(f"density.{kind}", 1.0) for kind in plant.kinds}
@@ -186,14 +161,15 @@ class FullEquation:
         """Internal force above the reference, stiffness damping ``K v``, and strain energy above the reference."""
         place, rate = jnp.append(q, 0.0), jnp.append(v, 0.0)
         elastic, viscous, energy = [], [], jnp.zeros(())
-        for block, stress, stiff in zip(self._plant.blocks, self._stress, self._stiff, strict=True):
-            g = jnp.einsum("egd,ed->eg", block.gradient, place[block.places])
+        plant = self._plant
+        for block, places, stress, stiff in zip(plant.blocks, plant.places, self._stress, self._stiff, strict=True):
+            g = jnp.einsum("egd,ed->eg", block.gradient, place[places])
             slope = jnp.einsum("sij,ej->esi", block.quadratic, g)
             strain = g @ block.linear.T + 0.5 * jnp.einsum("esi,ei->es", slope, g)
             added = jnp.einsum("est,et->es", stiff, strain)
             # B' sigma less its value at zero unknowns.
             conjugate = added @ block.linear + jnp.einsum("esi,es->ei", slope, stress + added)
-            change = jnp.einsum("egd,ed->eg", block.gradient, rate[block.places])
+            change = jnp.einsum("egd,ed->eg", block.gradient, rate[places])
             resisting = jnp.einsum("est,et->es", stiff, change @ block.linear.T) @ block.linear
             resisting += jnp.einsum("es,sij,ej->ei", stress, block.quadratic, change)
             volume = block.measure[:, None]
@@ -201,8 +177,8 @@ class FullEquation:
             viscous.append(jnp.einsum("egd,eg->ed", block.gradient, volume * resisting).ravel())
             second_order = 0.5 * jnp.einsum("esi,ei->es", slope, g)
             energy += jnp.sum(volume * (0.5 * added * strain + stress * second_order))
-        table = self._plant.table
-        return collect(jnp.concatenate(elastic), table), collect(jnp.concatenate(viscous), table), energy
+        elastic_force, viscous_force = (collect(jnp.concatenate(parts), plant.table) for parts in (elastic, viscous))
+        return elastic_force, viscous_force, energy
 
     def _load(self, spin: Spin) -> Array:
         if not self._coupling.inertial_load:

@@ -43,7 +43,7 @@ def spin_of(rate: Any, acceleration: Any) -> Spin:
 
 
 @dataclass(frozen=True)
-class Course:
+class RateHistory:
     """A maneuver whose numbers are arguments.
 
     Parameters
@@ -53,7 +53,7 @@ class Course:
     numbers
         Numbers of the maneuver it was made from; any may be replaced.
     key
-        What else tells this course from others.
+        What else tells this history from others.
     start
         Numbers -> angular rate before t = 0; None is rest.
     breaks
@@ -77,8 +77,8 @@ class Course:
         return jnp.max(self.breaks(numbers), initial=0.0)
 
 
-def course_of(maneuver: Any) -> Course:
-    """Course of a maneuver.
+def rate_history(maneuver: Any) -> RateHistory:
+    """Rate history of a maneuver.
 
     Raises
     ------
@@ -94,9 +94,9 @@ def course_of(maneuver: Any) -> Course:
     )
 
 
-def _rest(maneuver: AtRest) -> Course:
+def _rest(maneuver: AtRest) -> RateHistory:
     nothing = spin_of(0.0, 0.0)
-    return Course(
+    return RateHistory(
         (1.0, 0.0, 0.0),
         (0.0, 0.0, 0.0),
         {},
@@ -107,7 +107,7 @@ def _rest(maneuver: AtRest) -> Course:
     )
 
 
-def _fixed_axis(maneuver: FixedAxis) -> Course:
+def _fixed_axis(maneuver: FixedAxis) -> RateHistory:
     """The maneuver's own formula, its numbers traced."""
     numbers = maneuver.numbers
     # What depends on no number is none of JAX's.
@@ -121,7 +121,7 @@ def _fixed_axis(maneuver: FixedAxis) -> Course:
         limits = maneuver.formula(numbers).step.limits
         return jnp.stack([jnp.asarray(limit, dtype=float) for limit in limits])
 
-    return Course(
+    return RateHistory(
         maneuver.axis,
         maneuver.origin,
         numbers,
@@ -132,7 +132,7 @@ def _fixed_axis(maneuver: FixedAxis) -> Course:
     )
 
 
-def _tabulated(maneuver: Tabulated) -> Course:
+def _tabulated(maneuver: Tabulated) -> RateHistory:
     """Cubic splines through rates are linear in the rates, so their matrices are computed once."""
     axis = unit_axis(maneuver.axis)
     rates = np.zeros((0, 3)) if maneuver.rates is None else np.asarray(maneuver.rates)
@@ -167,7 +167,7 @@ def _tabulated(maneuver: Tabulated) -> Course:
         slope = (3.0 * c[0] * s + 2.0 * c[1]) * s + c[2]
         return spin_of(jnp.where(over, values[-1], rate), jnp.where(over, 0.0, slope))
 
-    return Course(
+    return RateHistory(
         maneuver.axis,
         maneuver.origin,
         {"rates": along},
@@ -178,7 +178,7 @@ def _tabulated(maneuver: Tabulated) -> Course:
     )
 
 
-_MAKERS: dict[type, Callable[[Any], Course]] = {
+_MAKERS: dict[type, Callable[[Any], RateHistory]] = {
     AtRest: _rest,
     FixedAxis: _fixed_axis,
     Tabulated: _tabulated,

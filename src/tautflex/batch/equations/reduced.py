@@ -10,7 +10,7 @@ from jax import lax
 
 from tautflex.batch.equations.assembly import PULL, TURN, Assembly, Fields
 from tautflex.batch.equations.equation import EachRun, Forces, Sample
-from tautflex.batch.equations.rate_history import Course, Numbers, Spin
+from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin
 from tautflex.batch.library import jax
 from tautflex.batch.steps.products import Monomials, norm, one_by_one, product, refined, settled, transposed
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
@@ -21,7 +21,7 @@ from tautflex.solvers.transient.probes import ProbeSet
 
 Array = jax.Array
 
-_SECANTS = 1
+_PAIRS = 1
 # Beginnings of the names of numbers that change coefficients.
 _STRUCTURE = ("tension", "youngs_modulus", "density")
 
@@ -39,26 +39,26 @@ class ReducedPlant:
 
     def __init__(self, rom: ReducedModel) -> None:
         self.rom, self.state, self.size = rom, rom.state, rom.size
-        self.secants = _SECANTS
+        self.pairs = _PAIRS
         self.kinds = tuple(rom.projection.elastic)
         # Second-degree forces of a flat structure are round-off.
-        self.curved = rom.plant(Rayleigh()).quadratic.size > 0
+        self.curved = rom.arrays(Rayleigh()).quadratic.size > 0
         self.cubic, self.viscous = (Fields.of(part, rom.basis.amplitude) for part in rom.fields)
         self.monomials = Monomials(rom.size)
         self._assemblies: dict[Any, Assembly] = {}
 
-    def assembly(self, course: Course) -> Assembly:
+    def assembly(self, history: RateHistory) -> Assembly:
         """What coefficients are weighed from, for the axis of a maneuver."""
-        key = course.axis, course.origin
+        key = history.axis, history.origin
         if key not in self._assemblies:
-            self._assemblies[key] = Assembly(self.rom, course.axis, course.origin, self.cubic, self.viscous)
+            self._assemblies[key] = Assembly(self.rom, history.axis, history.origin, self.cubic, self.viscous)
         return self._assemblies[key]
 
     def equation(
-        self, numbers: Numbers, each: EachRun, course: Course, coupling: Coupling, probes: ProbeSet
+        self, numbers: Numbers, each: EachRun, history: RateHistory, coupling: Coupling, probes: ProbeSet
     ) -> ReducedEquation:
         """Equation of all runs."""
-        assembly, basis = self.assembly(course), self.rom.basis
+        assembly, basis = self.assembly(history), self.rom.basis
         readings = jnp.asarray((probes.map @ basis.derivatives.T).T)
 
         def weigh(numbers: Numbers) -> tuple[Any, ...]:

@@ -9,12 +9,11 @@ import jax.numpy as jnp
 from jax import lax
 
 from tautflex.batch.equations.equation import STORED, EachRun, Plant, Sample
-from tautflex.batch.equations.rate_history import Course, Numbers, Spin, spin_of
+from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin, spin_of
 from tautflex.batch.library import jax
 from tautflex.batch.steps.grid import SLACK, Instants, Steps, instants, spin_at, steps_of_run
 from tautflex.batch.steps.implicit import static_start
-from tautflex.motion.coupling import Coupling
-from tautflex.solvers.transient.probes import ProbeSet
+from tautflex.solvers.transient.problem import TransientProblem
 
 Array = jax.Array
 
@@ -49,11 +48,11 @@ class Response(NamedTuple):
     maneuver_end: Array
 
 
-class Walk(Protocol):
+class March(Protocol):
     """Steps of a run, or of many."""
 
     block: int
-    """Steps between two checks; reverse derivatives keep the state there and walk through one block at a time again."""
+    """Steps between two checks; reverse derivatives keep the state there and march through a block at a time again."""
     evaluations: tuple[float, ...]
     """Parts of a step after which the forces of its stages are evaluated."""
 
@@ -72,14 +71,11 @@ class Walk(Protocol):
 
 def response_function(
     plant: Plant,
-    course: Course,
-    coupling: Coupling,
-    probes: ProbeSet,
-    time_step: float,
-    count: int,
+    problem: TransientProblem,
+    history: RateHistory,
     velocity: Any,
     store: tuple[str, ...],
-    walk_of: Callable[[Any], Walk],
+    march_of: Callable[[Any], March],
 ) -> Callable[[Numbers, EachRun], Response]:
     """Pure function from numbers to the record of a run, or of many side by side.
 
@@ -87,19 +83,15 @@ def response_function(
     ----------
     plant
         Structure.
-    course
+    problem
+        What is asked of it.
+    history
         Maneuver.
-    coupling
-        Switches of the rotating-frame terms.
-    probes
-        Measuring points.
-    time_step, count
-        Grid.
     velocity
         Initial velocity of the coordinates, shape (n,).
     store
         Names of `STORED`.
-    walk_of
+    march_of
         Makes the steps from an equation.
 
     Returns
@@ -107,24 +99,25 @@ def response_function(
     callable
         Its result has the runs as last axis.
     """
+    time_step, count = problem.time_step, problem.count
     # Blocks of equal length, so that few steps without length are added.
-    longest = count + jax.eval_shape(course.breaks, course.numbers).shape[0]
+    longest = count + jax.eval_shape(history.breaks, history.numbers).shape[0]
 
     def respond(numbers: Numbers, each: EachRun) -> Response:
         def turn(numbers: Numbers) -> Numbers:
-            return {name: numbers[f"maneuver.{name}"] for name in course.numbers}
+            return {name: numbers[f"maneuver.{name}"] for name in history.numbers}
 
-        equation = plant.equation(numbers, each, course, coupling, probes)
-        walk = walk_of(equation)
-        block = -(-longest // -(-longest // walk.block))
+        equation = plant.equation(numbers, each, history, problem.coupling, problem.placed)
+        march = march_of(equation)
+        block = -(-longest // -(-longest // march.block))
         shape = (plant.size,) if each.runs is None else (plant.size, each.runs)
         q, found = jnp.zeros(shape), jnp.ones(shape[1:], bool)
-        if course.start is not None:
-            start = course.start
+        if history.start is not None:
+            start = history.start
             rate = each(lambda numbers: jnp.asarray(start(turn(numbers)), dtype=float))(numbers)
-            q, found = static_start(equation, spin_of(rate, 0.0), _START_TOLERANCE, plant.secants, shape)
-        begin = each(lambda numbers: spin_at(course, turn(numbers), 0.0, SLACK * time_step))(numbers)
-        at = walk.start(q, jnp.asarray(velocity).reshape(-1, *(1 for _ in shape[1:])) + jnp.zeros(shape), begin)
+            q, found = static_start(equation, spin_of(rate, 0.0), _START_TOLERANCE, plant.pairs, shape)
+        begin = each(lambda numbers: spin_at(history, turn(numbers), 0.0, SLACK * time_step))(numbers)
+        at = march.start(q, jnp.asarray(velocity).reshape(-1, *(1 for _ in shape[1:])) + jnp.zeros(shape), begin)
         at = at._replace(alive=at.alive & found)
 
         def sample(q: Array, v: Array, alive: Array, spin: Spin) -> Sample:
@@ -132,23 +125,23 @@ def response_function(
             return {name: jnp.where(alive, part, jnp.nan) for name, part in record.items()}
 
         def step(at: Any, this: Instants) -> tuple[Any, Sample]:
-            at = walk.step(at, this)
+            at = march.step(at, this)
             return at, sample(at.q, at.v, at.alive, this.after)
 
-        def walk_block(at: Any, steps: Steps) -> Any:
+        def march_block(at: Any, steps: Steps) -> Any:
             # What depends on time alone is found for all steps of a block at once.
-            these = each(lambda numbers, steps: instants(course, turn(numbers), steps, time_step, walk.evaluations))(
+            these = each(lambda numbers, steps: instants(history, turn(numbers), steps, time_step, march.evaluations))(
                 numbers, steps
             )
-            at = walk.check(at, jax.tree.map(lambda part: part[0], these))
+            at = march.check(at, jax.tree.map(lambda part: part[0], these))
             return lax.scan(jax.checkpoint(step), at, these)
 
-        steps, place = each(lambda numbers: steps_of_run(course.breaks(turn(numbers)), time_step, count, block))(
+        steps, place = each(lambda numbers: steps_of_run(history.breaks(turn(numbers)), time_step, count, block))(
             numbers
         )
         blocks = Steps(*(part.reshape(-1, block, *shape[1:]) for part in steps))
         first = sample(at.q, at.v, at.alive, begin)
-        last, record = lax.scan(jax.checkpoint(walk_block), at, blocks)
+        last, record = lax.scan(jax.checkpoint(march_block), at, blocks)
 
         def on_grid(begin: Array, values: Array) -> Array:
             values = values.reshape(-1, *begin.shape)
@@ -157,7 +150,7 @@ def response_function(
         parts = {name: on_grid(begin, record[name]) for name, begin in first.items()}
         times = time_step * jnp.arange(count + 1)
         times = jnp.broadcast_to(times.reshape(-1, *(1 for _ in shape[1:])), (count + 1, *shape[1:]))
-        end = each(lambda numbers: jnp.asarray(course.end(turn(numbers)), dtype=float))(numbers)
+        end = each(lambda numbers: jnp.asarray(history.end(turn(numbers)), dtype=float))(numbers)
         stored = {name: parts.get(name) for name in STORED}
         return Response(times, converged=last.alive, iterations=last.iterations, maneuver_end=end, **stored)
 

@@ -37,7 +37,7 @@ class ExplicitEquation(Equation, Protocol):
         ...
 
 
-class ExplicitWalker(NamedTuple):
+class ExplicitState(NamedTuple):
     """State between steps; forces are internal ones."""
 
     q: Array
@@ -48,7 +48,7 @@ class ExplicitWalker(NamedTuple):
     iterations: Array
 
 
-class ExplicitWalk:
+class ExplicitMarch:
     """Steps: ``M a + (C + G) v + ... = 0`` at the end of each, the derivatives' damping at the predicted velocity.
 
     Parameters
@@ -66,13 +66,13 @@ class ExplicitWalk:
     def __init__(self, equation: ExplicitEquation, time_step: float) -> None:
         self._equation, self._time_step = equation, time_step
 
-    def start(self, q: Array, v: Array, spin: Spin) -> ExplicitWalker:
+    def start(self, q: Array, v: Array, spin: Spin) -> ExplicitState:
         """Acceleration that balances all forces at t = 0; runs whose step is above the stable one end here."""
         e = self._equation
         predicted = e.predicted(q, v, spin)
         forces = e.forces(q, v, spin, predicted)
         still = jax.tree.map(jnp.zeros_like, predicted)
-        return ExplicitWalker(
+        return ExplicitState(
             q,
             v,
             e.mass_solve(-forces.total),
@@ -81,13 +81,13 @@ class ExplicitWalk:
             jnp.zeros(q.shape[1:]),
         )
 
-    def check(self, at: ExplicitWalker, first: Instants) -> ExplicitWalker:
+    def check(self, at: ExplicitState, first: Instants) -> ExplicitState:
         """Runs that have become too stiff, or too strongly damped, for their steps end."""
         e = self._equation
         stable = e.follows(self._time_step, _STABLE_SHARE, at.q, e.predicted(at.q, at.v, first.spins[0]))
         return at._replace(alive=at.alive & stable)
 
-    def step(self, at: ExplicitWalker, step: Instants) -> ExplicitWalker:
+    def step(self, at: ExplicitState, step: Instants) -> ExplicitState:
         """One step; a step without length only lets the motion jump."""
         e, h, spin = self._equation, step.size, step.spins[0]
         half = at.v + 0.5 * h * at.a
@@ -100,7 +100,7 @@ class ExplicitWalk:
         limit = 4.0 * jnp.sum(half * e.mass(half), axis=0)
         alive = at.alive & ((felt <= limit * (1.0 + 1e-9) + 1e-300) | ~step.real)
         a = e.end_acceleration(-internal - e.around(q, half, spin, predicted), 0.5 * h, spin)
-        new = ExplicitWalker(q, half + 0.5 * h * a, a, internal, alive, at.iterations)
+        new = ExplicitState(q, half + 0.5 * h * a, a, internal, alive, at.iterations)
         old = at._replace(q=at.q + h * at.v, v=at.v + h * at.a, alive=alive)
         going = alive & step.real
         moved = jax.tree.map(lambda after, before: jnp.where(going, after, before), new, old)

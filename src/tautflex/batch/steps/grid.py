@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 
-from tautflex.batch.equations.rate_history import Course, Numbers, Spin
+from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin
 from tautflex.batch.library import jax
 
 Array = jax.Array
@@ -98,27 +98,15 @@ class Instants(NamedTuple):
     after: Spin
 
 
-def spin_at(course: Course, numbers: Numbers, time: Any, inside: Any) -> Spin:
+def spin_at(history: RateHistory, numbers: Numbers, time: Any, inside: Any) -> Spin:
     """Motion of one run as arrays; ``inside`` tells the stretch."""
-    return Spin(*(jnp.asarray(part, dtype=float) for part in course.spin(numbers, time, inside)))
+    return Spin(*(jnp.asarray(part, dtype=float) for part in history.spin(numbers, time, inside)))
 
 
 def instants(
-    course: Course, numbers: Numbers, steps: Steps, time_step: float, evaluations: tuple[float, ...]
+    history: RateHistory, numbers: Numbers, steps: Steps, time_step: float, evaluations: tuple[float, ...]
 ) -> Instants:
-    """Motion of one run at its steps.
-
-    Parameters
-    ----------
-    course, numbers
-        Maneuver and its numbers.
-    steps
-        Some steps of the run.
-    time_step
-        Nominal step [s].
-    evaluations
-        Parts of the step after which the forces of its stages are evaluated.
-    """
+    """Motion of one run at some of its steps; ``evaluations`` as of a `March`, ``time_step`` is the nominal one [s]."""
     slack = SLACK * time_step
 
     def of(start: Array, size: Array, jump: Array) -> Instants:
@@ -126,9 +114,9 @@ def instants(
         edge = start + size
         middle = jnp.minimum(start + 0.5 * size, edge - slack)
         length = jnp.where(real, size, time_step)
-        spins = tuple(spin_at(course, numbers, start + part * length, middle) for part in evaluations)
-        after = spin_at(course, numbers, edge, edge + slack)
-        change = after.minus(spin_at(course, numbers, edge, middle))
+        spins = tuple(spin_at(history, numbers, start + part * length, middle) for part in evaluations)
+        after = spin_at(history, numbers, edge, edge + slack)
+        change = after.minus(spin_at(history, numbers, edge, middle))
         return Instants(size, real, spins, jump, change, after)
 
     return jax.vmap(of)(*steps)

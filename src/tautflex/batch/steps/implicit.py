@@ -22,7 +22,7 @@ _SCALE_FLOOR = 1e-3
 _ROUND_OFF = 100.0 * float(np.finfo(float).eps)
 
 
-class Walker(NamedTuple):
+class ImplicitState(NamedTuple):
     """State between steps."""
 
     q: Array
@@ -41,7 +41,7 @@ def combine(c: Combination, d: Array, v: Array, a: Array) -> Array:
     return c.d * d + c.v * v + c.a * a
 
 
-class ImplicitWalk:
+class ImplicitMarch:
     """Steps of a run, or of many.
 
     Parameters
@@ -55,7 +55,7 @@ class ImplicitWalk:
     tolerance
         Residual norm over force scale.
     depth
-        Secants kept.
+        Pairs that Anderson acceleration keeps.
     """
 
     block = 64
@@ -69,20 +69,20 @@ class ImplicitWalk:
         stages = zip(starts, method.stages(time_step), strict=True)
         self.evaluations = tuple(float(start + stage.share * stage.scheme.evaluation) for start, stage in stages)
 
-    def start(self, q: Array, v: Array, spin: Spin) -> Walker:
+    def start(self, q: Array, v: Array, spin: Spin) -> ImplicitState:
         """Acceleration that balances all forces at t = 0."""
         e = self._equation
         forces = e.forces(q, v, spin, e.predicted(q, v, spin))
         zero = jnp.zeros(q.shape[1:])
         memory = tuple(empty_memory(self._depth, q.shape) for _ in range(max(self._tangents) + 1))
         a = e.mass_solve(-forces.total)
-        return Walker(q, v, a, jnp.zeros_like(q), forces.total, zero, jnp.ones(q.shape[1:], bool), zero, memory)
+        return ImplicitState(q, v, a, jnp.zeros_like(q), forces.total, zero, jnp.ones(q.shape[1:], bool), zero, memory)
 
-    def check(self, at: Walker, first: Instants) -> Walker:
+    def check(self, at: ImplicitState, first: Instants) -> ImplicitState:
         """Nothing has to be checked now and then."""
         return at
 
-    def step(self, at: Walker, step: Instants) -> Walker:
+    def step(self, at: ImplicitState, step: Instants) -> ImplicitState:
         """One step; a step without length only lets the motion jump."""
         # The coefficients are plain arithmetic of the step, which may be traced.
         stages = self._method.stages(cast(float, jnp.where(step.real, step.size, self._time_step)))
@@ -105,7 +105,9 @@ class ImplicitWalk:
             forces=moved.forces + jump.forces,
         )
 
-    def _solve(self, passed: list[Walker], stage: Stage, tangent: int, spin: Spin, step: Instants) -> Walker:
+    def _solve(
+        self, passed: list[ImplicitState], stage: Stage, tangent: int, spin: Spin, step: Instants
+    ) -> ImplicitState:
         """State at the end of a stage; of a step without length only memory and counts are of use."""
         e, at, scheme = self._equation, passed[-1], stage.scheme
         h = stage.share * jnp.where(step.real, step.size, self._time_step)
@@ -135,7 +137,7 @@ class ImplicitWalk:
             inertia_force = e.mass(combine(scheme.inertia, d, start_v, start_a))
             forces = (root.residual - inertia_force - (1.0 - scheme.weight) * at.forces) / scheme.weight
         a = combine(scheme.end_acceleration, d, start_v, start_a)
-        return Walker(
+        return ImplicitState(
             at.q + combine(scheme.end_displacement, d, start_v, start_a),
             combine(scheme.end_velocity, d, start_v, start_a),
             a,

@@ -14,7 +14,7 @@ import numpy as np
 from jax import lax
 
 from tautflex.batch.library import jax, platform
-from tautflex.reduction.polynomial.monomials import pairs
+from tautflex.reduction.polynomial.monomials import pair_table, pairs
 
 Array = jax.Array
 
@@ -116,9 +116,7 @@ class Monomials:
 
     def __init__(self, count: int) -> None:
         self.first, self.second = pairs(count)
-        self._place = np.zeros((count, count), dtype=np.int64)
-        self._place[self.first, self.second] = np.arange(len(self.first))
-        self._place[self.second, self.first] = np.arange(len(self.first))
+        self._place = pair_table(count)
         # The derivative of a square counts twice.
         self._twice = np.eye(count)[:, :, None] + 1.0
 

@@ -1,7 +1,7 @@
 """Nonlinear equations of one step, solved to a residual and differentiated implicitly.
 
 The iteration is the one of the full NumPy model: a constant approximate inverse (there old factors, here the natural
-frequencies of the reference) and a memory of secants that makes it act like a fresh tangent. Derivatives do not go
+frequencies of the reference) and Anderson acceleration that makes it act like a fresh tangent. Derivatives do not go
 through the iteration: ``dx = -A^-1 dr`` with the exact tangent A of the solution, forward and reverse.
 """
 
@@ -20,7 +20,7 @@ from tautflex.batch.steps.products import norm, one_by_one
 Array = jax.Array
 Residual = Callable[[Array], tuple[Array, Array]]
 
-# The ridge keeps nearly parallel secants from cancelling each other with huge weights.
+# The ridge keeps nearly parallel pairs from cancelling each other with huge weights.
 _RIDGE = 1e-8
 _MOST_ITERATIONS = 60
 # Coordinates up to this number are solved for at once when derivatives are taken.
@@ -28,7 +28,7 @@ _DENSE = 64
 
 
 class Memory(NamedTuple):
-    """Secants of earlier iterations; shapes (depth, n) twice, (depth, depth)."""
+    """Pairs of Anderson acceleration from earlier iterations; shapes (depth, n) twice, (depth, depth)."""
 
     changes: Array
     shifts: Array
@@ -58,7 +58,7 @@ class _Iteration(NamedTuple):
 
 
 def empty_memory(depth: int, shape: tuple[int, ...]) -> Memory:
-    """Memory without secants for unknowns of a shape."""
+    """Memory without pairs for unknowns of a shape."""
     none, unit = jnp.zeros((depth, *shape)), jnp.eye(depth).reshape(depth, depth, *(1 for _ in shape[1:]))
     return Memory(none, none, unit * jnp.ones(shape[1:]))
 
@@ -123,7 +123,7 @@ def find_root(
     inverse
         Symmetric positive approximate inverse of the tangent.
     memory
-        Secants of earlier, similar equations.
+        Pairs of earlier, similar equations.
     tolerance
         Allowed ratio of residual norm to scale.
     active

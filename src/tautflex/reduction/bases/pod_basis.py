@@ -70,17 +70,10 @@ def orthogonal_modes(snapshots: Array, weighted: Array, count: int | None, lost:
     ----------
     snapshots, weighted
         Rows, and W times them, shape (n, size).
-    count
-        Number of modes; None takes as many as leave out ``lost`` of the snapshots' norm.
-    lost
-        Part of the norm.
+    count, lost
+        As in `PodBasis`.
     name
-        Argument to name where there are fewer.
-
-    Raises
-    ------
-    InputError
-        If the snapshots do not have that many independent directions.
+        Argument to name in the InputError where the snapshots have fewer independent directions.
     """
     values, weights = np.linalg.eigh(snapshots @ weighted.T)
     values, weights = values[::-1], weights[:, ::-1]

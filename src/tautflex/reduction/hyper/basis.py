@@ -20,21 +20,7 @@ def two_part_basis(
 ) -> BasisVectors:
     """Proper orthogonal modes across and in the film's plane, as Ritz vectors in the inner product of the mass.
 
-    Parameters
-    ----------
-    state
-        Prestressed state.
-    snapshots
-        Free unknowns of a run, shape (n, size).
-    counts
-        Number of vectors across and in the plane; None takes as many as leave out ``lost``.
-    lost
-        Part of the norm of the snapshots across and in the plane that may be left out.
-
-    Raises
-    ------
-    InputError
-        If the snapshots do not have that many independent vectors.
+    Arguments as of `hyper_reduce`; snapshots are free unknowns, shape (n, size).
     """
     mass = state.system.inertia.mass_matrix
     across = transverse_unknowns(state)

@@ -22,19 +22,9 @@ Store = tuple[NDArray[np.generic], ...]
 
 
 def basis_blocks(system: StructuralSystem, vectors: Array) -> list[ElementBlock]:
-    """All blocks on a basis, their initial stress that of the prestressed structure.
+    """All blocks on a basis (r, size), their initial stress that of the prestressed structure.
 
-    Parameters
-    ----------
-    system
-        The structure.
-    vectors
-        Basis, shape (r, size).
-
-    Returns
-    -------
-    list of ElementBlock
-        With gradient matrices of shape (row, gradient, r); a row has no owner any more.
+    Gradient matrices are of shape (row, gradient, r); a row has no owner any more.
     """
     extended = np.concatenate([vectors, np.zeros((len(vectors), 1))], axis=1)
     return [
@@ -72,14 +62,9 @@ def chosen_blocks(blocks: list[ElementBlock], weights: Array) -> list[ElementBlo
 
 
 def blocks_store(blocks: list[ElementBlock], apart: bool = False) -> Store:
-    """Blocks as the kernel reads them.
+    """Blocks on a basis as the kernel reads them.
 
-    Parameters
-    ----------
-    blocks
-        Blocks on a basis of r vectors.
-    apart
-        Give every row r unknowns of its own, so that the kernel's force is a list of forces of rows.
+    With ``apart`` every row has unknowns of its own, so that the kernel's force is a list of forces of rows.
     """
     places, first = list[Places](), 0
     for block in blocks:

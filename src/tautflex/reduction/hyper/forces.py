@@ -12,19 +12,19 @@ from tautflex.mechanics.kernel import add_average_forces, add_forces, pack_strai
 from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.mechanics.tangent import PACK, pack_core
 from tautflex.numeric import Array, Indices, jit
-from tautflex.reduction.marching.dispatch import KERNELS, PlantKernels
+from tautflex.reduction.marching.dispatch import KERNELS, ForceKernels
 from tautflex.reduction.polynomial.forces import energies
 
 
-class HyperPlant(NamedTuple):
+class HyperArrays(NamedTuple):
     """Constant arrays of a hyper-reduced model; r coordinates.
 
     Parameters
     ----------
     first, second, viscous, turning_derivatives
-        As in `Plant`, but empty: nothing is condensed.
+        As in `ReducedArrays`, but empty: nothing is condensed.
     mass, damping, linear, turning
-        As in `Plant`; ``linear`` is the stiffness of the reference.
+        As in `ReducedArrays`; ``linear`` is the stiffness of the reference.
     store
         Chosen elements on the basis, the parts of a `KernelStore`.
     gradient
@@ -50,37 +50,37 @@ class HyperPlant(NamedTuple):
 
 
 @jit
-def element_force(plant: HyperPlant, q: Array, v: Array, given: Array, force: Array) -> None:
+def element_force(arrays: HyperArrays, q: Array, v: Array, given: Array, force: Array) -> None:
     """Internal force less that of the reference, as `internal_force`; there is no stress per monomial to be given."""
     r = q.size
     place, total = np.zeros(r + 1), np.zeros(r + 1)
     place[:r] = q
-    add_forces(plant.store, place, total, plant.stresses, True, False)
+    add_forces(arrays.store, place, total, arrays.stresses, True, False)
     for i in range(r):
-        force[i] = total[i] - plant.reference[i]
+        force[i] = total[i] - arrays.reference[i]
 
 
 @jit
-def element_average(plant: HyperPlant, start: Array, end: Array, v: Array, given: Array, force: Array) -> None:
+def element_average(arrays: HyperArrays, start: Array, end: Array, v: Array, given: Array, force: Array) -> None:
     """As `average_force`."""
     r = start.size
     before, after, total = np.zeros(r + 1), np.zeros(r + 1), np.zeros(r + 1)
     before[:r], after[:r] = start, end
-    add_average_forces(plant.store, before, after, total)
+    add_average_forces(arrays.store, before, after, total)
     for i in range(r):
-        force[i] = total[i] - plant.reference[i]
+        force[i] = total[i] - arrays.reference[i]
 
 
 @jit
-def element_tangent(plant: HyperPlant, q: Array, given: Array) -> Array:
+def element_tangent(arrays: HyperArrays, q: Array, given: Array) -> Array:
     """Tangent ``sum G' V (B' D B + sigma.Q) G``, as `tangent`: one product of tall matrices for all elements."""
     r = q.size
     place = np.zeros(r + 1)
     place[:r] = q
-    half = np.zeros(plant.gradient.shape)
+    half = np.zeros(arrays.gradient.shape)
     start = 0
-    for block in range(plant.store[3].shape[0]):
-        data = block_data(plant.store, block)
+    for block in range(arrays.store[3].shape[0]):
+        data = block_data(arrays.store, block)
         strains, count = data.initial_stress.shape
         gradients = data.gradients
         local, strain, stress = np.empty((r, PACK)), np.empty((strains, PACK)), np.empty((strains, PACK))
@@ -101,27 +101,27 @@ def element_tangent(plant: HyperPlant, q: Array, given: Array) -> Array:
                     for j in range(gradients):
                         factor = data.measure[first + e] * core[i, j, e]
                         if factor != 0.0:
-                            other = plant.gradient[row + j]
+                            other = arrays.gradient[row + j]
                             for k in range(r):
                                 result[k] += factor * other[k]
         start += count * gradients
-    return plant.gradient.T @ half
+    return arrays.gradient.T @ half
 
 
 @jit
-def _strain_energies(plant: HyperPlant, q: Array) -> Array:
+def _strain_energies(arrays: HyperArrays, q: Array) -> Array:
     place, total = np.zeros(q.shape[1] + 1), np.zeros(q.shape[1] + 1)
     result = np.empty(q.shape[0])
     for n in range(result.size):
         place[:-1] = q[n]
-        energy = add_forces(plant.store, place, total, plant.stresses, False, True)
-        result[n] = energy - np.dot(plant.reference, q[n])
+        energy = add_forces(arrays.store, place, total, arrays.stresses, False, True)
+        result[n] = energy - np.dot(arrays.reference, q[n])
     return result
 
 
 @energies.register
-def _(plant: HyperPlant, q: Array, v: Array) -> Array:
-    return np.stack([0.5 * np.einsum("nr,nr->n", v @ plant.mass, v), _strain_energies(plant, q)], axis=1)
+def _(arrays: HyperArrays, q: Array, v: Array) -> Array:
+    return np.stack([0.5 * np.einsum("nr,nr->n", v @ arrays.mass, v), _strain_energies(arrays, q)], axis=1)
 
 
-KERNELS[HyperPlant] = PlantKernels(element_force, element_average, element_tangent)
+KERNELS[HyperArrays] = ForceKernels(element_force, element_average, element_tangent)

@@ -13,7 +13,7 @@ import xarray as xr
 
 from tautflex import checks
 from tautflex.elements.block import ElementBlock
-from tautflex.errors import InputError, UnsupportedError
+from tautflex.errors import InputError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.kernel import add_forces
 from tautflex.numeric import Array
@@ -21,11 +21,11 @@ from tautflex.reduction.bases.snapshots import full_snapshots
 from tautflex.reduction.bases.vectors import BasisVectors
 from tautflex.reduction.hyper.basis import two_part_basis
 from tautflex.reduction.hyper.blocks import basis_blocks, blocks_store, chosen_blocks
-from tautflex.reduction.hyper.forces import HyperPlant
+from tautflex.reduction.hyper.forces import HyperArrays
 from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights
 from tautflex.reduction.marching.simulation import solve_reduced
-from tautflex.reduction.on_basis import OnBasis
-from tautflex.reduction.polynomial.condensation import CondensedModel, FrameMoments
+from tautflex.reduction.on_basis import OnBasis, refuse_drifting
+from tautflex.reduction.polynomial.condensation import CondensedModel, FrameMoments, even
 from tautflex.reduction.polynomial.projection import project_moments
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.problem import Progress, TransientProblem
@@ -64,8 +64,8 @@ class HyperReducedModel(OnBasis):
         stiffness = system.pattern.symmetric_matrix(self.state.tangent_entries)
         linear, mass, r = vectors @ (stiffness @ vectors.T), moments.pair[0], self.size
         return CondensedModel(
-            mass=0.5 * (mass + mass.T),
-            linear=0.5 * (linear + linear.T),
+            mass=even(mass),
+            linear=even(linear),
             quadratic=np.zeros((r, 0)),
             cubic=np.zeros((0, 0)),
             viscous=np.zeros((0, 0)),
@@ -78,14 +78,14 @@ class HyperReducedModel(OnBasis):
             follow_load=np.zeros((12, 0)),
         )
 
-    def plant(self, damping: Damping) -> HyperPlant:
+    def arrays(self, damping: Damping) -> HyperArrays:
         """Arrays for the compiled stepper under a damping model."""
         c, r = self.coefficients, self.size
         store = blocks_store(list(self.blocks))
         reference, stresses = np.zeros(r + 1), np.empty(sum(block.initial_stress.size for block in self.blocks))
         add_forces(store, np.zeros(r + 1), reference, stresses, True, False)
         none = np.zeros(0, dtype=np.int64)
-        return HyperPlant(
+        return HyperArrays(
             none,
             none,
             c.mass,
@@ -101,7 +101,7 @@ class HyperReducedModel(OnBasis):
         )
 
     def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
-        """Answer a problem whose plant it is."""
+        """Answer a problem asked of it."""
         return solve_reduced(self, problem, progress)
 
     @property
@@ -171,11 +171,7 @@ def hyper_reduce(
     runs: list[Any] = list(data) if isinstance(data, list | tuple) else [data]
     if not runs or not all(isinstance(run, xr.Dataset) for run in runs):
         raise InputError(f"data: expected the Dataset of a run with stored fields (run.data) or several, got {data!r}")
-    if state.model.rigid_freedom:
-        raise UnsupportedError(
-            f"supports: expected a structure held against rigid motion, {state.model.rigid_freedom} rigid motion(s) "
-            "are free; hold the frame (frame.support = 'corners')"
-        )
+    refuse_drifting(state)
     snapshots = np.concatenate([full_snapshots(state, run) for run in runs])
     basis = two_part_basis(state, snapshots, (transverse, in_plane), lost)
     blocks = basis_blocks(state.system, basis.kept)

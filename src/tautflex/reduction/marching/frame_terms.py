@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array
-from tautflex.reduction.polynomial.forces import Frame
+from tautflex.reduction.polynomial.forces import FrameTerms
 
 # Highest polynomial degree that is tried before every instant is computed by itself.
 _DEGREES = (2, 4, 8, 16, 32, 64)
@@ -74,7 +74,9 @@ def sample(function: Callable[[float], Array], times: Array) -> Array:
     return np.array([function(time) for time in times])
 
 
-def frame_terms(coupling: Coupling, moments: ReducedMoments, segment: Segment, times: Array, coordinates: int) -> Frame:
+def frame_terms(
+    coupling: Coupling, moments: ReducedMoments, segment: Segment, times: Array, coordinates: int
+) -> FrameTerms:
     """Matrices and loads of a segment at the given instants.
 
     Parameters
@@ -98,10 +100,10 @@ def frame_terms(coupling: Coupling, moments: ReducedMoments, segment: Segment, t
     velocity, displacement = values[:, :9].reshape(-1, 3, 3), values[:, 9:18].reshape(-1, 3, 3)
     load, stress = values[:, 18 : 18 + coordinates], values[:, 18 + coordinates :]
     turns = bool(np.any(values[:, :18]))
-    return Frame(velocity.copy(), displacement.copy(), load.copy(), stress.copy(), turns)
+    return FrameTerms(velocity.copy(), displacement.copy(), load.copy(), stress.copy(), turns)
 
 
-def frame_at(coupling: Coupling, moments: ReducedMoments, motion: RigidMotion, coordinates: int) -> Frame:
+def frame_at(coupling: Coupling, moments: ReducedMoments, motion: RigidMotion, coordinates: int) -> FrameTerms:
     """Matrices and loads of one motion."""
     segment = Segment(0.0, np.inf, lambda time: motion)
     return frame_terms(coupling, moments, segment, np.zeros(1), coordinates)

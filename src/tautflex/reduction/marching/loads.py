@@ -8,23 +8,13 @@ from tautflex.errors import UnsupportedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.numeric import Array
 from tautflex.reduction.on_basis import OnBasis
-from tautflex.reduction.polynomial.forces import Frame
+from tautflex.reduction.polynomial.forces import FrameTerms
 
 
 class InputLoads:
-    """Projects the forces of inputs on coordinates and monomials.
+    """Projects the forces of inputs, bound to the structure of a reduced model, on coordinates and monomials.
 
-    Parameters
-    ----------
-    rom
-        Reduced model.
-    inputs
-        Inputs bound to its structure.
-
-    Raises
-    ------
-    UnsupportedError
-        If an input changes stresses: the polynomial holds for one prestress.
+    Raises UnsupportedError if an input changes stresses: the polynomial holds for one prestress.
     """
 
     def __init__(self, rom: OnBasis, inputs: InputSet) -> None:
@@ -42,8 +32,8 @@ class InputLoads:
         """Load on all unknowns at an instant [s], shape (size,)."""
         return self._inputs.load(time) if self._inputs else 0.0
 
-    def added(self, frame: Frame, times: Array, before: float) -> Frame:
-        """Frame terms less the inputs at the given instants; a jump at ``before`` is not met yet."""
+    def added(self, frame: FrameTerms, times: Array, before: float) -> FrameTerms:
+        """FrameTerms terms less the inputs at the given instants; a jump at ``before`` is not met yet."""
         if not self._inputs:
             return frame
         last = float(np.nextafter(before, -np.inf))

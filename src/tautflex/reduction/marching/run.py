@@ -20,7 +20,8 @@ from tautflex.reduction.marching.schedule import Stretch, stretches
 from tautflex.reduction.marching.steps import march, march_explicit
 from tautflex.reduction.marching.work import EXPLICIT, StageNumbers, new_work, stage_numbers
 from tautflex.reduction.on_basis import OnBasis
-from tautflex.reduction.polynomial.forces import Frame, derivative_forces, rows_from, total_force
+from tautflex.reduction.polynomial.condensation import load_moments
+from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, rows_from, total_force
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
@@ -58,9 +59,9 @@ class ReducedRun:
         if not isinstance(method, Method | CentralDifference):
             raise UnsupportedError(f"method: expected an implicit method or CentralDifference(), got {method!r}")
         self._method = method if isinstance(method, Method) else None
-        self.plant = rom.plant(problem.damping)
+        self.arrays = rom.arrays(problem.damping)
         c = rom.coefficients
-        self.moments = ReducedMoments(c.first, c.zeroth)
+        self.moments = ReducedMoments(*load_moments(np.concatenate([c.load, c.load_stress], axis=1)))
         self.inputs = InputLoads(rom, InputSet(rom.state.system, problem.inputs))
         self._began = problem.maneuver.start()
         self.segments = split_segments(problem.maneuver.segments(), self.inputs.breaks)
@@ -114,7 +115,7 @@ class ReducedRun:
         first, stored = 0, (self.eta, self.rate)
         while first < len(rows):
             part = rows_from(frame, first * len(stages))
-            first += self._march(self.plant, part, stages, self._work, rows[first:], stored, self._tolerance)
+            first += self._march(self.arrays, part, stages, self._work, rows[first:], stored, self._tolerance)
             if first < len(rows):
                 start = float(stretch.starts[first])
                 if not self._halve(segment, start, stretch.size, self.problem.max_halvings):
@@ -143,7 +144,7 @@ class ReducedRun:
         nowhere = np.full(1, -1)
         for begin in (start, start + 0.5 * size):
             frame = self._frames(segment, np.array([begin]), stages)
-            done = self._march(self.plant, frame, stages, self._work, nowhere, stored, self._tolerance)
+            done = self._march(self.arrays, frame, stages, self._work, nowhere, stored, self._tolerance)
             if not done and not self._halve(segment, begin, 0.5 * size, left - 1):
                 return False
         return True
@@ -154,7 +155,7 @@ class ReducedRun:
             return (EXPLICIT._replace(size=size, step=size),)
         return stage_numbers(self._method, size)
 
-    def _frames(self, segment: Segment, starts: Array, stages: tuple[StageNumbers, ...]) -> Frame:
+    def _frames(self, segment: Segment, starts: Array, stages: tuple[StageNumbers, ...]) -> FrameTerms:
         """Terms of the moving frame and inputs for every stage of steps inside one segment."""
         into = np.cumsum([0.0, *(stage.size for stage in stages[:-1])])
         offsets = into + np.array([stage.evaluation * stage.size for stage in stages])
@@ -162,26 +163,26 @@ class ReducedRun:
         frame = frame_terms(self.problem.coupling, self.moments, segment, instants, self.rom.size)
         return self.inputs.added(frame, instants, segment.end)
 
-    def _frame(self, segment: Segment, time: float, before: float = np.inf) -> Frame:
+    def _frame(self, segment: Segment, time: float, before: float = np.inf) -> FrameTerms:
         """Terms of the moving frame and inputs at one instant."""
         frame = frame_at(self.problem.coupling, self.moments, segment.motion(time), self.rom.size)
         return self.inputs.added(frame, np.array([time]), before)
 
-    def _balance(self, frame: Frame) -> None:
+    def _balance(self, frame: FrameTerms) -> None:
         """Acceleration that balances all forces at the present state."""
         work = self._work
-        total_force(self.plant, frame, 0, work.q, work.v, work.forces)
-        work.a[:] = -np.linalg.solve(self.plant.mass, work.forces)
+        total_force(self.arrays, frame, 0, work.q, work.v, work.forces)
+        work.a[:] = -np.linalg.solve(self.arrays.mass, work.forces)
         work.jerk[:] = 0.0
         if self._method is None:
-            stress, other = np.empty(len(self.plant.first)), np.empty(self.rom.size)
-            derivative_forces(self.plant, frame, 0, work.q, work.v, stress, other)
-            internal_force(self.plant, work.q, work.v, stress, work.forces)
+            stress, other = np.empty(len(self.arrays.first)), np.empty(self.rom.size)
+            derivative_forces(self.arrays, frame, 0, work.q, work.v, stress, other)
+            internal_force(self.arrays, work.q, work.v, stress, work.forces)
 
     def _check_step(self, time_step: float) -> None:
         """Raise InputError if the step [s] of an explicit method is not stable at the start of the run."""
-        stiffness = tangent(self.plant, self._work.q, np.zeros(len(self.plant.first)))
-        limit = 2.0 / float(np.sqrt(eigh(stiffness, self.plant.mass, eigvals_only=True)[-1]))
+        stiffness = tangent(self.arrays, self._work.q, np.zeros(len(self.arrays.first)))
+        limit = 2.0 / float(np.sqrt(eigh(stiffness, self.arrays.mass, eigvals_only=True)[-1]))
         if time_step > limit:
             raise InputError(
                 f"time_step: expected at most the stable step {limit:.3g} s of the explicit method, got {time_step:g}; "
@@ -192,37 +193,37 @@ class ReducedRun:
         """Let the rigid motion jump behind a segment; the acceleration takes up the change of the forces."""
         work, segments = self._work, self.segments
         before, after = np.empty(self.rom.size), np.empty(self.rom.size)
-        total_force(self.plant, self._frame(segments[current], time, time), 0, work.q, work.v, before)
-        total_force(self.plant, self._frame(segments[current + 1], time), 0, work.q, work.v, after)
+        total_force(self.arrays, self._frame(segments[current], time, time), 0, work.q, work.v, before)
+        total_force(self.arrays, self._frame(segments[current + 1], time), 0, work.q, work.v, after)
         change = after - before
         if change.any():
             if self._method is not None:
                 work.forces[:] += change
-            work.a[:] -= np.linalg.solve(self.plant.mass, change)
+            work.a[:] -= np.linalg.solve(self.arrays.mass, change)
             work.jerk[:] = 0.0
 
     def _equilibrium(self, motion: RigidMotion) -> Array:
         """Steady equilibrium of the coordinates under a constant motion, by Newton's method, shape (r,)."""
         frame = frame_at(self.problem.coupling, self.moments, motion, self.rom.size)
         q, v = np.zeros(self.rom.size), np.zeros(self.rom.size)
-        stress, other = np.empty(len(self.plant.first)), np.empty(self.rom.size)
+        stress, other = np.empty(len(self.arrays.first)), np.empty(self.rom.size)
         if not (frame.load.any() or frame.turns):
             return q
-        turning = np.einsum("ab,abij->ij", frame.displacement[0], self.plant.turning)
+        turning = np.einsum("ab,abij->ij", frame.displacement[0], self.arrays.turning)
         force = np.empty(self.rom.size)
         for _ in range(50):
-            total_force(self.plant, frame, 0, q, v, force)
+            total_force(self.arrays, frame, 0, q, v, force)
             scale = max(float(np.linalg.norm(frame.load)), 1e-300)
             if float(np.linalg.norm(force)) <= 1e-9 * scale:
                 return q
-            derivative_forces(self.plant, frame, 0, q, v, stress, other)
-            q = q - np.linalg.solve(tangent(self.plant, q, stress) + turning, force)
+            derivative_forces(self.arrays, frame, 0, q, v, stress, other)
+            q = q - np.linalg.solve(tangent(self.arrays, q, stress) + turning, force)
         raise NotConvergedError(
             "spinning equilibrium of the reduced model: Newton's method failed; reduce the angular rate or raise the "
             "pretension"
         )
 
-    def frame_now(self, time: float) -> Frame:
+    def frame_now(self, time: float) -> FrameTerms:
         """Terms of the moving frame and inputs at a sample."""
         return self._frame(self.segments[int(_place(self.segments, np.array([time]))[0])], time)
 
@@ -241,20 +242,21 @@ class ReducedRun:
             result[here] = sample(at, times[here])
         return result
 
-    def pulled(self, motions: Array) -> Array:
-        """Companions held off by the inertial load, shape (time, p)."""
+    def prescribed_offset(self, motions: Array) -> Array:
+        """Static derivatives prescribed by the inertial load, shape (time, p)."""
         c = self.rom.coefficients
         if not self.problem.coupling.inertial_load or not motions.any():
             return np.zeros((len(motions), len(c.follow_linear)))
         spin, turn = cross_matrices(motions[:, :3]), cross_matrices(motions[:, 3:6])
         weight = turn + spin @ spin
-        return np.einsum("tab,abp->tp", weight, c.follow_first) + motions[:, 6:] @ c.follow_zeroth
+        first, zeroth = load_moments(c.follow_load)
+        return np.einsum("tab,abp->tp", weight, first) + motions[:, 6:] @ zeroth
 
     def read(self, probes: Any, eta: Array, rate: Array, motions: Array) -> Array:
         """Displacements and velocities of probes, shape (time, 2, probe, 3)."""
         if not probes.names:
             return np.zeros((len(eta), 2, 0, 3))
-        place, speed = self.rom.seen(probes.map, eta, rate, self.pulled(motions))
+        place, speed = self.rom.seen(probes.map, eta, rate, self.prescribed_offset(motions))
         return np.stack([place, speed], axis=1).reshape(len(eta), 2, -1, 3)
 
 

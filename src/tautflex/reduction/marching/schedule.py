@@ -34,17 +34,7 @@ class Stretch:
 
 
 def stretches(segments: tuple[Segment, ...], step: float, count: int, longest: int) -> Iterator[Stretch]:
-    """Steps from 0 to ``count * step`` in order.
-
-    Parameters
-    ----------
-    segments
-        Segments of the maneuver.
-    step, count
-        Grid [s].
-    longest
-        Largest number of steps in one stretch.
-    """
+    """Steps from 0 to ``count * step`` [s] in order, at most ``longest`` in one stretch."""
     slack = 1e-9 * step
     done, time = 0, 0.0
     for number, segment in enumerate(segments):

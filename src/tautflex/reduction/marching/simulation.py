@@ -56,7 +56,7 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
     place = np.searchsorted(run.stored, rows)
     eta, rate = run.eta[place], run.rate[place]
     motions = run.motions(times)
-    energy = energies(run.plant, eta, rate)
+    energy = energies(run.arrays, eta, rate)
     checked = check_validity(run, times, eta, rate, motions, energy.sum(axis=1))
     scalars = {name: np.full(len(rows), np.nan) for name in SCALARS}
     scalars |= {"kinetic_energy": energy[:, 0], "strain_energy": energy[:, 1]}
@@ -77,5 +77,5 @@ def _field(run: ReducedRun, row: int) -> tuple[float, Array, NDArray[np.int8]]:
     """Time, displacement of all nodes and film states of a stored instant."""
     system, time = run.rom.state.system, row * run.problem.time_step
     eta = run.eta[np.searchsorted(run.stored, row)]
-    q = run.rom.displacement(eta, run.pulled(run.motions(np.array([time])))[0])
+    q = run.rom.displacement(eta, run.prescribed_offset(run.motions(np.array([time])))[0])
     return time, system.translations(q), survey_at(system, q).membrane_states()

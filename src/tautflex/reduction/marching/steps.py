@@ -7,7 +7,7 @@ import numpy as np
 from tautflex.numeric import Array, Indices, jit
 from tautflex.reduction.marching.dispatch import average_force, internal_force, tangent
 from tautflex.reduction.marching.work import StageNumbers, Work
-from tautflex.reduction.polynomial.forces import Frame, Plant, derivative_forces, frame_matrices, slopes
+from tautflex.reduction.polynomial.forces import FrameTerms, ReducedArrays, derivative_forces, frame_matrices, slopes
 
 # A tangent is renewed when an iteration leaves more than this part of the error.
 _SLOW = 0.2
@@ -62,16 +62,16 @@ def _invert(matrix: Array, tangent: int, size: float, work: Work) -> bool:
 
 
 @jit
-def _renew(plant: Plant, c: StageNumbers, q: Array, given: Array, work: Work) -> bool:
+def _renew(arrays: ReducedArrays, c: StageNumbers, q: Array, given: Array, work: Work) -> bool:
     """Invert the effective stiffness at q; whether that was possible."""
-    matrix = tangent(plant, q, given)
-    moved = plant.viscous @ slopes(plant, q)
+    matrix = tangent(arrays, q, given)
+    moved = arrays.viscous @ slopes(arrays, q)
     damping = moved.T @ moved
     for i in range(q.size):
         for j in range(q.size):
             rate = work.on_velocity[i, j] + damping[i, j]
             stiffness = matrix[i, j] + work.on_displacement[i, j] + c.velocity[0] * rate
-            matrix[i, j] = c.inertia[0] * plant.mass[i, j] + c.weight * stiffness
+            matrix[i, j] = c.inertia[0] * arrays.mass[i, j] + c.weight * stiffness
     return _invert(matrix, c.tangent, c.step, work)
 
 
@@ -90,29 +90,31 @@ def _recall(c: StageNumbers, work: Work) -> tuple[Array, Array]:
 
 @jit
 def _residual(
-    plant: Plant, c: StageNumbers, work: Work, start: tuple[Array, Array], d: Array, known: Array, given: Array,
-    forces: Array, result: Array,
+    arrays: ReducedArrays, c: StageNumbers, work: Work, start: tuple[Array, Array], d: Array, known: Array,
+    given: Array, forces: Array, result: Array,
 ) -> tuple[float, float]:  # fmt: skip
     """Fill residual and the part of the forces that depends on d; return norms of residual and internal force."""
     r = d.size
     place = _mix(1.0, work.q, 1.0, d, 0.0, d)
     velocity = _mix(c.velocity[0], d, c.velocity[1], start[0], c.velocity[2], start[1])
     if c.average:
-        average_force(plant, work.q, _mix(1.0, work.q, 1.0 / c.evaluation, d, 0.0, d), velocity, given, forces)
+        average_force(arrays, work.q, _mix(1.0, work.q, 1.0 / c.evaluation, d, 0.0, d), velocity, given, forces)
     else:
-        internal_force(plant, place, velocity, given, forces)
+        internal_force(arrays, place, velocity, given, forces)
     work.counts[3] += 1
     inside = _dot(forces, forces)
     _add_times(c.velocity[0], work.on_velocity, d, forces)
     _add_times(1.0, work.on_displacement, place, forces)
     for i in range(r):
         result[i] = known[i] + c.weight * forces[i]
-    _add_times(c.inertia[0], plant.mass, d, result)
+    _add_times(c.inertia[0], arrays.mass, d, result)
     return np.sqrt(_dot(result, result)), c.weight * np.sqrt(inside)
 
 
 @jit
-def implicit_step(plant: Plant, frame: Frame, row: int, c: StageNumbers, work: Work, tolerance: float) -> bool:
+def implicit_step(
+    arrays: ReducedArrays, frame: FrameTerms, row: int, c: StageNumbers, work: Work, tolerance: float
+) -> bool:
     """One stage; ``work`` holds the new state if it converged and the old one if not."""
     r = work.q.size
     start = work.v, work.a
@@ -120,28 +122,28 @@ def implicit_step(plant: Plant, frame: Frame, row: int, c: StageNumbers, work: W
         start = _recall(c, work)
     reach = c.evaluation * c.size
     d = _mix(reach, work.v, 0.5 * reach * reach, work.a, reach**3 / 6.0, work.jerk)
-    given, constant, known = np.empty(plant.first.size), np.empty(r), np.zeros(r)
+    given, constant, known = np.empty(arrays.first.size), np.empty(r), np.zeros(r)
     speed = _mix(c.velocity[1], start[0], c.velocity[2], start[1], 0.0, work.a)
     place, predicted = _mix(1.0, work.q, 1.0, d, 0.0, d), _mix(1.0, speed, c.velocity[0], d, 0.0, d)
-    derivative_forces(plant, frame, row, place, predicted, given, constant)
-    frame_matrices(plant, frame, row, work.on_velocity, work.on_displacement)
+    derivative_forces(arrays, frame, row, place, predicted, given, constant)
+    frame_matrices(arrays, frame, row, work.on_velocity, work.on_displacement)
     load = frame.load[row % frame.load.shape[0]]
     _add_times(1.0, work.on_velocity, speed, constant)
-    _add_times(1.0, plant.mass, _mix(c.inertia[1], start[0], c.inertia[2], start[1], 0.0, work.a), known)
+    _add_times(1.0, arrays.mass, _mix(c.inertia[1], start[0], c.inertia[2], start[1], 0.0, work.a), known)
     for i in range(r):
         constant[i] += load[i]
         known[i] += c.weight * constant[i] + (1.0 - c.weight) * work.forces[i]
     lost = 100.0 * _EPSILON / tolerance * np.sqrt(_dot(known, known))
     floor = max(c.weight * np.sqrt(_dot(load, load)), lost, _SCALE_FLOOR * work.scale[0])
     forces, residual, trial, trial_forces = np.empty(r), np.empty(r), np.empty(r), np.empty(r)
-    norm, size = _residual(plant, c, work, start, d, known, given, forces, residual)
+    norm, size = _residual(arrays, c, work, start, d, known, given, forces, residual)
     fresh, count = False, 0
     while not norm <= tolerance * max(size, floor):
         count += 1
         if count > _MOST_ITERATIONS or not np.isfinite(norm):
             return False
         if work.sizes[c.tangent] != c.step:
-            if not _renew(plant, c, _mix(1.0, work.q, 1.0, d, 0.0, d), given, work):
+            if not _renew(arrays, c, _mix(1.0, work.q, 1.0, d, 0.0, d), given, work):
                 return False
             fresh = True
         move = np.zeros(r)
@@ -150,7 +152,7 @@ def implicit_step(plant: Plant, frame: Frame, row: int, c: StageNumbers, work: W
         fraction = 1.0
         while True:
             moved = _mix(1.0, d, fraction, move, 0.0, d)
-            after, after_size = _residual(plant, c, work, start, moved, known, given, trial_forces, trial)
+            after, after_size = _residual(arrays, c, work, start, moved, known, given, trial_forces, trial)
             done = after <= tolerance * max(after_size, floor)
             if after < norm or done or not fresh or fraction < 1e-3:
                 break
@@ -176,7 +178,7 @@ def implicit_step(plant: Plant, frame: Frame, row: int, c: StageNumbers, work: W
 
 
 @jit
-def explicit_step(plant: Plant, frame: Frame, row: int, size: float, work: Work) -> bool:
+def explicit_step(arrays: ReducedArrays, frame: FrameTerms, row: int, size: float, work: Work) -> bool:
     """One step of central differences, ``M a + (C + G) v + ... = 0`` at its end; False where it is not stable.
 
     Damping and gyroscopic force at the end are solved for, as in the full model; the static derivatives'
@@ -184,22 +186,22 @@ def explicit_step(plant: Plant, frame: Frame, row: int, size: float, work: Work)
     """
     r = work.q.size
     if work.sizes[0] != size or frame.turns:
-        frame_matrices(plant, frame, row, work.on_velocity, work.on_displacement)
+        frame_matrices(arrays, frame, row, work.on_velocity, work.on_displacement)
         matrix = np.empty((r, r))
         for i in range(r):
             for j in range(r):
-                matrix[i, j] = plant.mass[i, j] + 0.5 * size * work.on_velocity[i, j]
+                matrix[i, j] = arrays.mass[i, j] + 0.5 * size * work.on_velocity[i, j]
         if not _invert(matrix, 0, 0.0 if frame.turns else size, work):
             return False
     half = _mix(1.0, work.v, 0.5 * size, work.a, 0.0, work.a)
     q = _mix(1.0, work.q, size, half, 0.0, half)
-    given, total, internal, inertia = np.empty(plant.first.size), np.empty(r), np.empty(r), np.zeros(r)
+    given, total, internal, inertia = np.empty(arrays.first.size), np.empty(r), np.empty(r), np.zeros(r)
     predicted = _mix(1.0, half, 0.5 * size, work.a, 0.0, half)
-    derivative_forces(plant, frame, row, q, predicted, given, total)
-    internal_force(plant, q, predicted, given, internal)
+    derivative_forces(arrays, frame, row, q, predicted, given, total)
+    internal_force(arrays, q, predicted, given, internal)
     work.counts[3] += 1
     # Stiffness that this very step has felt, against what central differences can follow.
-    _add_times(1.0, plant.mass, half, inertia)
+    _add_times(1.0, arrays.mass, half, inertia)
     felt, limit = size * (_dot(half, internal) - _dot(half, work.forces)), 4.0 * _dot(half, inertia)
     if not felt <= limit * (1.0 + 1e-9) + 1e-300:
         return False
@@ -218,15 +220,15 @@ def explicit_step(plant: Plant, frame: Frame, row: int, size: float, work: Work)
 
 
 @jit
-def _stable(plant: Plant, frame: Frame, row: int, size: float, work: Work) -> bool:
+def _stable(arrays: ReducedArrays, frame: FrameTerms, row: int, size: float, work: Work) -> bool:
     """Whether central differences follow the stiffness, and the lagged damping, at the present state.
 
     Coordinates are mass-normalised, so eigenvalues of the tangent are squared frequencies.
     """
-    given, other = np.empty(plant.first.size), np.empty(work.q.size)
-    derivative_forces(plant, frame, row, work.q, work.v, given, other)
-    stiffest = np.linalg.eigvalsh(tangent(plant, work.q, given))[-1]
-    moved = plant.viscous @ slopes(plant, work.q)
+    given, other = np.empty(arrays.first.size), np.empty(work.q.size)
+    derivative_forces(arrays, frame, row, work.q, work.v, given, other)
+    stiffest = np.linalg.eigvalsh(tangent(arrays, work.q, given))[-1]
+    moved = arrays.viscous @ slopes(arrays, work.q)
     lagged = 0.0
     for i in range(moved.shape[0]):
         for j in range(moved.shape[1]):
@@ -236,8 +238,8 @@ def _stable(plant: Plant, frame: Frame, row: int, size: float, work: Work) -> bo
 
 @jit
 def march(
-    plant: Plant,
-    frame: Frame,
+    arrays: ReducedArrays,
+    frame: FrameTerms,
     stages: tuple[StageNumbers, ...],
     work: Work,
     rows: Indices,
@@ -252,7 +254,7 @@ def march(
         for place in range(len(stages)):
             if len(stages) > 1:
                 _keep(work, place)
-            if not implicit_step(plant, frame, len(stages) * n + place, stages[place], work, tolerance):
+            if not implicit_step(arrays, frame, len(stages) * n + place, stages[place], work, tolerance):
                 if place > 0:
                     _return(work)
                 return n
@@ -279,8 +281,8 @@ def _return(work: Work) -> None:
 
 @jit
 def march_explicit(
-    plant: Plant,
-    frame: Frame,
+    arrays: ReducedArrays,
+    frame: FrameTerms,
     stages: tuple[StageNumbers, ...],
     work: Work,
     rows: Indices,
@@ -290,9 +292,9 @@ def march_explicit(
     """As `march`, by central differences."""
     c = stages[0]
     for n in range(rows.size):
-        if n % _CHECK_INTERVAL == 0 and not _stable(plant, frame, n, c.size, work):
+        if n % _CHECK_INTERVAL == 0 and not _stable(arrays, frame, n, c.size, work):
             return n
-        if not explicit_step(plant, frame, n, c.size, work):
+        if not explicit_step(arrays, frame, n, c.size, work):
             return n
         _store(work, rows[n], stored)
     return rows.size

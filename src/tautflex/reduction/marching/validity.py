@@ -57,7 +57,7 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
         Samples: instants [s], coordinates and rates (n, r), motion of the frame (n, 9), total energy [J].
     """
     system, solver = run.rom.state.system, run.rom.reference
-    size = np.einsum("nr,nr->n", eta @ run.plant.linear, eta)
+    size = np.einsum("nr,nr->n", eta @ run.arrays.linear, eta)
     chosen = np.array(
         [part[np.argmax(size[part])] for part in np.array_split(np.arange(len(times)), _WINDOWS) if part.size]
     )
@@ -69,10 +69,10 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
         system.pattern, inertia.mass_entries, state.tangent_entries, run.problem.damping.matrix(state.linear)
     )
     scalars, left = [], []
-    for row, pulled in zip(chosen, run.pulled(motions[chosen]), strict=True):
+    for row, offset in zip(chosen, run.prescribed_offset(motions[chosen]), strict=True):
         motion = RigidMotion(motions[row, :3], motions[row, 3:6], motions[row, 6:])
         time = float(times[row])
-        unbalanced = _unbalanced(run, workspace, time, eta[row], rate[row], pulled, motion, damping)
+        unbalanced = _unbalanced(run, workspace, time, eta[row], rate[row], offset, motion, damping)
         film = survey.membrane()
         scalars.append(stress_scalars(survey, film))
         watch.see(time, film, survey.cables)
@@ -98,17 +98,17 @@ def _unbalanced(
     time: float,
     eta: Array,
     rate: Array,
-    pulled: Array,
+    offset: Array,
     motion: RigidMotion,
     damping: MassDamping,
 ) -> Array:
     """Force that the full equation of motion leaves unbalanced [N, N m], shape (size,)."""
-    rom, plant, state, coupling = run.rom, run.plant, run.rom.state, run.problem.coupling
+    rom, arrays, state, coupling = run.rom, run.arrays, run.rom.state, run.problem.coupling
     inertia = state.system.inertia
     force = np.empty(rom.size)
-    total_force(plant, run.frame_now(time), 0, eta, rate, force)
-    acceleration = np.asarray(-np.linalg.solve(plant.mass, force), dtype=np.float64)
-    q, v, a = rom.motion(eta, rate, acceleration, pulled)
+    total_force(arrays, run.frame_now(time), 0, eta, rate, force)
+    acceleration = np.asarray(-np.linalg.solve(arrays.mass, force), dtype=np.float64)
+    q, v, a = rom.motion(eta, rate, acceleration, offset)
     result, _ = workspace.force(q)
     result = result - state.reference_force + inertia.mass_matrix @ a + damping.damping_product(v)
     result += inertia.apply(coupling.velocity_weight(motion), v)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tautflex.numeric import Array, cross_matrix
-from tautflex.reduction.polynomial.monomials import pairs
+from tautflex.reduction.polynomial.monomials import pair_table, pairs
 from tautflex.reduction.polynomial.projection import Moments, Projection
 
 
@@ -44,7 +44,7 @@ class CondensedModel(NamedTuple):
     """Equation of motion of the coordinates, static derivatives condensed, for k weights Z and l loads of the frame.
 
     For any motion (`FrameMoments.general`) these are the nine entries of Z, and of the load moments
-    ``int rho V' x``, ``int rho V'`` the nine and three entries, which properties take apart.
+    ``int rho V' x``, ``int rho V'`` the nine and three entries, see `load_moments`.
 
     Parameters
     ----------
@@ -79,25 +79,10 @@ class CondensedModel(NamedTuple):
     follow_quadratic: Any
     follow_load: Any
 
-    @property
-    def first(self) -> Array:
-        """First load moments of coordinates, then monomials, shape (3, 3, r + m)."""
-        return np.concatenate([self.load[:9], self.load_stress[:9]], axis=1).reshape(3, 3, -1)
 
-    @property
-    def zeroth(self) -> Array:
-        """Zeroth load moments of coordinates, then monomials, shape (3, r + m)."""
-        return np.concatenate([self.load[9:], self.load_stress[9:]], axis=1)
-
-    @property
-    def follow_first(self) -> Array:
-        """Static derivatives from the first load moments, shape (3, 3, p)."""
-        return np.asarray(self.follow_load[:9]).reshape(3, 3, -1)
-
-    @property
-    def follow_zeroth(self) -> Array:
-        """Static derivatives from the zeroth load moments, shape (3, p)."""
-        return np.asarray(self.follow_load[9:])
+def load_moments(loads: Array) -> tuple[Array, Array]:
+    """First and zeroth moments, shapes (3, 3, n) and (3, n), of the loads of any motion, shape (12, n)."""
+    return loads[:9].reshape(3, 3, -1), loads[9:]
 
 
 @dataclass(frozen=True)
@@ -137,21 +122,9 @@ class FrameMoments:
 
 
 def weigh(projection: Projection, factors: Factors, xp: ModuleType) -> tuple[Any, Any, Any]:
-    """Stiffness, second-degree force and fourth-degree coefficients of all vectors under parameters.
+    """Stiffness (P, P), second-degree force (P, m) and fourth-degree coefficients (m, m) under parameters.
 
-    Parameters
-    ----------
-    projection
-        Projected structure.
-    factors
-        Parameters, possibly traced.
-    xp
-        Array library: numpy, or one with its interface such as jax.numpy.
-
-    Returns
-    -------
-    tuple
-        Shapes (r + p, r + p), (r + p, m) and (m, m).
+    Arguments as of `condense`.
     """
     young = {kind: factors.youngs_modulus.get(kind, 1.0) for kind in projection.elastic}
     tension = {
@@ -196,12 +169,13 @@ def condense(
     reach = xp.concatenate([xp.eye(r), d])
     moved = pair @ reach
     own = reach.T @ moved
+    condensed = h.T @ e
     return CondensedModel(
-        mass=_even(own[0]),
-        linear=_even(stiffness[:r, :r] + k_pa.T @ d),
+        mass=even(own[0]),
+        linear=even(stiffness[:r, :r] + k_pa.T @ d),
         quadratic=force[:r] + mixed_quadratic(k_pa.T @ e, r, xp),
-        cubic=_even(cubic + 4.0 * h.T @ e),
-        viscous=_even(-h.T @ e),
+        cubic=even(cubic + 4.0 * condensed),
+        viscous=even(-condensed),
         turning=own[1:],
         turning_derivatives=e.T @ moved[1:, r:],
         load=load @ reach,
@@ -218,7 +192,8 @@ def assemble(projection: Projection, factors: Factors | None = None) -> Condense
     return condense(projection, moments, factors or Factors(), np)
 
 
-def _even(matrix: Any) -> Any:
+def even(matrix: Any) -> Any:
+    """Symmetric part."""
     return 0.5 * (matrix + matrix.T)
 
 
@@ -227,9 +202,7 @@ def mixed_quadratic(table: Any, count: int, xp: ModuleType) -> Any:
     first, second = pairs(count)
     half = xp.where(xp.asarray(first == second), 1.0, 0.5)
     # The force of sum t[i, j, k] eta_i eta_j eta_k, t symmetric in (j, k), is t[a, j, k] + 2 t[j, a, k].
-    place = np.zeros((count, count), dtype=np.int64)
-    place[first, second] = place[second, first] = np.arange(len(first))
-    tensor = (table * half)[:, place]
+    tensor = (table * half)[:, pair_table(count)]
     force = tensor + 2.0 * xp.swapaxes(tensor, 0, 1)
     both = force + xp.swapaxes(force, 1, 2)
     return both[:, first, second] * (0.5 / half)

@@ -16,11 +16,11 @@ from tautflex.numeric import Array, Indices, jit
 from tautflex.reduction.marching import dispatch
 from tautflex.reduction.polynomial.monomials import monomials
 
-# Of any plant, by its type.
+# Of any reduced model, by the type of its arrays.
 _internal_force = dispatch.internal_force
 
 
-class Plant(NamedTuple):
+class ReducedArrays(NamedTuple):
     """Constant arrays of a reduced model; r coordinates, m monomials.
 
     Parameters
@@ -53,7 +53,7 @@ class Plant(NamedTuple):
     turning_derivatives: Array
 
 
-class Frame(NamedTuple):
+class FrameTerms(NamedTuple):
     """Terms of the moving frame at a row of instants; arrays with one row hold for all.
 
     Parameters
@@ -98,39 +98,39 @@ def add_product(factor: Array, vector: Array, result: Array) -> None:
 
 
 @jit
-def internal_force(plant: Plant, q: Array, v: Array, given: Array, force: Array) -> None:
+def internal_force(arrays: ReducedArrays, q: Array, v: Array, given: Array, force: Array) -> None:
     """Fill ``force`` with linear, second- and third-degree forces, and those of a given stress per monomial.
 
     The static derivatives' damping belongs here: at large deflections it is stiff, and a step has to solve for it.
     """
-    r, m = q.size, plant.first.size
+    r, m = q.size, arrays.first.size
     y, stress = np.empty(m), given.copy()
     for k in range(m):
-        y[k] = q[plant.first[k]] * q[plant.second[k]]
+        y[k] = q[arrays.first[k]] * q[arrays.second[k]]
     for i in range(r):
         total = 0.0
         for j in range(r):
-            total += plant.linear[i, j] * q[j]
+            total += arrays.linear[i, j] * q[j]
         force[i] = total
-    for i in range(plant.quadratic.shape[0]):
+    for i in range(arrays.quadratic.shape[0]):
         total = 0.0
         for k in range(m):
-            total += plant.quadratic[i, k] * y[k]
+            total += arrays.quadratic[i, k] * y[k]
         force[i] += total
-    add_product(plant.fields, y, stress)
-    if plant.viscous.shape[0]:
+    add_product(arrays.fields, y, stress)
+    if arrays.viscous.shape[0]:
         for k in range(m):
-            i, j = plant.first[k], plant.second[k]
+            i, j = arrays.first[k], arrays.second[k]
             y[k] = q[i] * v[j] + v[i] * q[j]
-        add_product(plant.viscous, y, stress)
+        add_product(arrays.viscous, y, stress)
     for k in range(m):
-        i, j = plant.first[k], plant.second[k]
+        i, j = arrays.first[k], arrays.second[k]
         force[i] += stress[k] * q[j]
         force[j] += stress[k] * q[i]
 
 
 @jit
-def average_force(plant: Plant, start: Array, end: Array, v: Array, given: Array, force: Array) -> None:
+def average_force(arrays: ReducedArrays, start: Array, end: Array, v: Array, given: Array, force: Array) -> None:
     """Internal force averaged along the way from start to end; its work is the change of the strain energy.
 
     Two Gauss points are exact for a force of third degree [average vector field, Quispel & McLaren 2008].
@@ -141,19 +141,21 @@ def average_force(plant: Plant, start: Array, end: Array, v: Array, given: Array
         share = 0.5 + side * 0.5 / np.sqrt(3.0)
         for i in range(start.size):
             place[i] = start[i] + share * (end[i] - start[i])
-        internal_force(plant, place, v, given, own)
+        internal_force(arrays, place, v, given, own)
         for i in range(start.size):
             force[i] += 0.5 * own[i]
 
 
 @jit
-def derivative_forces(plant: Plant, frame: Frame, row: int, q: Array, v: Array, stress: Array, force: Array) -> None:
+def derivative_forces(
+    arrays: ReducedArrays, frame: FrameTerms, row: int, q: Array, v: Array, stress: Array, force: Array
+) -> None:
     """Fill what static derivatives do besides answering statically: stress per monomial, force on the coordinates.
 
     The load offsets them, and the rotating frame couples them to the coordinates, both small and smooth, so a step
     takes them at its predicted state.
     """
-    r, m = q.size, plant.first.size
+    r, m = q.size, arrays.first.size
     at = row % frame.stress.shape[0]
     for k in range(m):
         stress[k] = frame.stress[at, k]
@@ -162,7 +164,7 @@ def derivative_forces(plant: Plant, frame: Frame, row: int, q: Array, v: Array, 
         return
     rate = np.empty(m)
     for k in range(m):
-        i, j = plant.first[k], plant.second[k]
+        i, j = arrays.first[k], arrays.second[k]
         rate[k] = q[i] * v[j] + v[i] * q[j]
     at = row % frame.velocity.shape[0]
     for a in range(3):
@@ -171,23 +173,25 @@ def derivative_forces(plant: Plant, frame: Frame, row: int, q: Array, v: Array, 
             if gyro == 0.0 and turn == 0.0:
                 continue
             for k in range(m):
-                here = gyro * rate[k] + turn * q[plant.first[k]] * q[plant.second[k]]
+                here = gyro * rate[k] + turn * q[arrays.first[k]] * q[arrays.second[k]]
                 total = 0.0
                 for j in range(r):
-                    total += plant.turning_derivatives[a, b, k, j] * (gyro * v[j] + turn * q[j])
+                    total += arrays.turning_derivatives[a, b, k, j] * (gyro * v[j] + turn * q[j])
                     # M_ap(Z) = M_pa(Z')'
-                    force[j] += plant.turning_derivatives[b, a, k, j] * here
+                    force[j] += arrays.turning_derivatives[b, a, k, j] * here
                 stress[k] += total
 
 
 @jit
-def frame_matrices(plant: Plant, frame: Frame, row: int, on_velocity: Array, on_displacement: Array) -> None:
+def frame_matrices(
+    arrays: ReducedArrays, frame: FrameTerms, row: int, on_velocity: Array, on_displacement: Array
+) -> None:
     """Fill damping plus gyroscopic matrix, and K_T, of the coordinates."""
-    r = plant.mass.shape[0]
+    r = arrays.mass.shape[0]
     on_displacement.fill(0.0)
     for i in range(r):
         for j in range(r):
-            on_velocity[i, j] = plant.damping[i, j]
+            on_velocity[i, j] = arrays.damping[i, j]
     if not frame.turns:
         return
     at = row % frame.velocity.shape[0]
@@ -198,19 +202,19 @@ def frame_matrices(plant: Plant, frame: Frame, row: int, on_velocity: Array, on_
                 continue
             for i in range(r):
                 for j in range(r):
-                    on_velocity[i, j] += gyro * plant.turning[a, b, i, j]
-                    on_displacement[i, j] += turn * plant.turning[a, b, i, j]
+                    on_velocity[i, j] += gyro * arrays.turning[a, b, i, j]
+                    on_displacement[i, j] += turn * arrays.turning[a, b, i, j]
 
 
 @jit
-def total_force(plant: Any, frame: Frame, row: int, q: Array, v: Array, force: Array) -> None:
+def total_force(arrays: Any, frame: FrameTerms, row: int, q: Array, v: Array, force: Array) -> None:
     """Fill ``force`` with all forces but inertia."""
     r = q.size
-    stress, other = np.empty(plant.first.size), np.empty(r)
+    stress, other = np.empty(arrays.first.size), np.empty(r)
     on_velocity, on_displacement = np.empty((r, r)), np.empty((r, r))
-    derivative_forces(plant, frame, row, q, v, stress, other)
-    frame_matrices(plant, frame, row, on_velocity, on_displacement)
-    _internal_force(plant, q, v, stress, force)
+    derivative_forces(arrays, frame, row, q, v, stress, other)
+    frame_matrices(arrays, frame, row, on_velocity, on_displacement)
+    _internal_force(arrays, q, v, stress, force)
     load = frame.load[row % frame.load.shape[0]]
     for i in range(r):
         force[i] += other[i] + load[i]
@@ -219,53 +223,53 @@ def total_force(plant: Any, frame: Frame, row: int, q: Array, v: Array, force: A
 
 
 @jit
-def slopes(plant: Plant, q: Array) -> Array:
+def slopes(arrays: ReducedArrays, q: Array) -> Array:
     """Derivatives of the monomials, shape (m, r)."""
-    result = np.zeros((plant.first.size, q.size))
-    for k in range(plant.first.size):
-        result[k, plant.first[k]] += q[plant.second[k]]
-        result[k, plant.second[k]] += q[plant.first[k]]
+    result = np.zeros((arrays.first.size, q.size))
+    for k in range(arrays.first.size):
+        result[k, arrays.first[k]] += q[arrays.second[k]]
+        result[k, arrays.second[k]] += q[arrays.first[k]]
     return result
 
 
 @jit
-def tangent(plant: Plant, q: Array, given: Array) -> Array:
+def tangent(arrays: ReducedArrays, q: Array, given: Array) -> Array:
     """Derivative of the internal force at q under a given stress per monomial, shape (r, r)."""
-    slope = slopes(plant, q)
-    y = np.empty(plant.first.size)
+    slope = slopes(arrays, q)
+    y = np.empty(arrays.first.size)
     for k in range(y.size):
-        y[k] = q[plant.first[k]] * q[plant.second[k]]
+        y[k] = q[arrays.first[k]] * q[arrays.second[k]]
     stress = given.copy()
-    add_product(plant.fields, y, stress)
-    moved = plant.fields @ slope
+    add_product(arrays.fields, y, stress)
+    moved = arrays.fields @ slope
     result = moved.T @ moved
     for i in range(q.size):
         for j in range(q.size):
-            result[i, j] += plant.linear[i, j]
-            if plant.quadratic.shape[0]:
+            result[i, j] += arrays.linear[i, j]
+            if arrays.quadratic.shape[0]:
                 for k in range(y.size):
-                    result[i, j] += plant.quadratic[i, k] * slope[k, j]
+                    result[i, j] += arrays.quadratic[i, k] * slope[k, j]
     for k in range(y.size):
-        result[plant.first[k], plant.second[k]] += stress[k]
-        result[plant.second[k], plant.first[k]] += stress[k]
+        result[arrays.first[k], arrays.second[k]] += stress[k]
+        result[arrays.second[k], arrays.first[k]] += stress[k]
     return result
 
 
 @singledispatch
-def energies(plant: Any, q: Array, v: Array) -> Array:
+def energies(arrays: Any, q: Array, v: Array) -> Array:
     """Kinetic and strain energy [J] of rows of states (n, r), shape (n, 2)."""
     y = monomials(q)
-    fields = y @ plant.fields.T
-    strain = 0.5 * np.einsum("nr,nr->n", q @ plant.linear, q) + 0.5 * np.einsum("nk,nk->n", fields, fields)
-    if len(plant.quadratic):
-        strain += np.einsum("nr,nr->n", y @ plant.quadratic.T, q) / 3.0
-    return np.stack([0.5 * np.einsum("nr,nr->n", v @ plant.mass, v), strain], axis=1)
+    fields = y @ arrays.fields.T
+    strain = 0.5 * np.einsum("nr,nr->n", q @ arrays.linear, q) + 0.5 * np.einsum("nk,nk->n", fields, fields)
+    if len(arrays.quadratic):
+        strain += np.einsum("nr,nr->n", y @ arrays.quadratic.T, q) / 3.0
+    return np.stack([0.5 * np.einsum("nr,nr->n", v @ arrays.mass, v), strain], axis=1)
 
 
-def rows_from(frame: Frame, first: int) -> Frame:
-    """Frame terms from one instant on; those that hold for all stay."""
+def rows_from(frame: FrameTerms, first: int) -> FrameTerms:
+    """FrameTerms terms from one instant on; those that hold for all stay."""
     velocity, displacement, load, stress = (part if len(part) == 1 else part[first:] for part in frame[:4])
-    return Frame(velocity, displacement, load, stress, frame.turns)
+    return FrameTerms(velocity, displacement, load, stress, frame.turns)
 
 
-dispatch.KERNELS[Plant] = dispatch.PlantKernels(internal_force, average_force, tangent)
+dispatch.KERNELS[ReducedArrays] = dispatch.ForceKernels(internal_force, average_force, tangent)

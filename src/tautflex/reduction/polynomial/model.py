@@ -16,9 +16,9 @@ from tautflex.numeric import Array
 from tautflex.reduction.bases.modal_basis import ModalBasis
 from tautflex.reduction.bases.vectors import Basis, BasisVectors
 from tautflex.reduction.marching.simulation import solve_reduced
-from tautflex.reduction.on_basis import OnBasis
+from tautflex.reduction.on_basis import OnBasis, refuse_drifting
 from tautflex.reduction.polynomial.condensation import CondensedModel, assemble
-from tautflex.reduction.polynomial.forces import Plant
+from tautflex.reduction.polynomial.forces import ReducedArrays
 from tautflex.reduction.polynomial.monomials import WEAK_FIELD, monomial_rates, monomials, pairs, stress_fields
 from tautflex.reduction.polynomial.projection import Projection, project
 from tautflex.solvers.static.prestress import PrestressedState
@@ -65,7 +65,7 @@ class ReducedModel(OnBasis):
         """Displacement that follows each monomial, shape (m, size)."""
         return self.coefficients.follow_quadratic.T @ self.basis.derivatives
 
-    def plant(self, damping: Damping) -> Plant:
+    def arrays(self, damping: Damping) -> ReducedArrays:
         """Arrays for the compiled stepper under a damping model."""
         c = self.coefficients
         first, second = pairs(self.size)
@@ -75,7 +75,7 @@ class ReducedModel(OnBasis):
         # Static derivatives have no mass here, so only the stiffness part of the damping acts on them.
         matrix = damping.matrix(self.state.linear)
         share = float(matrix.stiffness)
-        return Plant(
+        return ReducedArrays(
             first,
             second,
             c.mass,
@@ -98,7 +98,7 @@ class ReducedModel(OnBasis):
         )
 
     def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
-        """Answer a problem whose plant it is."""
+        """Answer a problem asked of it."""
         return solve_reduced(self, problem, progress)
 
     @property
@@ -185,11 +185,7 @@ def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: floa
             f"law: expected elastic film and cables, whose forces are polynomials, got {', '.join(laws)}; use "
             "hyper_reduce(state, run), or law = 'elastic'"
         )
-    if state.model.rigid_freedom:
-        raise UnsupportedError(
-            f"supports: expected a structure held against rigid motion, {state.model.rigid_freedom} rigid motion(s) "
-            "are free; hold the frame (frame.support = 'corners')"
-        )
+    refuse_drifting(state)
     vectors = basis.vectors(state)
     projection = project(state, vectors)
     return ReducedModel(state, vectors, projection, clock.perf_counter() - began, weak_field)

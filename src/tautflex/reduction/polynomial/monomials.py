@@ -16,6 +16,14 @@ def pairs(count: int) -> tuple[Indices, Indices]:
     return first.astype(np.int64), second.astype(np.int64)
 
 
+def pair_table(count: int) -> Indices:
+    """Number of the monomial of every (i, j), either order, shape (count, count)."""
+    first, second = pairs(count)
+    table = np.zeros((count, count), dtype=np.int64)
+    table[first, second] = table[second, first] = np.arange(len(first))
+    return table
+
+
 def _products(a: Array, b: Array) -> Array:
     """Packed products ``a_i b_j``, i <= j: (..., r) -> (..., m)."""
     count = a.shape[-1]

@@ -65,15 +65,7 @@ class Projection:
 
 
 def project(state: PrestressedState, basis: BasisVectors) -> Projection:
-    """Project a prestressed state on a basis.
-
-    Parameters
-    ----------
-    state
-        Prestressed state; all its laws must be elastic.
-    basis
-        Vectors.
-    """
+    """Project a prestressed state, whose laws must all be elastic, on a basis."""
     system, vectors = state.system, np.concatenate([basis.kept, basis.derivatives])
     higher = higher_degrees(system, basis.kept, vectors)
     elastic = {kind: _projected(_only_elastic(system, kind), vectors) for kind in higher}

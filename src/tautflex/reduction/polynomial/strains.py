@@ -60,7 +60,7 @@ class _Chunk:
 
 
 def _chunks(system: StructuralSystem, vectors: Array) -> Iterator[_Chunk]:
-    """Strains of all elements on the basis, in pieces that fit in memory."""
+    """Strains of all elements on the basis, in parts that fit in memory."""
     extended = np.concatenate([vectors, np.zeros((len(vectors), 1))], axis=1)
     for index, (block, places) in enumerate(zip(system.blocks, system.row_places, strict=True)):
         strains, gradients = block.linear.shape
@@ -77,23 +77,11 @@ def _chunks(system: StructuralSystem, vectors: Array) -> Iterator[_Chunk]:
 
 
 def higher_degrees(system: StructuralSystem, vectors: Array, forces_on: Array) -> dict[str, HigherDegrees]:
-    """Second- and third-degree forces of every kind of element.
+    """Second- and third-degree forces of every kind of element for the coordinates of a basis (R, size).
 
-    Parameters
-    ----------
-    system
-        The structure.
-    vectors
-        Basis, shape (R, size); monomials are those of its coordinates.
-    forces_on
-        Vectors onto which the second-degree forces are projected, shape (P, size).
-
-    Returns
-    -------
-    dict
-        Kind -> `HigherDegrees`.
+    Second-degree forces are projected on the vectors ``forces_on`` (P, size).
     """
-    pieces: dict[str, HigherDegrees] = {}
+    found: dict[str, HigherDegrees] = {}
     for chunk in _chunks(system, vectors):
         block = system.blocks[chunk.index]
         weighed = block.measure[chunk.part, None, None] * block.elasticity[chunk.part]
@@ -101,17 +89,13 @@ def higher_degrees(system: StructuralSystem, vectors: Array, forces_on: Array) -
         forces = chunk.full_forces(elastic_quadratic, elastic_linear, block.linear)
         count = chunk.quadratic.shape[-1]
         flat = chunk.quadratic.reshape(-1, count)
-        piece = HigherDegrees(
-            forces_on @ _scatter(forces, chunk.places, system.size),
-            flat.T @ elastic_quadratic.reshape(-1, count),
-        )
-        known = pieces.get(block.kind)
-        pieces[block.kind] = piece if known is None else _sum(known, piece)
-    return pieces
-
-
-def _sum(a: HigherDegrees, b: HigherDegrees) -> HigherDegrees:
-    return HigherDegrees(a.quadratic + b.quadratic, a.cubic + b.cubic)
+        quadratic = forces_on @ _scatter(forces, chunk.places, system.size)
+        cubic = flat.T @ elastic_quadratic.reshape(-1, count)
+        known = found.get(block.kind)
+        if known is not None:
+            quadratic, cubic = known.quadratic + quadratic, known.cubic + cubic
+        found[block.kind] = HigherDegrees(quadratic, cubic)
+    return found
 
 
 def quadratic_forces(system: StructuralSystem, vectors: Array) -> Array:
