@@ -18,11 +18,10 @@ import numpy as np
 import xarray as xr
 
 import tautflex as tf
-from tautflex.case import Case, parse_case
-from tautflex.case.build import build_maneuver, build_model
-from tautflex.reduction.hyper.model import HyperReducedModel
+from tautflex import Case, HyperReducedModel, Run, build_model
+from tautflex.case import parse_case
+from tautflex.case.build import build_maneuver
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.transient.status import Run
 
 # Film tension of M1 along x and y [N/m], and cable stiffness per metre of edge, as in the consistent case.
 TENSION = (0.999 * 0.147, 1.10 * 0.25)

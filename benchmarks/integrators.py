@@ -8,7 +8,7 @@ from importlib.resources import files
 import numpy as np
 
 import tautflex as tf
-from tautflex.solvers.transient.status import Run
+from tautflex import Run
 
 END, GRID = 2.0, 5e-3
 

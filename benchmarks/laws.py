@@ -10,12 +10,9 @@ from __future__ import annotations
 import argparse
 import math
 
-from tautflex.analysis import amplitude, dominant_frequency, maneuver_end
-from tautflex.case import M2_TEMPLATE, Case, parse_case
-from tautflex.case.build import build_maneuver, build_model
-from tautflex.solvers.static.prestress import solve_prestress
-from tautflex.solvers.transient.simulate import simulate
-from tautflex.solvers.transient.status import Run
+from tautflex import Case, Run, amplitude, build_model, dominant_frequency, maneuver_end, simulate, solve_prestress
+from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.case.build import build_maneuver
 
 M1 = ("cables.pretension_x=0.147", "cables.pretension_y=0.25")
 LAWS = {

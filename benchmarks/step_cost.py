@@ -16,9 +16,7 @@ import time
 import numpy as np
 
 import tautflex as tf
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.motion.coupling import Coupling
-from tautflex.motion.fixed_axis import Stop
+from tautflex import BeamSection, CableSection, Coupling, Material, MembraneSection, Rayleigh, Stop
 from tautflex.solvers.transient.driver import GridDriver
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.implicit import Stepper
@@ -26,7 +24,6 @@ from tautflex.solvers.transient.probes import place_probes
 from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.transient.simulate import begin
 from tautflex.structure.antenna import AntennaLayout, build_antenna
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 
 # Tension per metre of edge [N/m] and film resultants [N/m] of the paper's three models (identified reading).
 PRETENSION = {"M1": (0.147, 0.25), "M2": (0.59, 1.0), "M3": (3.1, 3.7)}

@@ -23,8 +23,8 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
 
 import tautflex as tf
+from tautflex import ReducedModel
 from tautflex.batch import residual_energy
-from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.simulate import Run
 from tautflex.structure.antenna import AntennaLayout, build_antenna

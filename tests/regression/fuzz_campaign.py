@@ -19,6 +19,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tautflex import read_mesh
+
 sys.path.insert(0, str(Path(__file__).absolute().parents[1]))
 
 import tautflex as tf
@@ -26,7 +28,6 @@ from regression import mesh_files
 from regression.mutations import mutated
 from regression.small_result import result_files
 from tautflex.case import M2_TEMPLATE, parse_case
-from tautflex.files.mesh import read_mesh
 from verification.builders import antenna
 
 MEMORY = 3 * 1024**3  # [B] of address space; the readers' samples are some kilobytes

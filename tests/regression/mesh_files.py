@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from tautflex.structure.model import Model
+from tautflex import Model
 
 HELD = "123456"
 

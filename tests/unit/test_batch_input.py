@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import tautflex as tf
+from tautflex import InputError, UnsupportedError
 from tautflex.batch.chunks import usual_chunk
 from tautflex.batch.equations.rate_history import rate_history
 from tautflex.batch.gather import gather_table, multiply, shared_rows
 from tautflex.batch.library import jax
 from tautflex.batch.parameters import checked_numbers
 from tautflex.batch.steps.grid import steps_of_run
-from tautflex.errors import InputError, UnsupportedError
 from verification.dynamic_cases import small_antenna
 
 pytestmark = pytest.mark.jax

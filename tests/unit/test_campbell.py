@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from tautflex import InputError
 from tautflex.cli import main
-from tautflex.errors import InputError
 from tautflex.plot.campbell import branch_name, plot_campbell, save_campbell
 
 # Square film under equal stress, f_11 = sqrt(2)/2 sqrt(stress/density) = 2.236 Hz.

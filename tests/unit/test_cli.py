@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from tautflex.case import load_case
+from tautflex import load_case
 from tautflex.cli import main
 from tautflex.cli.runs.run import default_directory
 from tautflex.files import netcdf

@@ -11,10 +11,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
+from tautflex import Case, CaseError, load_case
 from tautflex.case import (
     M2_TEMPLATE,
     Cables,
-    Case,
     Coupling,
     Damping,
     Frame,
@@ -24,11 +24,9 @@ from tautflex.case import (
     Output,
     Prestress,
     Solver,
-    load_case,
     parse_case,
 )
 from tautflex.case.messages import show
-from tautflex.errors import CaseError
 
 FILM = {
     "length": 2.0,

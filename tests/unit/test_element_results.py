@@ -9,12 +9,9 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex import plot
+from tautflex import CaseError, InputError, load, plot, write_vtu
 from tautflex.case import M2_TEMPLATE, parse_case
 from tautflex.cli import main
-from tautflex.errors import CaseError, InputError
-from tautflex.files.netcdf import load
-from tautflex.files.vtu import write_vtu
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.plot.surface import wireframe
 from tautflex.solvers.transient.probes import place_probes

@@ -11,10 +11,9 @@ import xarray as xr
 
 import tautflex as tf
 from regression.small_result import small_result
+from tautflex import InputError, write_csv, write_vtu
 from tautflex.cli import main
-from tautflex.errors import InputError
-from tautflex.files.csv import write_csv
-from tautflex.files.vtu import write_grid, write_vtu
+from tautflex.files.vtu import write_grid
 from verification.builders import antenna
 
 TYPES = {"Float64": np.float64, "Float32": np.float32, "Int64": np.int64, "Int32": np.int32, "UInt8": np.uint8}

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from tautflex import CaseError
 from tautflex.case import M2_TEMPLATE, parse_case
 from tautflex.case.build import build_maneuver
-from tautflex.errors import CaseError
 
 FILM = """schema = 1
 [membrane]

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.case import M2_TEMPLATE, load_case, parse_case
+from tautflex import CaseError, load_case
+from tautflex.case import M2_TEMPLATE, parse_case
 from tautflex.case.build import build_inputs
 from tautflex.cli import main
-from tautflex.errors import CaseError
 
 FILM = """schema = 1
 [membrane]

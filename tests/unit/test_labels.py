@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tautflex.errors import InputError
+from tautflex import InputError
 from tautflex.solvers.modal.labels import FilmSampler, half_wave_labels, symmetry_class
 
 

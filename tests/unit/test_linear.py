@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array, random_array
 
-from tautflex.errors import InputError, MissingExtraError
+from tautflex import InputError, MissingExtraError, linear_solver
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.solvers.linear.backends import BACKENDS
-from tautflex.solvers.linear.factorization import SymmetricFactorization, linear_solver
+from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.ordering import order_and_fill
 from tautflex.solvers.linear.pardiso import available
 

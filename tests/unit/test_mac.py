@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from tautflex.analysis import mac, mac_table
-from tautflex.errors import InputError
+from tautflex import InputError, mac, mac_table
 
 
 def test_scaled_shape_is_the_same_shape():

@@ -9,11 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tautflex import AtRest, BaseAcceleration, Sequence, Slew, SpinUp, Stop, Tabulated
-from tautflex.case import Case, Maneuver, load_case, parse_case
+from tautflex import AtRest, BaseAcceleration, Case, CaseError, Sequence, Slew, SpinUp, Stop, Tabulated, load_case
+from tautflex.case import Maneuver, parse_case
 from tautflex.case.build import build_maneuver
 from tautflex.cli import main
-from tautflex.errors import CaseError
 
 FILM = """schema = 1
 [membrane]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.errors import InputError
+from tautflex import InputError
 
 TURN = [[1.0, 0.0, 0.0, 0.0], [0.9, 0.1, 0.0, 0.0], [0.8, 0.3, 0.0, 0.0]]
 

@@ -9,9 +9,9 @@ import pytest
 
 import tautflex as tf
 from regression import mesh_files
+from tautflex import CaseError, InputError
 from tautflex.case import M2_TEMPLATE, parse_case
 from tautflex.cli import main
-from tautflex.errors import CaseError, InputError
 
 GEOMETRY = ("length", "width", "per_long_edge", "per_short_edge", "support", "divisions", "pattern", "distribution")
 

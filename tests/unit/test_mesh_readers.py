@@ -11,11 +11,19 @@ import pytest
 
 import tautflex as tf
 from regression import mesh_files
-from tautflex.errors import InputError, MeshError, MissingExtraError
-from tautflex.files.mesh import MeshData, read_mesh
+from tautflex import (
+    BeamSection,
+    CableSection,
+    InputError,
+    Material,
+    MembraneSection,
+    MeshData,
+    MeshError,
+    MissingExtraError,
+    read_mesh,
+)
 from tautflex.files.mesh import gmsh as gmsh_reader
 from tautflex.files.mesh.numerals import integer, real
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.shapes import QUAD4, TRIANGLE6
 from verification.builders import CABLE, FILM, FRAME, THICKNESS, antenna
 

@@ -5,12 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tautflex.errors import InputError, MeshError
-from tautflex.solvers.modal.natural import solve_modes
-from tautflex.solvers.static.prestress import solve_prestress
+from tautflex import (
+    BeamSection,
+    CableSection,
+    InputError,
+    Material,
+    MembraneSection,
+    MeshError,
+    Model,
+    solve_modes,
+    solve_prestress,
+)
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Support
 
 MATERIAL = Material(3.5e9, 1530.0, 0.34)
 FILM = MembraneSection(MATERIAL, 1e-4)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from tautflex import Material, MembraneSection, Model
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.structure.materials import Material, MembraneSection
 from tautflex.structure.mesh import rectangle_mesh
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Support
 
 
 def test_pattern_is_the_union_of_element_blocks():

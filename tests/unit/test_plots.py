@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from tautflex import plot
-from tautflex.errors import InputError
+from tautflex import InputError, plot
 
 
 def drawn(figure):

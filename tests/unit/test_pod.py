@@ -3,8 +3,7 @@ import pytest
 import xarray as xr
 from scipy import sparse
 
-from tautflex.analysis import dominant_shape, pod
-from tautflex.errors import InputError
+from tautflex import InputError, dominant_shape, pod
 
 SNAPSHOTS, DOFS = 200, 24
 HEIGHTS = np.array([3.0, 0.4, 0.05])

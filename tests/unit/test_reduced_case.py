@@ -7,9 +7,9 @@ import json
 import numpy as np
 import pytest
 
-from tautflex.case import M2_TEMPLATE, Case, load_case
+from tautflex import Case, CaseError, load_case
+from tautflex.case import M2_TEMPLATE
 from tautflex.cli import main
-from tautflex.errors import CaseError
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.motion.kinematics import Segment
+from tautflex import Segment
 from tautflex.reduction.bases.snapshots import full_snapshots, transverse_unknowns
 from tautflex.reduction.marching.frame_terms import sample
 from tautflex.reduction.marching.schedule import stretches

@@ -12,14 +12,22 @@ import numpy as np
 import pytest
 
 import tautflex as tf
+from tautflex import (
+    CableSection,
+    Element,
+    InputError,
+    Law,
+    LawFunction,
+    Material,
+    MembraneSection,
+    Model,
+    solve_prestress,
+)
 from tautflex.case.reading import M2_TEMPLATE, parse_case
-from tautflex.elements import LAWS, Element, Law, LawFunction, register_element, register_law
+from tautflex.elements import LAWS, register_element, register_law
 from tautflex.elements.laws import Slack, TensionField, law_of
-from tautflex.errors import InputError
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.solvers.static.prestress import solve_prestress
-from tautflex.structure.materials import CableSection, Material, MembraneSection
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Support
 from tautflex.structure.shapes import TRIANGLE3
 
 YARN, AREA, LIMIT = Material(2e9, 1000.0), 1e-6, 4e6

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tautflex import InputError, NotConvergedError
 from tautflex.case import parse_case
-from tautflex.errors import InputError, NotConvergedError
 from tautflex.paper import work
 from tautflex.paper.cases.catalogue import RunSpec
 from tautflex.paper.comparison import make_plan

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from tautflex.analysis import dominant_frequency
-from tautflex.errors import InputError
+from tautflex import InputError, dominant_frequency
 from tautflex.paper.cases.catalogue import catalogue
 from tautflex.paper.cases.run_names import MODELS, RATES, run_name
 from tautflex.paper.figures.histories import about_equilibrium

@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from tautflex.errors import InputError
+from tautflex import InputError
 from tautflex.paper.page import reasons, words
 from tautflex.paper.page.agreement import comparison, listing, sorted_rows
 from tautflex.paper.page.compose import build_page

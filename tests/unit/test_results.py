@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from tautflex.errors import InputError
+from tautflex import InputError
 from tautflex.files import netcdf
 
 

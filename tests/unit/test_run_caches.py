@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 import tautflex as tf
+from tautflex import Material, MembraneSection, linear_solver
 from tautflex.mechanics.products import MassDamping
-from tautflex.solvers.linear.factorization import linear_solver
 from tautflex.structure.antenna import AntennaLayout, build_fixed_film
-from tautflex.structure.materials import Material, MembraneSection
 
 
 @pytest.fixture(scope="module")

@@ -8,19 +8,16 @@ from math import factorial
 import numpy as np
 import pytest
 
-from tautflex.errors import InputError, MeshError
+from tautflex import BeamSection, CableSection, InputError, Material, MembraneSection, MeshError, Model, Shape
 from tautflex.structure.antenna import AntennaLayout, build_antenna
 from tautflex.structure.locate import locate
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.mesh import graded_lines, rectangle_mesh
-from tautflex.structure.model import Model
 from tautflex.structure.shapes import (
     LINE2,
     QUAD4,
     SHAPES,
     TRIANGLE3,
     TRIANGLE6,
-    Shape,
     quadrature,
     register_shape,
     surface_shape,

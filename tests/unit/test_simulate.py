@@ -7,18 +7,26 @@ import json
 import numpy as np
 import pytest
 
-from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex import (
+    BeamSection,
+    CableSection,
+    Coupling,
+    GeneralizedAlpha,
+    InputError,
+    Material,
+    MembraneSection,
+    Newmark,
+    NotConvergedError,
+    Stop,
+    UnsupportedError,
+    WilsonTheta,
+    simulate,
+    solve_prestress,
+)
 from tautflex.files import netcdf
-from tautflex.motion.coupling import Coupling
-from tautflex.motion.fixed_axis import Stop
-from tautflex.solvers.static.prestress import solve_prestress
 from tautflex.solvers.transient.implicit import Stepper
-from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark
-from tautflex.solvers.transient.methods.wilson import WilsonTheta
-from tautflex.solvers.transient.simulate import simulate
 from tautflex.solvers.transient.status import Status
 from tautflex.structure.antenna import AntennaLayout, build_antenna
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from verification.dynamic_cases import SuddenSpin, oscillator, small_antenna, soft_film, string
 
 

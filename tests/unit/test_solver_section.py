@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 import tautflex as tf
+from tautflex import CaseError
 from tautflex.case.registry import METHODS
 from tautflex.case.sections.dynamic import Damping, Solver
-from tautflex.errors import CaseError
 
 
 @pytest.mark.parametrize("name", METHODS)

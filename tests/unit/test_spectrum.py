@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from tautflex.analysis import amplitude, dominant_frequency, spectrum
-from tautflex.errors import InputError
+from tautflex import InputError, amplitude, dominant_frequency, spectrum
 
 
 def tones(time, *pairs):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.errors import InputError, UnsupportedError
+from tautflex import InputError, UnsupportedError
 from verification.dynamic_cases import small_antenna, soft_film
 
 GRID = {"time_step": 1e-3, "end_time": 0.01}

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from tautflex.analysis import scalogram
-from tautflex.errors import InputError
+from tautflex import InputError, scalogram
 
 STEP = 5e-3
 TIME = np.arange(4000) * STEP

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import tautflex as tf
-from tautflex.reduction.polynomial.model import ReducedModel
+from tautflex import ReducedModel
 from tautflex.reduction.polynomial.projection import Moments, prestress_fields
 from tautflex.reduction.polynomial.strains import HigherDegrees
 from tautflex.solvers.static.prestress import PrestressedState

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex import BeamSection, CableSection, Material, MembraneSection, Model
 from tautflex.elements.block import ElementBlock
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.antenna import AntennaLayout, build_antenna
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Support
 
 Array = NDArray[np.float64]
 

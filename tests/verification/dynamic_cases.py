@@ -6,11 +6,21 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tautflex.motion.kinematics import AtRest, Maneuver, RigidMotion, Segment
-from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
+from tautflex import (
+    AtRest,
+    BeamSection,
+    CableSection,
+    Maneuver,
+    Material,
+    MembraneSection,
+    Model,
+    RigidMotion,
+    Segment,
+    solve_prestress,
+)
+from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Support
 
 # Linear tests move this slowly: nonlinear terms then vanish below round-off of the linear ones.
 TINY_VELOCITY = 1e-6

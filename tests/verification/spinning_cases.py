@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
-from tautflex.structure.model import Model, Support
+from tautflex import BeamSection, CableSection, Material, MembraneSection, Model, solve_prestress
+from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.structure.model import Support
 from verification.builders import beam_line, disc_mesh, unstressed
 
 Array = NDArray[np.float64]

@@ -7,14 +7,19 @@ import json
 import numpy as np
 import pytest
 
-from tautflex.errors import InputError, NotConvergedError
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.motion.fixed_axis import Stop
-from tautflex.solvers.transient.adaptive import Adaptive, error_constant
-from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
-from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark
-from tautflex.solvers.transient.methods.wilson import WilsonTheta
-from tautflex.solvers.transient.simulate import simulate
+from tautflex import (
+    Adaptive,
+    EnergyConserving,
+    GeneralizedAlpha,
+    InputError,
+    Newmark,
+    NotConvergedError,
+    Rayleigh,
+    Stop,
+    WilsonTheta,
+    simulate,
+)
+from tautflex.solvers.transient.adaptive import error_constant
 from verification.dynamic_cases import TINY_VELOCITY, oscillator, soft_film, string
 
 METHODS = [GeneralizedAlpha(rho_inf=0.8), Newmark(), WilsonTheta(), EnergyConserving()]

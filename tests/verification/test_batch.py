@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import tautflex as tf
+from tautflex import NotConvergedError
 from tautflex.batch import Response, final_energy, history, peak, residual_energy, residual_rms
-from tautflex.errors import NotConvergedError
 from verification.batch_cases import changed_rom, changed_state, damping_of, stop_of
 from verification.dynamic_cases import small_antenna
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.errors import InputError
-from tautflex.reduction.bases.vectors import BasisVectors
+from tautflex import BasisVectors, InputError
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.steps import march
 from tautflex.solvers.transient.adaptive import error_constant

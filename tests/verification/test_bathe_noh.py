@@ -13,11 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from tautflex.solvers.transient.methods.bathe import Bathe
-from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
-from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
-from tautflex.solvers.transient.methods.scheme import Combination
-from tautflex.solvers.transient.methods.wilson import WilsonTheta
+from tautflex import HHT, Bathe, Combination, EnergyConserving, GeneralizedAlpha, Newmark, WilsonTheta
 
 STIFF, SOFT, RATE, STEP = 1e7, 1.0, 1.2, 0.2618
 MATRIX = np.array([[STIFF + SOFT, -SOFT], [-SOFT, SOFT]])

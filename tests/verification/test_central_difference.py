@@ -9,17 +9,19 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from tautflex.errors import InputError
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.motion.coupling import Coupling
-from tautflex.motion.fixed_axis import Stop
-from tautflex.motion.kinematics import AtRest
-from tautflex.solvers.static.prestress import solve_prestress
-from tautflex.solvers.transient.adaptive import Adaptive
+from tautflex import (
+    Adaptive,
+    AtRest,
+    CentralDifference,
+    Coupling,
+    InputError,
+    Newmark,
+    Rayleigh,
+    Stop,
+    simulate,
+    solve_prestress,
+)
 from tautflex.solvers.transient.equation import EquationOfMotion
-from tautflex.solvers.transient.methods.central_difference import CentralDifference
-from tautflex.solvers.transient.methods.generalized_alpha import Newmark
-from tautflex.solvers.transient.simulate import simulate
 from tautflex.solvers.transient.stability import largest_eigenvalue
 from tautflex.solvers.transient.status import Status
 from verification.dynamic_cases import TINY_VELOCITY, small_antenna, soft_film, string, two_term_root

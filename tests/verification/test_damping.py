@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.errors import InputError
+from tautflex import BasisVectors, Coupling, InputError
 from tautflex.mechanics.products import MassDamping
-from tautflex.motion.coupling import Coupling
-from tautflex.reduction.bases.vectors import BasisVectors
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.transient.equation import EquationOfMotion

@@ -8,20 +8,28 @@ import numpy as np
 import pytest
 from scipy.linalg import eigvals
 
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.motion.coupling import Coupling
-from tautflex.motion.fixed_axis import Stop
-from tautflex.motion.kinematics import RigidMotion, fixed_axis_motion
+from tautflex import (
+    BeamSection,
+    CableSection,
+    Coupling,
+    GeneralizedAlpha,
+    Material,
+    Model,
+    Newmark,
+    Rayleigh,
+    RigidMotion,
+    Stop,
+    WilsonTheta,
+    simulate,
+    solve_modes,
+    solve_prestress,
+)
+from tautflex.motion.kinematics import fixed_axis_motion
 from tautflex.numeric import cross_matrix
-from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
-from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
+from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.equation import EquationOfMotion
-from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark
-from tautflex.solvers.transient.methods.wilson import WilsonTheta
-from tautflex.solvers.transient.simulate import simulate
-from tautflex.structure.materials import BeamSection, CableSection, Material
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Support
 from verification.builders import observed_order, rotation
 from verification.dynamic_cases import (
     TINY_VELOCITY,

@@ -9,16 +9,24 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.motion.fixed_axis import Stop
-from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
-from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
-from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark
-from tautflex.solvers.transient.simulate import Run, simulate
+from tautflex import (
+    CableSection,
+    EnergyConserving,
+    GeneralizedAlpha,
+    Material,
+    MembraneSection,
+    Model,
+    Newmark,
+    Rayleigh,
+    Stop,
+    simulate,
+    solve_prestress,
+)
+from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.simulate import Run
 from tautflex.solvers.transient.status import Status
 from tautflex.structure.antenna import AntennaLayout, build_fixed_film
-from tautflex.structure.materials import CableSection, Material, MembraneSection
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Support
 from verification.dynamic_cases import small_antenna
 
 

@@ -8,10 +8,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 import tautflex as tf
-from tautflex.errors import InputError
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.motion.coupling import Coupling
-from tautflex.motion.kinematics import AtRest
+from tautflex import AtRest, Coupling, InputError, Rayleigh
 from tautflex.motion.rotations import matrix
 from tautflex.solvers.transient.free_hub.equation import HubEquation
 from tautflex.solvers.transient.implicit import Stepper

@@ -8,15 +8,12 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.mechanics.membrane import membrane_states
-from tautflex.reduction.bases.vectors import BasisVectors, ritz
+from tautflex import BasisVectors, HyperReducedModel, Rayleigh, membrane_states, solve_modes
+from tautflex.reduction.bases.vectors import ritz
 from tautflex.reduction.hyper.blocks import basis_blocks
-from tautflex.reduction.hyper.model import HyperReducedModel
 from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights
 from tautflex.reduction.marching.dispatch import internal_force, tangent
 from tautflex.reduction.polynomial.forces import energies
-from tautflex.solvers.modal.natural import solve_modes
 from verification.dynamic_cases import small_antenna, soft_film
 
 pytestmark = pytest.mark.slow  # compiles for most of a minute

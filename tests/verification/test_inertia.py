@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tautflex import BeamSection, CableSection, Material, MembraneSection, Model
 from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import cross_matrix
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
-from tautflex.structure.model import Model
 from verification.builders import antenna, beam_line, rotation
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.errors import InputError
+from tautflex import InputError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.structure.antenna import AntennaLayout, build_fixed_film
 

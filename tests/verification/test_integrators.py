@@ -18,14 +18,18 @@ import itertools
 import numpy as np
 import pytest
 
-from tautflex.errors import InputError
-from tautflex.solvers.modal.natural import solve_modes
-from tautflex.solvers.transient.methods.bathe import Bathe
-from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
-from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
+from tautflex import (
+    HHT,
+    Bathe,
+    EnergyConserving,
+    GeneralizedAlpha,
+    InputError,
+    Newmark,
+    WilsonTheta,
+    simulate,
+    solve_modes,
+)
 from tautflex.solvers.transient.methods.scheme import amplification
-from tautflex.solvers.transient.methods.wilson import WilsonTheta
-from tautflex.solvers.transient.simulate import simulate
 from verification.dynamic_cases import (
     TINY_VELOCITY,
     Release,

@@ -7,10 +7,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tautflex import BeamSection, CableSection, Material, MembraneSection, Model
 from tautflex.elements import element_blocks
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
-from tautflex.structure.model import Model
 from verification.builders import line_elements, observed_order, rotation, rotation_matrix, strains
 
 Array = NDArray[np.float64]

@@ -8,22 +8,30 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tautflex import (
+    BeamSection,
+    CableSection,
+    Material,
+    MembraneSection,
+    Model,
+    PrestressError,
+    Rayleigh,
+    Stop,
+    build_model,
+    membrane_states,
+    simulate,
+    solve_modes,
+    solve_prestress,
+    solve_static,
+)
 from tautflex.case import M2_TEMPLATE, parse_case
-from tautflex.case.build import build_model
 from tautflex.elements.laws import TensionField
 from tautflex.elements.laws.tension_field import tension_field
-from tautflex.errors import PrestressError
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.mechanics.membrane import membrane_state, membrane_states, principal_resultants
+from tautflex.mechanics.membrane import membrane_state, principal_resultants
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.motion.fixed_axis import Stop
-from tautflex.solvers.modal.natural import solve_modes
-from tautflex.solvers.static.equilibrium import solve_static
-from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
-from tautflex.solvers.transient.simulate import simulate
+from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Support
 from verification.builders import CABLE, FILM, FRAME, THICKNESS, antenna
 
 Array = NDArray[np.float64]

@@ -8,15 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tautflex.motion.attitude import attitude
-from tautflex.motion.fixed_axis import Slew, SpinUp, Stop
-from tautflex.motion.kinematics import AtRest
-from tautflex.motion.profiles import Stretch
+from tautflex import AtRest, BaseAcceleration, Sequence, Slew, SpinUp, Stop, Stretch, Tabulated, attitude
 from tautflex.motion.rotations import matrix
-from tautflex.motion.sequence import Sequence
 from tautflex.motion.shaping import shaper_impulses
-from tautflex.motion.tabulated import Tabulated
-from tautflex.motion.translation import BaseAcceleration
 from tautflex.numeric import cross_matrix
 from verification.builders import observed_order
 

@@ -8,19 +8,26 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.motion.coupling import Coupling
-from tautflex.motion.fixed_axis import Slew, SpinUp, Stop
-from tautflex.motion.sequence import Sequence
-from tautflex.motion.tabulated import Tabulated
-from tautflex.motion.translation import BaseAcceleration
-from tautflex.solvers.modal.natural import solve_modes
+from tautflex import (
+    BaseAcceleration,
+    BeamSection,
+    Coupling,
+    GeneralizedAlpha,
+    Material,
+    Newmark,
+    Rayleigh,
+    Sequence,
+    Slew,
+    SpinUp,
+    Stop,
+    Tabulated,
+    WilsonTheta,
+    simulate,
+    solve_modes,
+    solve_prestress,
+)
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
-from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
-from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha, Newmark
-from tautflex.solvers.transient.methods.wilson import WilsonTheta
-from tautflex.solvers.transient.simulate import simulate
-from tautflex.structure.materials import BeamSection, Material
+from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.model import Support
 from verification.builders import beam_line, observed_order, rotation, unstressed
 from verification.dynamic_cases import moved, oscillator, small_antenna, soft_film, string

@@ -6,17 +6,14 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.reduction.bases.vectors import BasisVectors, ritz
+from tautflex import BasisVectors, BeamSection, CableSection, HyperReducedModel, MembraneSection, Model, Rayleigh
+from tautflex.reduction.bases.vectors import ritz
 from tautflex.reduction.hyper.blocks import basis_blocks, chosen_blocks
 from tautflex.reduction.hyper.forces import element_force
-from tautflex.reduction.hyper.model import HyperReducedModel
 from tautflex.reduction.hyper.weights import ElementWeights
 from tautflex.reduction.polynomial.forces import slopes
 from tautflex.reduction.polynomial.monomials import monomials
 from tautflex.structure.antenna import AntennaLayout, build_antenna
-from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
-from tautflex.structure.model import Model
 from verification.builders import CABLE, FILM, FRAME, THICKNESS
 from verification.test_membrane_elements import ELEMENTS, fixed_film
 

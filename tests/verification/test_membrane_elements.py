@@ -6,15 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tautflex.elements import ElementBlock, element_blocks
+from tautflex import ElementBlock, Material, MembraneSection, Model, solve_modes, solve_prestress
+from tautflex.elements import element_blocks
 from tautflex.elements.laws import TensionField
 from tautflex.mechanics.membrane import principal_resultants, survey_at
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.solvers.modal.natural import solve_modes
-from tautflex.solvers.static.prestress import solve_prestress
-from tautflex.structure.materials import Material, MembraneSection
 from tautflex.structure.mesh import rectangle_mesh
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Support
 from tautflex.structure.shapes import SHAPES
 from verification.builders import AREAL_DENSITY, FILM, THICKNESS, observed_order, rotation, strains
 

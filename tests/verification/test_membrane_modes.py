@@ -9,12 +9,12 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh
 from scipy.special import jn_zeros
 
-from tautflex.solvers.modal.natural import Modes, solve_modes
-from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
+from tautflex import MembraneSection, Model, solve_modes, solve_prestress
+from tautflex.solvers.modal.natural import Modes
+from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.antenna import AntennaLayout, build_fixed_film
-from tautflex.structure.materials import MembraneSection
 from tautflex.structure.mesh import rectangle_mesh
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Support
 from verification.builders import AREAL_DENSITY, FILM, THICKNESS, antenna, disc_mesh, observed_order
 
 A, B = 2.0, 1.0

@@ -7,16 +7,23 @@ import json
 import numpy as np
 import pytest
 
-from tautflex.errors import InputError, UnsupportedError
-from tautflex.files.appendage import save_appendage
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
+from tautflex import (
+    BeamSection,
+    InputError,
+    Material,
+    Model,
+    Rayleigh,
+    UnsupportedError,
+    appendage_data,
+    dynamic_mass,
+    save_appendage,
+    solve_modes,
+    solve_prestress,
+)
 from tautflex.numeric import cross_matrix
-from tautflex.solvers.modal.natural import Modes, solve_modes
-from tautflex.solvers.modal.participation import appendage_data, dynamic_mass
+from tautflex.solvers.modal.natural import Modes
 from tautflex.solvers.modal.rigid import rigid_loads, rigid_mass
-from tautflex.solvers.static.prestress import solve_prestress
-from tautflex.structure.materials import BeamSection, Material
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Support
 from verification.builders import beam_line, unstressed
 from verification.dynamic_cases import small_antenna, string
 

@@ -7,15 +7,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from tautflex.errors import InputError
-from tautflex.mechanics.loads.pressure import PressureLoad
+from tautflex import CableSection, InputError, Material, MembraneSection, Model, PressureLoad, Shape, solve_static
 from tautflex.mechanics.membrane import principal_resultants
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.solvers.static.equilibrium import solve_static
-from tautflex.structure.materials import CableSection, Material, MembraneSection
 from tautflex.structure.mesh import rectangle_mesh
-from tautflex.structure.model import Model, Support
-from tautflex.structure.shapes import QUAD4, TRIANGLE3, TRIANGLE6, Shape
+from tautflex.structure.model import Support
+from tautflex.structure.shapes import QUAD4, TRIANGLE3, TRIANGLE6
 from verification.builders import disc_mesh, observed_order, unstressed
 
 Array = NDArray[np.float64]

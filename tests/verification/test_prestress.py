@@ -6,16 +6,24 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.errors import InputError, NotConvergedError, PrestressError
+from tautflex import (
+    BeamSection,
+    CableSection,
+    Coupling,
+    InputError,
+    Material,
+    MembraneSection,
+    Model,
+    NotConvergedError,
+    PrestressError,
+    solve_modes,
+    solve_prestress,
+    tune_pretension,
+)
 from tautflex.mechanics.membrane import principal_resultants
-from tautflex.motion.coupling import Coupling
-from tautflex.solvers.modal.natural import solve_modes
-from tautflex.solvers.modal.tuning import tune_pretension
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
-from tautflex.solvers.static.prestress import solve_prestress
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
-from tautflex.structure.model import Model, Support
+from tautflex.structure.model import Support
 from verification.builders import CABLE, FILM, THICKNESS, antenna
 from verification.dynamic_cases import small_antenna
 

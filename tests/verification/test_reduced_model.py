@@ -8,21 +8,17 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.motion.coupling import Coupling
+from tautflex import Basis, BasisVectors, Coupling, Material, Rayleigh, TransientProblem, solve_modes, solve_static
 from tautflex.motion.kinematics import fixed_axis_motion
 from tautflex.reduction.bases.static_derivatives import add_static_derivatives
-from tautflex.reduction.bases.vectors import Basis, BasisVectors, ReferenceSolver, ritz
+from tautflex.reduction.bases.vectors import ReferenceSolver, ritz
 from tautflex.reduction.marching.frame_terms import frame_at
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.polynomial.condensation import Factors, assemble
 from tautflex.reduction.polynomial.forces import derivative_forces, energies, internal_force, slopes, tangent
 from tautflex.reduction.polynomial.monomials import monomial_rates, monomials
 from tautflex.reduction.polynomial.projection import project
-from tautflex.solvers.modal.natural import solve_modes
-from tautflex.solvers.static.equilibrium import solve_static, spinning_equilibrium
-from tautflex.solvers.transient.problem import TransientProblem
-from tautflex.structure.materials import Material
+from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from verification.dynamic_cases import SuddenSpin, small_antenna, soft_film, transverse_spin
 
 

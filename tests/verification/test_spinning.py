@@ -7,14 +7,19 @@ import pytest
 from scipy.linalg import eig
 from scipy.special import eval_legendre
 
-from tautflex.errors import InputError, NotConvergedError
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.motion.coupling import Coupling
+from tautflex import (
+    Coupling,
+    InputError,
+    NotConvergedError,
+    Rayleigh,
+    campbell,
+    solve_modes,
+    solve_prestress,
+    solve_spinning_modes,
+)
 from tautflex.motion.kinematics import fixed_axis_motion
-from tautflex.solvers.modal.campbell import campbell
-from tautflex.solvers.modal.natural import solve_modes
-from tautflex.solvers.modal.spinning import SpinningModes, solve_spinning_modes, spinning_pencil
-from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
+from tautflex.solvers.modal.spinning import SpinningModes, spinning_pencil
+from tautflex.solvers.static.prestress import PrestressedState
 from verification.builders import antenna as antenna_model
 from verification.builders import observed_order, rotation
 from verification.dynamic_cases import moved, small_antenna, string

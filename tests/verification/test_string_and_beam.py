@@ -7,12 +7,17 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from tautflex.errors import PrestressError
-from tautflex.solvers.modal.natural import solve_modes
-from tautflex.solvers.static.equilibrium import solve_static
-from tautflex.solvers.static.prestress import solve_prestress
-from tautflex.structure.materials import BeamSection, CableSection, Material
-from tautflex.structure.model import Model, Support
+from tautflex import (
+    BeamSection,
+    CableSection,
+    Material,
+    Model,
+    PrestressError,
+    solve_modes,
+    solve_prestress,
+    solve_static,
+)
+from tautflex.structure.model import Support
 from verification.builders import (
     beam_line,
     line_elements,
