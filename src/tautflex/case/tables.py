@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import stat
 from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated, Self
@@ -51,7 +52,8 @@ def read_table(path: str) -> dict[str, Array]:
 class TimeTableKeys(Section):
     """Number or vector over time, straight between the rows: ``times`` and ``values``, or a CSV ``file``.
 
-    The file has a header line with a column ``time``; its other columns are the values in their order.
+    The file has a header line with a column ``time``; its other columns are the values: x, y and z by these names (or
+    names that end in _x, _y, _z), others in their order.
     """
 
     times: tuple[Number, ...] | None = Field(
@@ -82,8 +84,15 @@ class TimeTableKeys(Section):
         if self.file is None:
             return TimeTable(self.times or (), self.values or ())
         header, numbers = _read(self.file, None, "time,value")
-        times, values = numbers[:, header.index("time")], np.delete(numbers, header.index("time"), axis=1)
-        return TimeTable(times, values[:, 0] if values.shape[1] == 1 else values)
+        columns = [number for number, name in enumerate(header) if name != "time"]
+        axes = [header[column].lower().rpartition("_")[2] for column in columns]
+        if set(axes) & set("xyz"):
+            if sorted(axes) != ["x", "y", "z"]:
+                text = f"file: expected the columns x, y and z beside time in {self.file!r}"
+                raise CaseError(f"{text}, got {', '.join(header)}; give all three, each once")
+            columns = [columns[axes.index(axis)] for axis in "xyz"]
+        values = numbers[:, columns]
+        return TimeTable(numbers[:, header.index("time")], values[:, 0] if values.shape[1] == 1 else values)
 
 
 def _read(path: str, used: Collection[str] | None, example: str) -> tuple[list[str], Array]:
@@ -93,6 +102,9 @@ def _read(path: str, used: Collection[str] | None, example: str) -> tuple[list[s
     if "time" not in header:
         text = f"file: expected a column time in the header of {path!r}, got {', '.join(header)[:60] or 'nothing'}"
         raise CaseError(f"{text}; begin the file with for example {example}")
+    if len(set(header)) < len(header):
+        text = f"file: expected columns of different names in {path!r}, got {', '.join(header)[:60]}"
+        raise CaseError(f"{text}; rename or remove one")
     numbers = np.array([_numbers(path, header, used, row, cells) for row, cells in enumerate(lines[1:], start=2)])
     return header, numbers.reshape(-1, len(header))
 
@@ -100,7 +112,10 @@ def _read(path: str, used: Collection[str] | None, example: str) -> tuple[list[s
 def _lines(path: str) -> list[list[str]]:
     """Cells of all lines that are neither empty nor comments."""
     try:
-        if Path(path).stat().st_size > _LARGEST_FILE:
+        found = Path(path).stat()
+        if not stat.S_ISREG(found.st_mode):
+            raise CaseError(f"file: expected a CSV file, got a directory or device {path!r}; name a file")
+        if found.st_size > _LARGEST_FILE:
             raise CaseError(
                 f"file: expected a table of at most {_LARGEST_FILE / 1e6:g} MB, got more in {path!r}; thin it"
             )

@@ -55,7 +55,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _report(f"{place}cannot write or read ({reason}); choose another place or free some space", BAD_INPUT)
     except KeyboardInterrupt:
         return _report("interrupted", INTERRUPTED)
+    except Exception as error:
+        blamed = _blame(error)
+        if blamed is None:
+            raise
+        return _report(blamed, BAD_INPUT)
     return outcome if isinstance(outcome, int) else DONE
+
+
+def _blame(error: Exception) -> str | None:
+    """One line about a plugin whose class misbehaved; None where there is none to blame."""
+    plugins = sys.modules.get("tautflex.case.plugins")
+    return None if plugins is None else plugins.blame(error)
 
 
 def _report(text: str, code: int) -> int:

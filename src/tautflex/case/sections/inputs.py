@@ -93,7 +93,21 @@ def _nearest(model: Model, point: Array) -> int:
     """Node nearest to a point (x, y) of the plane z = 0, or (x, y, z)."""
     place = np.zeros(3)
     place[: len(point)] = point
-    return int(np.linalg.norm(model.nodes - place, axis=1).argmin())
+    away = np.linalg.norm(model.nodes - place, axis=1)
+    node = int(away.argmin())
+    if away[node] > _longest_side(model):
+        where = f"{show(point.tolist())}, {away[node]:.3g} m from the nearest one"
+        raise CaseError(f"near: expected a point within an element's length of a node, got {where}; move it")
+    return node
+
+
+def _longest_side(model: Model) -> float:
+    """Length of the longest side of an element [m]."""
+    sides = [
+        model.nodes[cells] - model.nodes[np.roll(cells, 1, axis=1)]
+        for cells in (model.triangles, model.cables, model.beams)
+    ]
+    return max(float(np.linalg.norm(side, axis=2).max(initial=0.0)) for side in sides)
 
 
 def _axis(side: Side) -> tuple[int, float]:

@@ -40,6 +40,8 @@ class CableTension(TimeInput):
         chosen = np.arange(count) if self.cables is None else np.asarray(self.cables)
         if chosen.size and (chosen.min() < 0 or chosen.max() >= count):
             raise InputError(f"cables: expected numbers in 0..{count - 1}, got {chosen.tolist()}")
+        if not chosen.size or len(np.unique(chosen)) < chosen.size:
+            raise InputError(f"cables: expected at least one cable, every one once, got {chosen.tolist()}")
         return StressChange(self.change, _cable_columns(system, chosen), chosen.size, "change")
 
 

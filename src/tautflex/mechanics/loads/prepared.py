@@ -63,8 +63,13 @@ class StressChange(PreparedInput):
 
 
 def checked_nodes(system: StructuralSystem, nodes: Sequence[int]) -> Indices:
-    """Node numbers as an array; InputError if one is not in the model."""
-    return checks.index_array("nodes", np.reshape(np.asarray(nodes), (-1, 1)), 1, len(system.model.nodes))[:, 0]
+    """Node numbers as an array; InputError if there is none, one is not in the model, or one stands twice."""
+    if not len(nodes):
+        raise InputError("nodes: expected at least one node, got none; give its number")
+    found = checks.index_array("nodes", np.reshape(np.asarray(nodes), (-1, 1)), 1, len(system.model.nodes))[:, 0]
+    if len(np.unique(found)) < len(found):
+        raise InputError(f"nodes: expected every node once, got {found.tolist()}; leave repeated ones out")
+    return found
 
 
 def nodal_pattern(system: StructuralSystem, nodes: Sequence[int], share: Array) -> tuple[Array, Array]:
