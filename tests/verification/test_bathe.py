@@ -92,7 +92,7 @@ def test_reduced_step_whose_second_stage_fails_leaves_its_start(antenna):
     frame, nowhere = run._frames(run.segments[0], np.zeros(1), stages), np.full(1, -1)
     fails = stages[0], stages[1]._replace(weight=np.nan)
     for tried, done in ((fails, 0), (stages, 1)):
-        assert march(run.plant, frame, tried, run._work, nowhere, (run.eta, run.rate), 1e-9) == done
+        assert march(run.arrays, frame, tried, run._work, nowhere, (run.eta, run.rate), 1e-9) == done
         assert run._work.counts[0] == done
         same = [np.array_equal(part, old) for part, old in zip(run._work[:3], before, strict=True)]
         assert same == [not done] * 3
