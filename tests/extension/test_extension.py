@@ -202,7 +202,8 @@ class Nothing:
     [
         (NOTHING, ["Nothing", "a subclass of one of tf.Element, tf.Law, tf.Maneuver"]),
         ("import tautflex as tf\ntf.register(3)\n", ["expected a class", "got 3"]),
-        ("import nowhere\n", ["ModuleNotFoundError in line 1", "nowhere"]),
+        ("import nowhere\n", ["ModuleNotFoundError", "nowhere", "in line 1"]),
+        ("import sys\nsys.exit(0)\n", ["SystemExit: 0 in line 2"]),
         ("def broken(:\n", ["SyntaxError"]),
         (
             "import tautflex as tf\n@tf.register\nclass Stop(tf.Maneuver):\n    def start(self): ...\n"
@@ -264,3 +265,40 @@ def test_a_batch_varies_its_numbers():
     for run, ratio in enumerate(ratios):
         one = tf.simulate(rom, stop, damping=make(ratio, 1.0, 5.0), **options).data["w"].values
         np.testing.assert_allclose(many["w"].isel(run=run).values, one, atol=1e-8 * np.abs(one).max())
+
+
+SHAKY = """import tautflex as tf
+from dataclasses import dataclass
+@tf.register
+@dataclass(frozen=True)
+class {name}(tf.Maneuver):
+    def start(self):
+        return tf.AtRest().start()
+    def segments(self):
+        return (tf.Segment(0.0, float("inf"), lambda time: {motion}),)
+"""
+
+
+@pytest.mark.parametrize(("motion", "words"), [("1 / 0", "ZeroDivisionError"), ("None", "AttributeError")])
+def test_a_class_that_misbehaves_in_a_run_is_one_line(motion, words, tmp_path, capsys):
+    name = f"Shaky{words[:4]}"
+    (tmp_path / "shaky.py").write_text(SHAKY.format(name=name, motion=motion), encoding="utf-8")
+    case = f'{FILM}[maneuver]\nkind = "{name.lower().replace("shaky", "shaky-")}"\n'
+    (tmp_path / "case.toml").write_text(case, encoding="utf-8")
+    given = [str(tmp_path / "case.toml"), "--plugin", str(tmp_path / "shaky.py"), "-o", str(tmp_path / "out")]
+    assert main(["run", *given]) == 2
+    said = capsys.readouterr().err.strip().splitlines()[-1]
+    assert "--plugin" in said
+    assert words in said
+    assert "shaky.py" in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_files_of_one_name_in_two_folders_are_two_plugins(tmp_path):
+    """The second does not take the place of the first: a name that both register is refused."""
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "same.py").write_text(SHAKY.format(name="Twofold", motion="None"), encoding="utf-8")
+    load_plugin(tmp_path / "a" / "same.py")
+    with pytest.raises(tf.CaseError, match="'twofold'"):
+        load_plugin(tmp_path / "b" / "same.py")

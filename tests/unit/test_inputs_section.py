@@ -81,8 +81,7 @@ def test_places_instead_of_numbers(antenna):
     model = antenna.model
 
     def chosen(section: str):
-        (found,) = build_inputs(parse_case(M2_TEMPLATE + f"\n[inputs.one]\n{section}\n"), antenna)
-        return found
+        return built(section, antenna)
 
     (node,) = chosen('kind = "nodal-force"\nnear = [0.21, -0.1]\nforce = [0, 0, 1]').nodes
     np.testing.assert_allclose(model.nodes[node], [0.2, -0.1, 0.0], atol=1e-12)
@@ -233,3 +232,39 @@ def test_the_template_shows_a_section_that_works(antenna):
     (knock,) = build_inputs(parse_case(M2_TEMPLATE[:start] + shown), antenna)
     np.testing.assert_allclose(antenna.model.nodes[knock.nodes[0]], [0.2, 0.1, 0.0], atol=1e-12)
     assert knock.force(0.1).tolist() == [0.0, 0.0, 1e-3]
+
+
+def built(section: str, state):
+    """The one input of a section, made for a structure."""
+    (found,) = build_inputs(parse_case(M2_TEMPLATE + f"\n[inputs.one]\n{section}\n"), state)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [
+        ('kind = "nodal-force"\nnodes = []\nforce = [0, 0, 1]', ["nodes", "at least one node"]),
+        ('kind = "nodal-force"\nnodes = [8, 8]\nforce = [0, 0, 1]', ["nodes", "every node once", "[8, 8]"]),
+        ('kind = "nodal-force"\nnear = [5, 5]\nforce = [0, 0, 1]', ["near", "m from the nearest one"]),
+        ('kind = "nodal-force"\nnear = [0, 0]\nforce = { file = "/dev/zero" }', ["directory or device"]),
+        ('kind = "nodal-force"\nnear = [0, 0]\nforce = { file = "twice.csv" }', ["different names", "time, x, x"]),
+        ('kind = "nodal-force"\nnear = [0, 0]\nforce = { file = "two.csv" }', ["x, y and z", "time, x, y"]),
+    ],
+)
+def test_what_would_act_elsewhere_or_not_at_all_is_refused(section, words, antenna, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "twice.csv").write_text("time,x,x\n0,1,2\n", encoding="utf-8")
+    (tmp_path / "two.csv").write_text("time,x,y\n0,1,2\n", encoding="utf-8")
+    with pytest.raises(CaseError) as caught:
+        built(section, antenna)
+    assert all(word in str(caught.value) for word in words)
+
+
+def test_columns_of_a_table_are_taken_by_their_axes(antenna, tmp_path, monkeypatch):
+    """A file whose columns stand in another order is the same force."""
+    monkeypatch.chdir(tmp_path)
+    rows = {"time,x,y,z": "0,1,2,3\n1,4,5,6\n", "force_z,time,force_y,force_x": "3,0,2,1\n6,1,5,4\n"}
+    for number, (header, text) in enumerate(rows.items()):
+        (tmp_path / f"{number}.csv").write_text(f"{header}\n{text}", encoding="utf-8")
+        force = built(f'kind = "nodal-force"\nnear = [0, 0]\nforce = {{ file = "{number}.csv" }}', antenna).force
+        assert force(0.5).tolist() == [2.5, 3.5, 4.5]

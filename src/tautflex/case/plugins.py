@@ -26,9 +26,11 @@ def load_plugin(path: Path) -> None:
     where = f"--plugin: {one_line(str(path))}"
     if not path.is_file():
         raise CaseError(f"{where}: no such file; name a Python file that calls tautflex.register")
-    # The whole path, so that files of the same name in two folders are two modules.
-    own = path.resolve()
-    name = f"tautflex_plugin_{path.stem}_{hashlib.sha256(str(own).encode()).hexdigest()[:8]}"
+    own, name = path.resolve(), f"tautflex_plugin_{path.stem}"
+    known = sys.modules.get(name)
+    if known is not None and known.__file__ != str(own):
+        # A file of the same name in another folder is another module.
+        name += f"_{hashlib.sha256(str(own).encode()).hexdigest()[:8]}"
     spec = importlib.util.spec_from_file_location(name, own)
     if spec is None or spec.loader is None:
         raise CaseError(f"{where}: expected a Python file, got one that does not end in .py; rename it")

@@ -120,6 +120,8 @@ def _lines(path: str) -> list[list[str]]:
                 f"file: expected a table of at most {_LARGEST_FILE / 1e6:g} MB, got more in {path!r}; thin it"
             )
         content = Path(path).read_text(encoding="utf-8-sig")
+    except CaseError:
+        raise
     except FileNotFoundError:
         raise CaseError(f"file: no such file {path!r}; its name is relative to the case file") from None
     except (OSError, UnicodeDecodeError, ValueError) as error:
