@@ -61,6 +61,7 @@ def test_complete_basis_gives_the_full_run(film, method, verification_row):
     verification_row(f"{method.name}: reduced on a complete basis", 0.0, error, "full run")
 
 
+@pytest.mark.slow
 def test_hyper_reduced_model_with_all_elements_gives_the_run_it_was_made_from():
     state, method = soft_film((3, 2)), tf.Bathe(split=0.5)
     asked = options(method, end_time=0.2, initial_velocity=speed)
@@ -70,6 +71,7 @@ def test_hyper_reduced_model_with_all_elements_gives_the_run_it_was_made_from():
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
+@pytest.mark.jax
 def test_batch_is_the_single_runs(antenna, method, verification_row):
     rom = tf.reduce(antenna, tf.ModalBasis(directions=("rx",), count=3), weak_field=0.0)
     asked = options(method, end_time=0.08, time_step=2e-3, tolerance=1e-13)

@@ -235,6 +235,7 @@ def test_full_model_and_reduced_model_on_modes_agree(film, modes, damping, verif
         )
 
 
+@pytest.mark.slow
 def test_hyper_reduced_model_agrees(film, modes):
     options = {"time_step": 2e-3, "end_time": 0.3, "damping": tf.Modal(RATIOS), "probes": {"A": PROBE}}
     options["initial_velocity"] = 0.2 * (modes.shapes[0] + modes.shapes[1]) / np.abs(modes.shapes[0]).max()
@@ -295,6 +296,7 @@ def worst(data, singles) -> float:
 
 
 @pytest.mark.parametrize("kind", ["reduced", "explicit", "full"])
+@pytest.mark.jax
 def test_batches_are_the_single_runs(kind, verification_row):
     state = tf.solve_prestress(small_antenna())
     plant = state if kind == "full" else tf.reduce(state, tf.ModalBasis(directions=("rx",), count=3), weak_field=0.0)
@@ -321,6 +323,7 @@ def test_batches_are_the_single_runs(kind, verification_row):
         assert worst(outside, singles) < 1e-11
 
 
+@pytest.mark.jax
 def test_derivative_by_the_ratio(verification_row):
     """Of the energy left at the end, against differences of two runs."""
     jax = pytest.importorskip("jax")

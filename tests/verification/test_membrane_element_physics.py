@@ -134,6 +134,7 @@ def _hyper_force(rom: HyperReducedModel, eta: np.ndarray) -> np.ndarray:
     return force + arrays.reference
 
 
+@pytest.mark.jax
 def test_batch_is_the_single_run(verification_row):
     state = tf.solve_prestress(antenna("triangle6"), check=False)
     options = {"time_step": 2e-3, "end_time": 0.06, "probes": {"A": (0.6, 0.3)}, "tolerance": 1e-10}
@@ -144,6 +145,7 @@ def test_batch_is_the_single_run(verification_row):
     verification_row("batch of the full model, triangle6: w against the single run", 0.0, error, "single run")
 
 
+@pytest.mark.slow
 def test_large_amplitude_record_on_few_elements(verification_row):
     """Thrown to forty times its thickness: six-node triangles follow the converged record where linear ones do not."""
     record = {}

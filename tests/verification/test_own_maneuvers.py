@@ -79,6 +79,7 @@ def test_a_maneuver_of_segments_runs_in_full_and_reduced_models(rom):
     assert "\n" not in str(raised.value)
 
 
+@pytest.mark.jax
 def test_a_formula_runs_in_batches_too(rom):
     stop, rates = EasedStop(0.5, 0.0312), np.array([0.5, 0.3])
     first, last = stop.segments()

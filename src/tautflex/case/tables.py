@@ -114,7 +114,7 @@ def _lines(path: str) -> list[list[str]]:
     try:
         found = Path(path).stat()
         if not stat.S_ISREG(found.st_mode):
-            raise CaseError(f"file: expected a CSV file, got a directory or device {path!r}; name a file")
+            raise CaseError(f"file: cannot read {path!r} (a directory or device); expected a CSV file")
         if found.st_size > _LARGEST_FILE:
             raise CaseError(
                 f"file: expected a table of at most {_LARGEST_FILE / 1e6:g} MB, got more in {path!r}; thin it"
