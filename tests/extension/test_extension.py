@@ -256,6 +256,7 @@ def test_a_case_file_alone_imports_nothing_and_an_installed_package_is_found(tmp
     assert installed.stdout == "Coning(rate=0.3, transverse_rate=0.2, coning_rate=7.0)\n"
 
 
+@pytest.mark.jax
 def test_a_batch_varies_its_numbers():
     pytest.importorskip("jax")
     rom = tf.reduce(tf.solve_prestress(tf.build_model(parse_case(FILM))))

@@ -118,6 +118,7 @@ class Shaking(tf.Maneuver):
         return (tf.Segment(0.0, np.inf, motion),)
 
 
+@pytest.mark.jax
 def test_methods_and_maneuvers_from_outside_work_in_every_plant(antenna):
     """The mid-point rule is the trapezoidal one for linear motion, to second order in the load's curvature."""
     rom = tf.reduce(antenna, tf.ModalBasis(directions=("z",), count=2))

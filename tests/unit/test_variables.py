@@ -39,6 +39,7 @@ def test_runs_hub_runs_and_reduced_runs(state, run):
     check(tf.simulate(rom, tf.Stop(0.3, 0.02), **STEPS).data, variables.REDUCED_RUN, mesh_variables(state.model))
 
 
+@pytest.mark.jax
 def test_batches(state):
     rom = tf.reduce(state, tf.ModalBasis(directions=("rx",), count=1))
     data = tf.Batch(rom).simulate(
