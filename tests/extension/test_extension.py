@@ -21,28 +21,10 @@ from tautflex.elements.element import ELEMENTS
 from tautflex.elements.laws.law import LAWS
 from tautflex.structure.materials import LAW_NAMES
 from tautflex.structure.shapes import SHAPES
+from verification.builders import FILM_CASE
 
 HERE = Path(__file__).parent
 FILES = sorted(path for path in HERE.glob("*.py") if not path.name.startswith("test_"))
-FILM = """schema = 1
-[membrane]
-length = 1.0
-width = 0.8
-thickness = 1e-4
-youngs_modulus = 3.5e9
-poisson_ratio = 0.34
-density = 1530.0
-edges = "fixed"
-stress_x = 4000.0
-stress_y = 3000.0
-[mesh]
-divisions = [4, 4]
-[solver]
-time_step = 0.01
-end_time = 0.3
-[output.probes]
-A = [0.2, 0.1]
-"""
 # The file of each section that needs one.
 SECTIONS = {
     "maneuver_coning": '[maneuver]\nkind = "coning"\nrate = 0.3\ntransverse_rate = 0.2\nconing_rate = 7.0\n',
@@ -75,7 +57,7 @@ def plugins():
 
 
 def case_of(name: str, *overrides: str) -> tf.Case:
-    return parse_case(FILM + SECTIONS[name], [*OVERRIDES.get(name, []), *overrides])
+    return parse_case(FILM_CASE + SECTIONS[name], [*OVERRIDES.get(name, []), *overrides])
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
@@ -125,7 +107,7 @@ def test_coning_turns_the_frame_as_it_says():
 
 def test_backward_euler_is_of_first_order():
     method = METHODS["backward-euler"]()
-    state = tf.solve_prestress(tf.build_model(parse_case(FILM)))
+    state = tf.solve_prestress(tf.build_model(parse_case(FILM_CASE)))
     (frequency,) = tf.solve_modes(state, n=1).frequencies
     shape = tf.solve_modes(state, n=1).shapes
 
@@ -154,7 +136,7 @@ def test_a_tap_brings_its_impulse():
 
 
 def test_two_ratios_are_those_of_the_modes():
-    state = tf.solve_prestress(tf.build_model(parse_case(FILM)))
+    state = tf.solve_prestress(tf.build_model(parse_case(FILM_CASE)))
     low, high = (float(value) for value in tf.solve_modes(state, n=2).frequencies)
     damping = DAMPINGS["two-ratios"](ratio=0.02, low=low, high=high)
     found = tf.solve_spinning_modes(state, np.zeros(3), n=2, damping=damping)
@@ -164,7 +146,7 @@ def test_two_ratios_are_those_of_the_modes():
 def test_worn_film_vibrates_more_slowly():
     """Half of the stress is half of the tension; frequencies of a membrane go with its root."""
     worn = tf.solve_modes(tf.solve_prestress(tf.build_model(case_of("law_worn"))), n=3).frequencies
-    whole = tf.solve_modes(tf.solve_prestress(tf.build_model(parse_case(FILM))), n=3).frequencies
+    whole = tf.solve_modes(tf.solve_prestress(tf.build_model(parse_case(FILM_CASE))), n=3).frequencies
     np.testing.assert_allclose(worn, np.sqrt(0.5) * whole, rtol=1e-9)
 
 
@@ -236,7 +218,7 @@ def test_a_plugin_that_is_not_there(capsys):
 def test_a_case_file_alone_imports_nothing_and_an_installed_package_is_found(tmp_path):
     """In processes of their own, where nothing is registered yet."""
     case = tmp_path / "case.toml"
-    case.write_text(FILM + SECTIONS["maneuver_coning"], encoding="utf-8")
+    case.write_text(FILM_CASE + SECTIONS["maneuver_coning"], encoding="utf-8")
     package = tmp_path / "site" / "coning-1.0.dist-info"
     package.mkdir(parents=True)
     source = (HERE / "maneuver_coning.py").read_text(encoding="utf-8")
@@ -259,7 +241,7 @@ def test_a_case_file_alone_imports_nothing_and_an_installed_package_is_found(tmp
 @pytest.mark.jax
 def test_a_batch_varies_its_numbers():
     pytest.importorskip("jax")
-    rom = tf.reduce(tf.solve_prestress(tf.build_model(parse_case(FILM))))
+    rom = tf.reduce(tf.solve_prestress(tf.build_model(parse_case(FILM_CASE))))
     options = {"time_step": 5e-3, "end_time": 0.1, "probes": {"A": (0.2, 0.1)}, "tolerance": 1e-10}
     make, stop, ratios = DAMPINGS["two-ratios"], tf.Stop(0.5, 0.02), [0.01, 0.1]
     many = tf.Batch(rom).simulate({"damping.ratio": ratios}, stop, damping=make(0.02, 1.0, 5.0), **options)
@@ -284,7 +266,7 @@ class {name}(tf.Maneuver):
 def test_a_class_that_misbehaves_in_a_run_is_one_line(motion, words, tmp_path, capsys):
     name = f"Shaky{words[:4]}"
     (tmp_path / "shaky.py").write_text(SHAKY.format(name=name, motion=motion), encoding="utf-8")
-    case = f'{FILM}[maneuver]\nkind = "{name.lower().replace("shaky", "shaky-")}"\n'
+    case = f'{FILM_CASE}[maneuver]\nkind = "{name.lower().replace("shaky", "shaky-")}"\n'
     (tmp_path / "case.toml").write_text(case, encoding="utf-8")
     given = [str(tmp_path / "case.toml"), "--plugin", str(tmp_path / "shaky.py"), "-o", str(tmp_path / "out")]
     assert main(["run", *given]) == 2

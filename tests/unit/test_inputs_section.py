@@ -12,35 +12,16 @@ from tautflex import CaseError, load_case
 from tautflex.case import M2_TEMPLATE, parse_case
 from tautflex.case.build import build_inputs
 from tautflex.cli import main
-
-FILM = """schema = 1
-[membrane]
-length = 1.0
-width = 0.8
-thickness = 1e-4
-youngs_modulus = 3.5e9
-poisson_ratio = 0.34
-density = 1530.0
-edges = "fixed"
-stress_x = 4000.0
-stress_y = 3000.0
-[mesh]
-divisions = [4, 4]
-[solver]
-time_step = 0.01
-end_time = 0.3
-[output.probes]
-A = [0.2, 0.1]
-"""
+from verification.builders import FILM_CASE
 
 
 def film_case(section: str) -> tf.Case:
-    return parse_case(f"{FILM}{section}\n")
+    return parse_case(f"{FILM_CASE}{section}\n")
 
 
 @pytest.fixture(scope="module")
 def film():
-    return tf.solve_prestress(tf.build_model(parse_case(FILM)))
+    return tf.solve_prestress(tf.build_model(parse_case(FILM_CASE)))
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +111,7 @@ def test_tables_from_files_stand_beside_the_case(tmp_path, monkeypatch):
         '[inputs.push]\nkind = "nodal-force"\nnear = [0, 0]\nforce = { file = "push.csv" }\n'
         '[inputs.sun]\nkind = "membrane-temperature"\nexpansion = 1e-6\nchange.file = "sun.csv"\n'
     )
-    (tmp_path / "there" / "case.toml").write_text(FILM + section, encoding="utf-8")
+    (tmp_path / "there" / "case.toml").write_text(FILM_CASE + section, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     case = load_case("there/case.toml")
     push, sun = build_inputs(case, tf.solve_prestress(tf.build_model(case)))
@@ -192,11 +173,11 @@ def test_mistakes_are_one_line_that_names_the_key(name, film):
 
 def test_check_tries_the_inputs_and_run_takes_them(tmp_path, capsys):
     path = tmp_path / "case.toml"
-    path.write_text(FILM + '[inputs.reel]\nkind = "cable-tension"\nchange = 1.0\n', encoding="utf-8")
+    path.write_text(FILM_CASE + '[inputs.reel]\nkind = "cable-tension"\nchange = 1.0\n', encoding="utf-8")
     assert main(["check", str(path)]) == 2
     assert "inputs.reel" in capsys.readouterr().err
     path.write_text(
-        FILM + '[inputs.push]\nkind = "nodal-force"\nnear = [0.1, 0.1]\nforce = [0, 0, 1e-3]\n', encoding="utf-8"
+        FILM_CASE + '[inputs.push]\nkind = "nodal-force"\nnear = [0.1, 0.1]\nforce = [0, 0, 1e-3]\n', encoding="utf-8"
     )
     assert main(["check", str(path)]) == 0
     assert main(["run", str(path), "-o", str(tmp_path / "out"), "--json"]) == 0

@@ -13,26 +13,7 @@ from tautflex import AtRest, BaseAcceleration, Case, CaseError, Sequence, Slew, 
 from tautflex.case import Maneuver, parse_case
 from tautflex.case.build import build_maneuver
 from tautflex.cli import main
-
-FILM = """schema = 1
-[membrane]
-length = 1.0
-width = 0.8
-thickness = 1e-4
-youngs_modulus = 3.5e9
-poisson_ratio = 0.34
-density = 1530.0
-edges = "fixed"
-stress_x = 4000.0
-stress_y = 3000.0
-[mesh]
-divisions = [4, 4]
-[solver]
-time_step = 0.01
-end_time = 0.3
-[output.probes]
-A = [0.2, 0.1]
-"""
+from verification.builders import FILM_CASE
 
 # text of the section, the maneuver it means, how it is described
 GOOD = {
@@ -92,7 +73,7 @@ GOOD = {
 
 
 def case_of(section: str) -> Case:
-    return parse_case(f"{FILM}[maneuver]\n{section}\n")
+    return parse_case(f"{FILM_CASE}[maneuver]\n{section}\n")
 
 
 @pytest.mark.parametrize("name", GOOD)
@@ -249,7 +230,7 @@ def test_a_table_beside_the_case_file_is_found(tmp_path, monkeypatch):
     (tmp_path / "there").mkdir()
     (tmp_path / "there" / "slew.csv").write_text("\ufeff" + TABLE, encoding="utf-8")
     path = tmp_path / "there" / "case.toml"
-    path.write_text(f'{FILM}[maneuver]\nkind = "tabulated"\nfile = "slew.csv"\n', encoding="utf-8")
+    path.write_text(f'{FILM_CASE}[maneuver]\nkind = "tabulated"\nfile = "slew.csv"\n', encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     case = load_case("there/case.toml")
     built = build_maneuver(case)
@@ -260,7 +241,7 @@ def test_a_table_beside_the_case_file_is_found(tmp_path, monkeypatch):
     (tmp_path / "other.csv").write_text("time,rate_x,rate_y,rate_z\n0,0,1,0\n1,0,0,2\n", encoding="utf-8")
     other = build_maneuver(load_case("there/case.toml", ["maneuver.file=other.csv"]))
     np.testing.assert_allclose(other.start().angular_velocity, [0.0, 1.0, 0.0])
-    steps = f'{FILM}[maneuver]\nkind = "sequence"\n[[maneuver.steps]]\nkind = "tabulated"\nfile = "slew.csv"\n'
+    steps = f'{FILM_CASE}[maneuver]\nkind = "sequence"\n[[maneuver.steps]]\nkind = "tabulated"\nfile = "slew.csv"\n'
     path.write_text(steps, encoding="utf-8")
     assert len(build_maneuver(load_case(path)).segments()) == 3
 
@@ -278,7 +259,7 @@ def test_every_column_of_a_table_is_read(tmp_path):
 
 
 def _film() -> dict:
-    return parse_case(FILM).model_dump(by_alias=True, exclude_none=True, include={"membrane", "mesh"})
+    return parse_case(FILM_CASE).model_dump(by_alias=True, exclude_none=True, include={"membrane", "mesh"})
 
 
 @pytest.mark.parametrize(
@@ -315,13 +296,13 @@ def test_a_directory_is_no_table(tmp_path):
 def test_run_and_check_take_every_new_kind(tmp_path, capsys):
     section = GOOD["sequence"][0].replace("duration = 1.0", "duration = 0.1").replace("2.0", "0.05")
     path = tmp_path / "case.toml"
-    path.write_text(f"{FILM}[maneuver]\n{section}\n", encoding="utf-8")
+    path.write_text(f"{FILM_CASE}[maneuver]\n{section}\n", encoding="utf-8")
     assert main(["run", str(path), "-o", str(tmp_path / "out"), "--json"]) == 0
     capsys.readouterr()
     summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
     assert summary["status"] == "completed"
     assert summary["probes"]["A"]["amplitude"] > 1e-7
     assert summary["maneuver"].startswith("bang-bang slew by 0.2 rad in 0.1 s, then spin-up")
-    path.write_text(f'{FILM}[maneuver]\nkind = "tabulated"\nfile = "gone.csv"\n', encoding="utf-8")
+    path.write_text(f'{FILM_CASE}[maneuver]\nkind = "tabulated"\nfile = "gone.csv"\n', encoding="utf-8")
     assert main(["check", str(path)]) == 2
     assert "no such file" in " ".join(capsys.readouterr().err.split())

@@ -20,6 +20,27 @@ FRAME = Material(3e9, 1380.0, 0.38)
 THICKNESS = 1e-4
 AREAL_DENSITY = FILM.density * THICKNESS
 
+# Case file of a small film with fixed edges, without a maneuver.
+FILM_CASE = """schema = 1
+[membrane]
+length = 1.0
+width = 0.8
+thickness = 1e-4
+youngs_modulus = 3.5e9
+poisson_ratio = 0.34
+density = 1530.0
+edges = "fixed"
+stress_x = 4000.0
+stress_y = 3000.0
+[mesh]
+divisions = [4, 4]
+[solver]
+time_step = 0.01
+end_time = 0.3
+[output.probes]
+A = [0.2, 0.1]
+"""
+
 
 def rotation(seed: int) -> Array:
     """Random proper rotation matrix."""

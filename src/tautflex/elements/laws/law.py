@@ -7,6 +7,7 @@ its address, so that laws from outside stand beside the project's own.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -89,7 +90,7 @@ def call_law_once(address: int, stress: Array, tangent: Array, energy: Array, pa
 
 
 @dataclass(frozen=True)
-class Law:
+class Law(ABC):
     """Base of constitutive laws: subclass it as a frozen dataclass whose fields are the law's options.
 
     Attributes
@@ -109,9 +110,9 @@ class Law:
     function: ClassVar[LawFunction | None] = None
     tension_only: ClassVar[bool] = False
 
+    @abstractmethod
     def parameters(self, material: Material) -> tuple[float, ...]:
         """Numbers that the compiled function gets."""
-        raise NotImplementedError
 
     @property
     def share(self) -> float:
