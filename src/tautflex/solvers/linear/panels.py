@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.mechanics.pattern import find_slots
 from tautflex.numeric import Array, Indices, Places, jit
 from tautflex.solvers.linear.ordering import order_and_fill
 
@@ -55,7 +56,10 @@ def analyse(size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32])
     member = np.repeat(np.arange(len(panels) - 1, dtype=np.uint32), np.diff(panels))
     place = np.empty(size, dtype=np.int64)
     place[order] = np.arange(size)
-    target = _find_targets(start, pattern_rows, place, rows, columns)
+    row, column = place[rows], place[columns]
+    target = np.empty(len(rows), dtype=np.int64)
+    find_slots(start, pattern_rows, np.maximum(row, column), np.minimum(row, column), target)
+    target = np.where(row == column, len(pattern_rows) + row, target)
     longest = 1 + int(np.diff(start).max(initial=0))
     return PanelPattern(order, start, pattern_rows, panels, member, target, longest)
 
@@ -75,28 +79,6 @@ def _find_panels(start: Indices, rows: Rows) -> Indices:
             count += 1
     first[count] = size
     return first[: count + 1].copy()
-
-
-@jit
-def _find_targets(
-    start: Indices, rows: Rows, place: Indices, row: NDArray[np.int32], column: NDArray[np.int32]
-) -> Indices:
-    target = np.empty(row.size, dtype=np.int64)
-    for k in range(row.size):
-        i, j = place[row[k]], place[column[k]]
-        if i == j:
-            target[k] = rows.size + i
-            continue
-        low, high = min(i, j), max(i, j)
-        left, right = start[low], start[low + 1]
-        while left < right:
-            middle = (left + right) // 2
-            if rows[middle] < high:
-                left = middle + 1
-            else:
-                right = middle
-        target[k] = left
-    return target
 
 
 @jit
