@@ -60,7 +60,7 @@ def pack_stress(data: Any, first: int, width: int, strain: Array, stress: Array)
 
 @jit
 def apply_law(data: Any, first: int, width: int, stress: Array, tangent: Array, density: Array) -> float:
-    """Replace a pack's trial stresses by those of a nonlinear law, fill tangents, return its energy.
+    """Replace a pack's trial stresses by those of a nonlinear law, fill its tangents, return its energy.
 
     ``density`` (pack,) is filled with the stored energy per measure.
     """
@@ -142,23 +142,11 @@ def _block_force(data: Any, q: Array, force: Array, stresses: Array, forces: boo
 
 @jit
 def add_forces(store: Any, q: Array, force: Array, stresses: Array, forces: bool, energies: bool) -> float:
-    """Add the internal forces of all blocks.
+    """Add the internal forces of all blocks of a store to ``force``.
 
-    Parameters
-    ----------
-    store
-        Blocks, the parts of a `KernelStore`.
-    q, force
-        Extended vectors, shape (size + 1,).
-    stresses
-        Filled with the stresses of one block after the other, each (strain, element).
-    forces, energies
-        Whether ``force`` is wanted; whether stresses and energy are.
-
-    Returns
-    -------
-    float
-        Strain energy [J]; of nonlinear blocks alone without ``energies``.
+    ``q`` and ``force`` are extended vectors, shape (size + 1,). ``stresses`` is filled with the stresses of one block
+    after the other, each (strain, element). ``forces`` says whether ``force`` is wanted, ``energies`` whether stresses
+    and the strain energy [J] are, which is returned; without them only that of nonlinear blocks is.
     """
     energy, first = 0.0, 0
     for block in range(store[3].shape[0]):

@@ -33,16 +33,10 @@ def find_slots(start: Any, rows: Any, row: Any, column: Any, slots: Any) -> None
 
 @dataclass(frozen=True)
 class SparsityPattern:
-    """Compressed-column pattern with sorted rows, symmetric in structure.
+    """Compressed-column pattern of ``size`` unknowns with sorted rows, symmetric in structure.
 
-    Parameters
-    ----------
-    size
-        Number of free unknowns.
-    column_start, rows
-        Compressed-column index arrays, shapes (size + 1,) and (entries,).
-    memo
-        What solvers found out about parts of the pattern (fill-reducing orders), for all who share it.
+    ``column_start`` has shape (size + 1,), ``rows`` (entries,). ``memo`` is what solvers found out about parts of the
+    pattern (fill-reducing orders), for all who share it.
     """
 
     size: int

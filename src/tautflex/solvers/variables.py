@@ -14,16 +14,9 @@ COMPONENTS = ["x", "y", "z"]
 
 
 class Variable(NamedTuple):
-    """What is known of a stored variable before its numbers.
+    """Dimensions, units and long name of a stored variable, before its numbers.
 
-    Parameters
-    ----------
-    dims
-        Names of its dimensions.
-    units
-        In which it is stored; ``{units}`` stands for those of the record that it was made from.
-    words
-        Long name; ``{name}`` stands for that of the record.
+    ``{units}`` and ``{name}`` in them stand for those of the record that it was made from.
     """
 
     dims: tuple[str, ...]

@@ -20,19 +20,8 @@ Rows = Places
 def order_and_fill(size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32]) -> tuple[Rows, Indices, Rows]:
     """Order and pattern of the factor L of a symmetric matrix.
 
-    Parameters
-    ----------
-    size
-        Number of unknowns.
-    column_start, rows
-        Compressed columns of the upper triangle, diagonal included, rows sorted.
-
-    Returns
-    -------
-    order
-        Row of the matrix that stands at each place of L, shape (size,).
-    start, rows
-        Compressed columns of the strictly lower triangle of L, rows sorted.
+    From compressed columns of its upper triangle, diagonal included, rows sorted: the row of the matrix that stands at
+    each place of L, shape (size,), and compressed columns of the strictly lower triangle of L, rows sorted.
     """
     columns = np.repeat(np.arange(size, dtype=np.int32), np.diff(column_start))
     upper = csc_array((np.ones(len(rows), dtype=np.int8), rows, column_start), shape=(size, size))

@@ -23,20 +23,10 @@ Rows = Places
 class PanelPattern(NamedTuple):
     """Pattern of L, strictly lower, rows sorted in each column, and how it is cut into panels.
 
-    Parameters
-    ----------
-    order
-        Row of the matrix that stands at each place of L, shape (size,).
-    start, rows
-        Compressed columns of L.
-    panels
-        First column of each panel and, last, the number of columns.
-    member
-        Panel of each column, shape (size,).
-    target
-        For each entry of the matrix: its place among L's entries, or ``entries of L + column`` on the diagonal.
-    longest
-        Largest number of entries of a column, the diagonal included.
+    ``order`` is the row of the matrix that stands at each place of L, shape (size,), ``start`` and ``rows`` are
+    compressed columns of L, ``panels`` the first column of each panel and, last, the number of columns, ``member`` the
+    panel of each column, ``target`` the place of each entry of the matrix among L's entries, or ``entries of L +
+    column`` on the diagonal, ``longest`` the largest number of entries of a column, the diagonal included.
     """
 
     order: Rows
@@ -177,14 +167,8 @@ def _update_by_three(
 def factorize_panels(pattern: Any, entries: Array, values: Array, diagonal: Array) -> bool:
     """Fill the entries of L and D from those of the matrix's upper triangle; False at a zero pivot.
 
-    Parameters
-    ----------
-    pattern
-        Pattern of L, the parts of a `PanelPattern`.
-    entries
-        Values of the matrix, in the order of ``pattern.target``.
-    values, diagonal
-        Filled, shapes (entries of L,) and (size,).
+    ``pattern`` holds the parts of a `PanelPattern`, ``entries`` are in the order of its ``target``; ``values``, shape
+    (entries of L,), and ``diagonal``, shape (size,), are filled.
     """
     _, start, rows, panels, member, target, longest = pattern
     values.fill(0.0)

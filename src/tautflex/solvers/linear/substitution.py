@@ -62,16 +62,10 @@ def _subtract_products(
 
 @jit
 def substitute(pattern: Any, values: Array, inverse: Array, right: Array) -> Array:
-    """Solve with the factors of a matrix.
+    """Solution for one right-hand side, shape (size,), with the factors of a matrix.
 
-    Parameters
-    ----------
-    pattern
-        Pattern of L, the parts of a `PanelPattern`.
-    values, inverse
-        Entries of L and reciprocal pivots, shapes (entries of L,) and (size,).
-    right
-        Right-hand side, shape (size,).
+    ``pattern`` holds the parts of a `PanelPattern`, ``values`` the entries of L, ``inverse`` the reciprocal pivots,
+    shape (size,).
     """
     order, start, rows, panels, _, _, longest = pattern
     size = order.size
