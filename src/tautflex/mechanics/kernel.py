@@ -216,15 +216,9 @@ def add_average_forces(store: Any, start: Array, end: Array, force: Array) -> No
 def _store_initial_energies(store: Any, block: int) -> None:
     data = block_data(store, block)
     strains, count = data.initial_stress.shape
-    stress, tangent, density = np.empty((strains, PACK)), np.empty((strains, strains, PACK)), np.empty(PACK)
-    for first in range(0, count, PACK):
-        width = min(PACK, count - first)
-        for s in range(strains):
-            for e in range(width):
-                stress[s, e] = data.initial_stress[s, first + e]
-        call_law(data.law, stress, tangent, density, data.law_parameters, width)
-        for e in range(width):
-            data.initial_energy[first + e] = data.measure[first + e] * density[e]
+    stress, tangent = data.initial_stress.copy(), np.empty((strains, strains, count))
+    call_law(data.law, stress, tangent, data.initial_energy, data.law_parameters, count)
+    data.initial_energy[:] *= data.measure
 
 
 def restart_energy(store: tuple[NDArray[Any], ...], block: int) -> None:

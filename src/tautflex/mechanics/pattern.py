@@ -137,5 +137,5 @@ class SparsityPattern:
 def _places(start: NDArray[np.int32], rows: NDArray[np.int32], row: Any, column: Any) -> Places:
     every = np.broadcast_arrays(row, column)
     slots = np.empty(every[0].shape, dtype=np.uint32)
-    find_slots(start, rows, *(array.astype(np.int64).ravel() for array in every), slots.reshape(-1))
+    find_slots(start, rows, *(array.astype(np.int32, order="C").ravel() for array in every), slots.reshape(-1))
     return slots

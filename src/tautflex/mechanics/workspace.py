@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tautflex.mechanics.kernel import add_average_forces, add_forces, restart_energy
 from tautflex.mechanics.pattern import SparsityPattern
-from tautflex.mechanics.store import python_view
+from tautflex.mechanics.store import block_data
 from tautflex.mechanics.tangent import add_tangent
 from tautflex.numeric import Array, Places
 
@@ -32,7 +32,7 @@ class Workspace:
         slots, terms, values, table = store
         self.store: tuple[NDArray[Any], ...] = (slots, terms, values.copy(), table)
         self._initial_stress, self._pattern, self._slots = initial_stress, pattern, upper_slots
-        self._current_stress = [python_view(self.store, block).initial_stress for block in range(len(initial_stress))]
+        self._current_stress = [block_data.py_func(self.store, k).initial_stress for k in range(len(initial_stress))]
         for block in range(len(initial_stress)):
             restart_energy(self.store, block)
         ends = np.cumsum([0, *(stress.size for stress in self._current_stress)])
