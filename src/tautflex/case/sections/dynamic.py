@@ -52,6 +52,12 @@ class Solver(Chosen):
         default=1e-3, description="time step, with adaptive_tolerance the spacing of results [s]", examples=[1e-3]
     )
     end_time: Positive = Field(default=10.0, description="end of the run [s]", examples=[10.0])
+    initial_imperfection: NonNegative = Field(
+        default=0.0,
+        description="largest displacement from the starting equilibrium, in the shape that grows fastest or resists "
+        "least [m]",
+        examples=[1e-6],
+    )
     tolerance: Positive | None = Field(
         default=None, description="relative residual at which Newton stops", examples=[1e-8]
     )

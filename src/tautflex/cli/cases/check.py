@@ -23,17 +23,20 @@ def check(case: CaseFile, /, *, override: Overrides = None, plugin: Plugins = No
             state = solve_prestress(model)
     except InputError as error:
         if as_json:
-            print_json({"ok": False, "nodes": 0, "dofs": 0, "mass": 0.0, "warnings": [], "error": str(error)})
+            print_json(
+                {"ok": False, "nodes": 0, "dofs": 0, "mass": 0.0, "warnings": [], "notes": [], "error": str(error)}
+            )
         raise
 
-    from tautflex.case.advice import advise
+    from tautflex.case.advice import advise, notes
 
     answer = {
         "ok": True,
         "nodes": len(model.nodes),
         "dofs": model.dof_count,
         "mass": model.mass,
-        "warnings": advise(loaded, model, state),
+        "warnings": advise(loaded, state),
+        "notes": notes(loaded, state),
         "prestress": {
             "residual": state.residual,
             "min_principal_stress": state.min_principal_stress,

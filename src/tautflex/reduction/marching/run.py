@@ -22,6 +22,7 @@ from tautflex.reduction.marching.work import EXPLICIT, StageNumbers, new_work, s
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.condensation import load_moments
 from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, rows_from, total_force
+from tautflex.solvers.static.stability import find_start
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
@@ -74,6 +75,7 @@ class ReducedRun:
         self._work = new_work(rom.size, (0,) if self._method is None else self._method.tangents)
         self._march = march_explicit if self._method is None else march
         self._halvings = 0
+        self.warnings = list[str]()
 
     @property
     def statistics(self) -> Statistics:
@@ -84,7 +86,11 @@ class ReducedRun:
     def start(self) -> None:
         """Steady spinning equilibrium, projected velocity, and the acceleration that follows."""
         work = self._work
-        work.q[:] = self._equilibrium(self._began)
+        problem = self.problem
+        size = problem.initial_imperfection
+        begun = find_start(self.rom.state, self._began, problem.coupling, problem.damping, size)
+        self.warnings = [*problem.doubts, *begun.warnings]
+        work.q[:] = self._equilibrium(self._began) + self.rom.coordinates(begun.offset)
         work.v[:] = self.rom.coordinates(self.problem.velocity)
         self._balance(self._frame(self.segments[0], 0.0))
         self.eta[0], self.rate[0] = work.q, work.v

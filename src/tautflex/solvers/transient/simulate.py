@@ -10,9 +10,8 @@ from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
-from tautflex.numeric import Array
-from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.stability import find_start
 from tautflex.solvers.transient.adaptive import AdaptiveDriver
 from tautflex.solvers.transient.driver import AnyStepper, GridDriver, StagedStepper
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
@@ -97,7 +96,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     recorder = kind(equation, problem.placed, count // problem.every + 1, problem.field_steps)
     driver = _driver(problem, stepper, segments)
     began = clock.perf_counter()
-    status, history, reached = Status.COMPLETED, tuple[float, ...](), 0.0
+    status, history, reached, said = Status.COMPLETED, tuple[float, ...](), 0.0, list[str]()
 
     def record(number: int) -> None:
         recorder.store_field(number, at)
@@ -105,7 +104,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
             recorder.store(at, driver.segment_at(at.time))
 
     try:
-        at = begin(equation, maneuver, problem.velocity)
+        at, said = begin(equation, problem)
         if isinstance(stepper, ExplicitStepper):
             stepper.check(at, step)
         record(0)
@@ -124,16 +123,21 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     statistics = equation.statistics
     statistics.seconds = clock.perf_counter() - began
     ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
-    return Run(recorder.to_dataset(problem.attributes | ended), status, statistics, reached, history)
+    return Run(
+        recorder.to_dataset(problem.attributes | ended | {"warnings": said}), status, statistics, reached, history
+    )
 
 
-def begin(equation: EquationOfMotion, maneuver: Maneuver | FreeHub, velocity: Array) -> MotionState:
-    """Start of a run: steady spinning equilibrium, given velocity, and the accelerations that follow."""
+def begin(equation: EquationOfMotion, problem: TransientProblem) -> tuple[MotionState, list[str]]:
+    """Start of a run: steady equilibrium, given offset and velocity, the accelerations that follow; and warnings."""
+    maneuver = problem.maneuver
     if isinstance(maneuver, FreeHub):
         steady = first = steady_motion(maneuver, equation.inertia)
     else:
         steady, first = maneuver.start(), maneuver.segments()[0].motion(0.0)
-    return equation.start(0.0, spinning_equilibrium(equation.state, steady, equation.coupling), velocity, first)
+    start = find_start(problem.state, steady, problem.coupling, problem.damping, problem.initial_imperfection)
+    at = equation.start(0.0, start.equilibrium + start.offset, problem.velocity, first)
+    return at, [*problem.doubts, *start.warnings]
 
 
 def _stepper(problem: TransientProblem, equation: EquationOfMotion) -> AnyStepper:
