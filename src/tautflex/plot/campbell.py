@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +13,7 @@ from matplotlib.figure import Figure
 
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Mask
-from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, new_figure, save_figure, styled
+from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, new_figure, saving, styled
 
 _NAME_HEIGHT = 0.125  # [inch] a line of branch names needs
 _HEIGHT = 3.6  # [inch]
@@ -81,14 +79,7 @@ def plot_campbell(table: xr.Dataset, orders: Sequence[int] = (1, 2, 3), highest:
     return figure
 
 
-def save_campbell(
-    table: xr.Dataset,
-    stem: str | os.PathLike[str],
-    orders: Sequence[int] = (1, 2, 3),
-    formats: Sequence[str] = ("png", "pdf"),
-) -> list[Path]:
-    """Write the figure of :func:`plot_campbell` as ``stem.png`` and ``stem.pdf``; return the files written."""
-    return save_figure(plot_campbell(table, orders), stem, formats)
+save_campbell = saving(plot_campbell)
 
 
 def branch_name(table: xr.Dataset, index: int) -> str:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -14,7 +12,7 @@ from matplotlib.figure import Figure
 from tautflex.analysis import maneuver_end
 from tautflex.checks import one_of
 from tautflex.errors import InputError
-from tautflex.plot.style import DOUBLE_COLUMN, GREY, LINES, length_unit, new_figure, save_figure, styled
+from tautflex.plot.style import DOUBLE_COLUMN, GREY, LINES, length_unit, new_figure, saving, styled
 
 
 @styled
@@ -85,15 +83,7 @@ def plot_time_history(
     return figure
 
 
-def save_time_history(
-    runs: xr.Dataset | Mapping[str, xr.Dataset],
-    stem: str | os.PathLike[str],
-    probes: Sequence[str] | None = None,
-    component: str = "w",
-    formats: Sequence[str] = ("png", "pdf"),
-) -> list[Path]:
-    """Write the figure of :func:`plot_time_history` as ``stem.png`` and ``stem.pdf``; return the files."""
-    return save_figure(plot_time_history(runs, probes, component), stem, formats)
+save_time_history = saving(plot_time_history)
 
 
 def probe_records(run: xr.Dataset, probes: Sequence[str] | None, component: str) -> xr.DataArray:

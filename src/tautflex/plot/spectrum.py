@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -23,7 +21,7 @@ from tautflex.plot.style import (
     LINES,
     length_unit,
     new_figure,
-    save_figure,
+    saving,
     styled,
 )
 
@@ -92,15 +90,7 @@ def plot_spectrum(
     return figure
 
 
-def save_spectrum(
-    run: xr.Dataset,
-    stem: str | os.PathLike[str],
-    probes: Sequence[str] | None = None,
-    natural_frequencies: ArrayLike | None = None,
-    formats: Sequence[str] = ("png", "pdf"),
-) -> list[Path]:
-    """Write the figure of :func:`plot_spectrum` as ``stem.png`` and ``stem.pdf``; return the files."""
-    return save_figure(plot_spectrum(run, probes, natural_frequencies=natural_frequencies), stem, formats)
+save_spectrum = saving(plot_spectrum)
 
 
 def _reach(lines: Sequence[xr.Dataset]) -> float:

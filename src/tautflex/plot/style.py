@@ -75,6 +75,19 @@ def styled(function: Callable[P, R]) -> Callable[P, R]:
     return wrapper
 
 
+def saving(plot: Callable[..., Figure]) -> Callable[..., list[Path]]:
+    """Return the function of (data, stem, what else ``plot`` takes, ``formats``) that writes what ``plot`` draws."""
+
+    def save(
+        data: Any, stem: str | os.PathLike[str], *args: Any, formats: Sequence[str] = ("png", "pdf"), **kwargs: Any
+    ) -> list[Path]:
+        return save_figure(plot(data, *args, **kwargs), stem, formats)
+
+    save.__name__ = save.__qualname__ = plot.__name__.replace("plot", "save")
+    save.__doc__ = f"Write the figure of :func:`{plot.__name__}` as ``stem.png`` and ``stem.pdf``; return the files."
+    return save
+
+
 def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
     """Return an empty figure of the given size [inch] that no global state of pyplot knows."""
     figure = Figure(figsize=(width, height), layout="constrained" if constrained else None)

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Sequence
-from pathlib import Path
-
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -17,7 +13,7 @@ from tautflex.analysis import maneuver_end, scalogram
 from tautflex.errors import InputError
 from tautflex.numeric import Array
 from tautflex.plot.history import probe_records
-from tautflex.plot.style import DOUBLE_COLUMN, SEQUENTIAL, length_unit, new_figure, save_figure, styled
+from tautflex.plot.style import DOUBLE_COLUMN, SEQUENTIAL, length_unit, new_figure, saving, styled
 
 _FADED = 0.05  # the ridge is drawn where it is above this part of its largest value
 _COLUMNS = 600  # a page cannot show more
@@ -105,11 +101,7 @@ def plot_scalogram(
     return figure
 
 
-def save_scalogram(
-    run: xr.Dataset, stem: str | os.PathLike[str], probe: str, formats: Sequence[str] = ("png", "pdf")
-) -> list[Path]:
-    """Write the figure of :func:`plot_scalogram` as ``stem.png`` and ``stem.pdf``; return the files."""
-    return save_figure(plot_scalogram(run, probe), stem, formats)
+save_scalogram = saving(plot_scalogram)
 
 
 def _levels(magnitude: xr.DataArray, floor: float | None, label: str) -> tuple[Array, tuple[float, float | None], str]:
