@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import gc
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import xarray as xr
-from matplotlib.figure import Figure
 
 from tautflex.checks import one_of
 from tautflex.errors import InputError
-from tautflex.paper.figures import drawings, histories, trends
+from tautflex.paper.cases.run_names import DURATIONS, MODELS, RATE_SYMBOLS, SECTION_3, maneuver_words, run_name
+from tautflex.paper.figures import drawings
+from tautflex.paper.figures.histories import Draw, Drawing, damped_history, draw_ridge, history
+from tautflex.paper.figures.trends import trend
 from tautflex.plot.style import save_figure
 
-Draw = Callable[[Mapping[str, xr.Dataset], Mapping[str, xr.Dataset]], Figure]
 FORMATS = ("pdf", "svg", "png")
 
 
@@ -42,83 +43,51 @@ class PaperFigure:
     draw: Draw
 
 
-def _listed(trend: Mapping[str, Mapping[float, str]]) -> tuple[str, ...]:
-    return tuple(name for cases in trend.values() for name in cases.values())
-
-
-_RATES, _DURATIONS = _listed(trends.RATE_TREND), _listed(trends.DURATION_TREND)
-
-FIGURES: dict[str, PaperFigure] = {
-    figure.number: figure
-    for figure in (
-        PaperFigure("3", "First four mode shapes of M2", (), drawings.draw_mode_shapes),
-        PaperFigure(
-            "4",
-            "Shape of M2 at twelve instants of the stop from π/5 rad/s in 1 s, damping 0.01",
-            (drawings.SECTION_3_RUN,),
-            drawings.draw_response_shapes,
-        ),
-        PaperFigure(
-            "5a",
-            "Displacement of point A, M2, π/5 rad/s, T = 1 s, damping 0.01",
-            (histories.FIGURE_5["5a"],),
-            histories.draw_5a,
-        ),
-        PaperFigure(
-            "5b",
-            "Displacement of point A, M2, π/5 rad/s, T = 1 s, damping 0.001",
-            (histories.FIGURE_5["5b"],),
-            histories.draw_5b,
-        ),
-        PaperFigure(
-            "5c",
-            "Displacement of point A, M2, π/2 rad/s, T = 1 s, damping 0.001",
-            (histories.FIGURE_5["5c"],),
-            histories.draw_5c,
-        ),
-        PaperFigure(
-            "6",
-            "Frequency of point A against time, M2, π/5 rad/s, T = 1 s, damping 0.01",
-            (histories.FIGURE_5["5a"],),
-            histories.draw_6,
-        ),
-        PaperFigure(
-            "7",
-            "Dominant shape: proper orthogonal modes that reach 99 %",
-            (drawings.SECTION_3_RUN,),
-            drawings.draw_dominant_shape,
-        ),
-        PaperFigure(
-            "8",
-            "Displacement of point A, M1 to M3, π/100 rad/s, T = 0.1 s",
-            tuple(histories.FIGURE_8),
-            histories.draw_8,
-        ),
-        PaperFigure(
-            "9a",
-            "Displacement of point A, M3, π/5 rad/s, stops of 0.1, 1 and 2 s",
-            tuple(histories.FIGURE_9),
-            histories.draw_9a,
-        ),
-        PaperFigure("9b", "Details of Figure 9a", tuple(histories.FIGURE_9), histories.draw_9b),
-        PaperFigure(
-            "10",
-            "Displacement of point A, M1, T = 0.1 s, three initial angular velocities",
-            tuple(histories.FIGURE_10),
-            histories.draw_10,
-        ),
-        PaperFigure(
-            "11",
-            "Displacement of point A, M1, two stops of equal deceleration",
-            tuple(histories.FIGURE_11),
-            histories.draw_11,
-        ),
-        PaperFigure("12a", "Response frequency against initial angular velocity, T = 0.1 s", _RATES, trends.draw_12a),
-        PaperFigure("12b", "Response frequency against duration of the stop, π/5 rad/s", _DURATIONS, trends.draw_12b),
-        PaperFigure("13a", "Amplitude against initial angular velocity, T = 0.1 s", _RATES, trends.draw_13a),
-        PaperFigure("13b", "Amplitude against duration of the stop, π/5 rad/s", _DURATIONS, trends.draw_13b),
-    )
+_SECTION_3 = (drawings.SECTION_3_RUN,)
+_STOPS = {run_name("M3", "pi_5", duration): f"$T$ = {duration:g} s" for duration in DURATIONS}
+_OF_STOPS = rf"M3, $\omega_0$ = {RATE_SYMBOLS['pi_5']} rad/s"
+_FIGURE_10 = {run_name("M1", rate, 0.1): rf"$\omega_0$ = {RATE_SYMBOLS[rate]}" for rate in ("pi_2", "pi_5", "pi_100")}
+_FIGURE_11 = {run_name("M1", *stop): maneuver_words(*stop) for stop in (("pi_5", 1.0), ("pi_50", 0.1))}
+_DRAWINGS: dict[str, tuple[str, Drawing]] = {
+    "3": ("First four mode shapes of M2", ((), drawings.draw_mode_shapes)),
+    "4": (
+        "Shape of M2 at twelve instants of the stop from π/5 rad/s in 1 s, damping 0.01",
+        (_SECTION_3, drawings.draw_response_shapes),
+    ),
+    "5a": (
+        "Displacement of point A, M2, π/5 rad/s, T = 1 s, damping 0.01",
+        damped_history("a", "pi_5", SECTION_3),
+    ),
+    "5b": ("Displacement of point A, M2, π/5 rad/s, T = 1 s, damping 0.001", damped_history("b", "pi_5")),
+    "5c": ("Displacement of point A, M2, π/2 rad/s, T = 1 s, damping 0.001", damped_history("c", "pi_2")),
+    "6": (
+        "Frequency of point A against time, M2, π/5 rad/s, T = 1 s, damping 0.01",
+        (_SECTION_3, draw_ridge),
+    ),
+    "7": ("Dominant shape: proper orthogonal modes that reach 99 %", (_SECTION_3, drawings.draw_dominant_shape)),
+    "8": (
+        "Displacement of point A, M1 to M3, π/100 rad/s, T = 0.1 s",
+        history({run_name(model, "pi_100", 0.1): model for model in MODELS}, maneuver_words("pi_100", 0.1)),
+    ),
+    "9a": (
+        "Displacement of point A, M3, π/5 rad/s, stops of 0.1, 1 and 2 s",
+        history(_STOPS, f"(a)  {_OF_STOPS}"),
+    ),
+    "9b": ("Details of Figure 9a", history(_STOPS, f"(b)  details, {_OF_STOPS}", details=True)),
+    "10": (
+        "Displacement of point A, M1, T = 0.1 s, three initial angular velocities",
+        history(_FIGURE_10, r"M1, $T$ = 0.1 s, $\omega_0$ [rad/s]"),
+    ),
+    "11": (
+        "Displacement of point A, M1, two stops of equal deceleration",
+        history(_FIGURE_11, "M1, equal deceleration"),
+    ),
+    "12a": ("Response frequency against initial angular velocity, T = 0.1 s", trend("frequency", "rate")),
+    "12b": ("Response frequency against duration of the stop, π/5 rad/s", trend("frequency", "duration")),
+    "13a": ("Amplitude against initial angular velocity, T = 0.1 s", trend("amplitude", "rate")),
+    "13b": ("Amplitude against duration of the stop, π/5 rad/s", trend("amplitude", "duration")),
 }
+FIGURES = {number: PaperFigure(number, title, *drawing) for number, (title, drawing) in _DRAWINGS.items()}
 
 
 def save_figures(

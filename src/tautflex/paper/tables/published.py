@@ -27,14 +27,16 @@ def table(number: int) -> list[dict[str, Any]]:
     -------
     list of dict
         Keys and units as the file's comments say. ``rate`` [rad/s] is a number, ``rate_name`` its part of a run's name,
-        e.g. ``"pi_100"``.
+        e.g. ``"pi_100"``; ``padded_duration`` [s] is that of the table, if it has one.
 
     Raises
     ------
     InputError
         If there is no such table.
     """
-    return [_with_rate(row) for row in _content(number)["rows"]]
+    content = _content(number)
+    padded = {key: content[key] for key in ("padded_duration",) if key in content}
+    return [padded | _with_rate(row) for row in content["rows"]]
 
 
 def about(number: int) -> dict[str, Any]:
@@ -50,7 +52,7 @@ def about(number: int) -> dict[str, Any]:
 
 def _with_rate(row: dict[str, Any]) -> dict[str, Any]:
     if "rate" not in row:
-        return dict(row)
+        return row
     numerator, _, denominator = row["rate"].partition("/")
     return {**row, "rate": math.pi / float(denominator), "rate_name": f"{numerator}_{denominator}"}
 
