@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,7 +18,7 @@ from tautflex.paper.cases.normal_modes import dominant_mode, frequency_of
 from tautflex.paper.cases.run_names import maneuver_words, run_name
 from tautflex.paper.figures.drawings import SECTION_3_RUN
 from tautflex.paper.tables.paper_tables import POINT
-from tautflex.plot.style import COLORS, GREY, SINGLE_COLUMN, length_unit, new_figure, styled
+from tautflex.plot.style import COLORS, GREY, SINGLE_COLUMN, length_unit, new_axes, styled
 from tautflex.plot.timefrequency import plot_scalogram
 
 Runs = Mapping[str, xr.Dataset]
@@ -80,27 +81,17 @@ def _histories(labels: Mapping[str, str], title: str, details: bool, runs: Runs,
     scale, unit = length_unit(np.concatenate([record.values for record in records.values()]))
     tops = [float(np.abs(record).max()) for record in records.values()]
     largest = 1.2 * max(tops[1:]) if details else math.inf
-    figure = new_figure(SINGLE_COLUMN, _HEIGHT)
-    axes = figure.add_subplot()
+    figure, axes = new_axes(SINGLE_COLUMN, _HEIGHT, "time $t$ [s]", f"displacement $w_A$ [{unit}]")
     for k, (run, record) in enumerate(records.items()):
-        cut = tops[k] > largest
-        axes.plot(
-            record["time"],
-            scale * record,
-            color=COLORS[k],
-            linewidth=0.9,
-            label=labels[run],
-            alpha=0.45 if cut else 1.0,
-            zorder=1.5 if cut else 2.0,
-        )
+        alpha, zorder = (0.45, 1.5) if tops[k] > largest else (1.0, 2.0)
+        look: dict[str, Any] = {"color": COLORS[k], "linewidth": 0.9, "alpha": alpha, "zorder": zorder}
+        axes.plot(record["time"], scale * record, label=labels[run], **look)
     _mark_ends(axes, [maneuver_end(runs[run]) for run in labels])
     axes.axhline(0.0, color=GREY, linewidth=0.5, zorder=1)
     last = max(float(record["time"][-1]) for record in records.values())
     axes.set_xlim(0.0, min(_DETAILS, last) if details else last)
     if details:
         axes.set_ylim(-scale * largest, scale * largest)
-    axes.set_xlabel("time $t$ [s]")
-    axes.set_ylabel(f"displacement $w_A$ [{unit}]")
     axes.set_title(title, fontsize=8, loc="left")
     if len(labels) > 1:
         _legend(figure, axes)
@@ -116,16 +107,8 @@ def _mark_ends(axes: Axes, ends: Sequence[float | None]) -> None:
         color = GREY if shared else COLORS[k]
         axes.axvline(end, color=color, linewidth=0.7, linestyle=_DASHES, zorder=1)
         if len(ends) == 1:
-            axes.annotate(
-                "end of stop",
-                (end, 1.0),
-                (3.0, -3.0),
-                xycoords=("data", "axes fraction"),
-                textcoords="offset points",
-                fontsize=8,
-                color=GREY,
-                va="top",
-            )
+            frames: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
+            axes.annotate("end of stop", (end, 1.0), (3.0, -3.0), fontsize=8, color=GREY, va="top", **frames)
 
 
 def _legend(figure: Figure, axes: Axes) -> None:
@@ -135,12 +118,5 @@ def _legend(figure: Figure, axes: Axes) -> None:
     words.append("end of stop")
     columns = len(words) if sum(len(word) for word in words) < 80 else 2
     figure.set_size_inches(SINGLE_COLUMN, _HEIGHT + 0.2 * -(-len(words) // columns))
-    figure.legend(
-        handles,
-        words,
-        loc="outside lower center",
-        ncols=columns,
-        handlelength=1.2,
-        handletextpad=0.5,
-        columnspacing=1.0,
-    )
+    spaces = {"handlelength": 1.2, "handletextpad": 0.5, "columnspacing": 1.0}
+    figure.legend(handles, words, loc="outside lower center", ncols=columns, **spaces)

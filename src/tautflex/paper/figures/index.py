@@ -5,8 +5,8 @@ from __future__ import annotations
 import gc
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import xarray as xr
 
@@ -14,30 +14,16 @@ from tautflex.checks import one_of
 from tautflex.errors import InputError
 from tautflex.paper.cases.run_names import DURATIONS, MODELS, RATE_SYMBOLS, SECTION_3, maneuver_words, run_name
 from tautflex.paper.figures import drawings
-from tautflex.paper.figures.histories import Draw, Drawing, damped_history, draw_ridge, history
+from tautflex.paper.figures.histories import Draw, damped_history, draw_ridge, history
 from tautflex.paper.figures.trends import trend
 from tautflex.plot.style import save_figure
 
 FORMATS = ("pdf", "svg", "png")
 
 
-@dataclass(frozen=True)
-class PaperFigure:
-    """One figure of the paper.
+class PaperFigure(NamedTuple):
+    """One figure of the paper: what it shows, names of the runs it is drawn from, and the function that draws it."""
 
-    Attributes
-    ----------
-    number
-        As printed, e.g. ``"5a"``.
-    title
-        What it shows, for a heading or a caption.
-    needs
-        Names of the runs it is drawn from, see the catalogue.
-    draw
-        Function of (runs by name, modes by model) that returns the figure.
-    """
-
-    number: str
     title: str
     needs: tuple[str, ...]
     draw: Draw
@@ -48,46 +34,43 @@ _STOPS = {run_name("M3", "pi_5", duration): f"$T$ = {duration:g} s" for duration
 _OF_STOPS = rf"M3, $\omega_0$ = {RATE_SYMBOLS['pi_5']} rad/s"
 _FIGURE_10 = {run_name("M1", rate, 0.1): rf"$\omega_0$ = {RATE_SYMBOLS[rate]}" for rate in ("pi_2", "pi_5", "pi_100")}
 _FIGURE_11 = {run_name("M1", *stop): maneuver_words(*stop) for stop in (("pi_5", 1.0), ("pi_50", 0.1))}
-_DRAWINGS: dict[str, tuple[str, Drawing]] = {
-    "3": ("First four mode shapes of M2", ((), drawings.draw_mode_shapes)),
-    "4": (
+FIGURES = {
+    "3": PaperFigure("First four mode shapes of M2", (), drawings.draw_mode_shapes),
+    "4": PaperFigure(
         "Shape of M2 at twelve instants of the stop from π/5 rad/s in 1 s, damping 0.01",
-        (_SECTION_3, drawings.draw_response_shapes),
+        _SECTION_3,
+        drawings.draw_response_shapes,
     ),
-    "5a": (
-        "Displacement of point A, M2, π/5 rad/s, T = 1 s, damping 0.01",
-        damped_history("a", "pi_5", SECTION_3),
+    "5a": PaperFigure(
+        "Displacement of point A, M2, π/5 rad/s, T = 1 s, damping 0.01", *damped_history("a", "pi_5", SECTION_3)
     ),
-    "5b": ("Displacement of point A, M2, π/5 rad/s, T = 1 s, damping 0.001", damped_history("b", "pi_5")),
-    "5c": ("Displacement of point A, M2, π/2 rad/s, T = 1 s, damping 0.001", damped_history("c", "pi_2")),
-    "6": (
-        "Frequency of point A against time, M2, π/5 rad/s, T = 1 s, damping 0.01",
-        (_SECTION_3, draw_ridge),
+    "5b": PaperFigure("Displacement of point A, M2, π/5 rad/s, T = 1 s, damping 0.001", *damped_history("b", "pi_5")),
+    "5c": PaperFigure("Displacement of point A, M2, π/2 rad/s, T = 1 s, damping 0.001", *damped_history("c", "pi_2")),
+    "6": PaperFigure("Frequency of point A against time, M2, π/5 rad/s, T = 1 s, damping 0.01", _SECTION_3, draw_ridge),
+    "7": PaperFigure(
+        "Dominant shape: proper orthogonal modes that reach 99 %", _SECTION_3, drawings.draw_dominant_shape
     ),
-    "7": ("Dominant shape: proper orthogonal modes that reach 99 %", (_SECTION_3, drawings.draw_dominant_shape)),
-    "8": (
+    "8": PaperFigure(
         "Displacement of point A, M1 to M3, π/100 rad/s, T = 0.1 s",
-        history({run_name(model, "pi_100", 0.1): model for model in MODELS}, maneuver_words("pi_100", 0.1)),
+        *history({run_name(model, "pi_100", 0.1): model for model in MODELS}, maneuver_words("pi_100", 0.1)),
     ),
-    "9a": (
-        "Displacement of point A, M3, π/5 rad/s, stops of 0.1, 1 and 2 s",
-        history(_STOPS, f"(a)  {_OF_STOPS}"),
+    "9a": PaperFigure(
+        "Displacement of point A, M3, π/5 rad/s, stops of 0.1, 1 and 2 s", *history(_STOPS, f"(a)  {_OF_STOPS}")
     ),
-    "9b": ("Details of Figure 9a", history(_STOPS, f"(b)  details, {_OF_STOPS}", details=True)),
-    "10": (
+    "9b": PaperFigure("Details of Figure 9a", *history(_STOPS, f"(b)  details, {_OF_STOPS}", details=True)),
+    "10": PaperFigure(
         "Displacement of point A, M1, T = 0.1 s, three initial angular velocities",
-        history(_FIGURE_10, r"M1, $T$ = 0.1 s, $\omega_0$ [rad/s]"),
+        *history(_FIGURE_10, r"M1, $T$ = 0.1 s, $\omega_0$ [rad/s]"),
     ),
-    "11": (
-        "Displacement of point A, M1, two stops of equal deceleration",
-        history(_FIGURE_11, "M1, equal deceleration"),
+    "11": PaperFigure(
+        "Displacement of point A, M1, two stops of equal deceleration", *history(_FIGURE_11, "M1, equal deceleration")
     ),
-    "12a": ("Response frequency against initial angular velocity, T = 0.1 s", trend("frequency", "rate")),
-    "12b": ("Response frequency against duration of the stop, π/5 rad/s", trend("frequency", "duration")),
-    "13a": ("Amplitude against initial angular velocity, T = 0.1 s", trend("amplitude", "rate")),
-    "13b": ("Amplitude against duration of the stop, π/5 rad/s", trend("amplitude", "duration")),
+    "12a": PaperFigure("Response frequency against initial angular velocity, T = 0.1 s", *trend("frequency", "rate")),
+    "12b": PaperFigure("Response frequency against duration of the stop, π/5 rad/s", *trend("frequency", "duration")),
+    "13a": PaperFigure("Amplitude against initial angular velocity, T = 0.1 s", *trend("amplitude", "rate")),
+    "13b": PaperFigure("Amplitude against duration of the stop, π/5 rad/s", *trend("amplitude", "duration")),
 }
-FIGURES = {number: PaperFigure(number, title, *drawing) for number, (title, drawing) in _DRAWINGS.items()}
+"""The figures by number as printed, in the paper's order."""
 
 
 def save_figures(

@@ -18,7 +18,7 @@ from tautflex.paper.cases.run_names import DURATIONS, MODELS, RATE_SYMBOLS, RATE
 from tautflex.paper.figures.histories import Drawing
 from tautflex.paper.tables import published
 from tautflex.paper.tables.paper_tables import response
-from tautflex.plot.style import COLORS, GREY, SINGLE_COLUMN, new_figure, styled
+from tautflex.plot.style import COLORS, GREY, SINGLE_COLUMN, new_axes, styled
 
 _SHORT = DURATIONS[0]
 RATE_TREND: dict[str, dict[float, str]] = {  # the paper has pi/50 for M1 only [paper, Table 9]
@@ -47,9 +47,8 @@ def _draw(
     runs: Mapping[str, xr.Dataset],
     modes: Mapping[str, xr.Dataset],
 ) -> Figure:
-    figure = new_figure(SINGLE_COLUMN, 2.9)
-    axes = figure.add_subplot()
     number, key, label = _QUANTITIES[quantity]
+    figure, axes = new_axes(SINGLE_COLUMN, 2.9, "", label)
     legend = []
     for k, (model, names) in enumerate(cases.items()):
         printed = _printed(model, along)
@@ -58,7 +57,6 @@ def _draw(
         axes.plot(list(names), ours, "-", markersize=_SIZE, **look)
         axes.plot(list(printed), [row[key] for row in printed.values()], linestyle="none", zorder=4, **look, **_OPEN)
         legend.append(Line2D([], [], markersize=_SIZE, label=model, **look))
-    axes.set_ylabel(label)
     legend.append(Line2D([], [], color=GREY, marker="o", linestyle="none", label="paper, Tables 6–9", **_OPEN))  # noqa: RUF001
     if quantity == "frequency":
         _draw_dominant_modes(axes, modes)
