@@ -35,8 +35,14 @@ def table(number: int) -> list[dict[str, Any]]:
         If there is no such table.
     """
     content = _content(number)
-    padded = {key: content[key] for key in ("padded_duration",) if key in content}
-    return [padded | _with_rate(row) for row in content["rows"]]
+    rows = []
+    for row in map(dict, content["rows"]):
+        if "rate" in row:
+            numerator, _, denominator = row["rate"].partition("/")
+            row |= {"rate": math.pi / float(denominator), "rate_name": f"{numerator}_{denominator}"}
+            row["padded_duration"] = content["padded_duration"]
+        rows.append(row)
+    return rows
 
 
 def about(number: int) -> dict[str, Any]:
@@ -48,13 +54,6 @@ def about(number: int) -> dict[str, Any]:
         If there is no such table.
     """
     return {key: value for key, value in _content(number).items() if key != "rows"}
-
-
-def _with_rate(row: dict[str, Any]) -> dict[str, Any]:
-    if "rate" not in row:
-        return row
-    numerator, _, denominator = row["rate"].partition("/")
-    return {**row, "rate": math.pi / float(denominator), "rate_name": f"{numerator}_{denominator}"}
 
 
 @cache
