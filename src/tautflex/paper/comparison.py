@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import xarray as xr
 
@@ -26,18 +26,10 @@ QUICK_TABLES = (*TABLES, "compression")
 _BOTH = QUICK_TABLES  # tables made for both variants; the ablation is for the published reading alone
 
 
-@dataclass(frozen=True)
-class Plan:
-    """What is to be made, and what it takes.
+class Plan(NamedTuple):
+    """What is to be made, in the order of printing; the runs it takes, each once, and the antennas' modes.
 
-    Attributes
-    ----------
-    tables
-        (variant, table) in the order of printing.
-    specs
-        Runs to perform, each once.
-    antennas
-        Antennas whose modes are needed.
+    A table stands under (variant, name).
     """
 
     tables: tuple[tuple[str, str], ...]

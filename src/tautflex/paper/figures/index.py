@@ -80,25 +80,9 @@ def save_figures(
     directory: str | os.PathLike[str],
     formats: Sequence[str] = FORMATS,
 ) -> dict[str, list[Path]]:
-    """Draw figures of the paper and write ``figure_5a.pdf``, ``.svg`` and ``.png``.
+    """Draw figures of the paper and write ``figure_5a.pdf``, ``.svg`` and ``.png``; return the files by number.
 
-    Parameters
-    ----------
-    numbers
-        Keys of ``FIGURES``.
-    runs
-        Datasets of runs by name; at least those in ``needs`` of the figures.
-    modes
-        Datasets of modes by model.
-    directory
-        Folder to write to, made if missing.
-    formats
-        As for :func:`tautflex.plot.save_figure`.
-
-    Returns
-    -------
-    dict
-        Files written, in the order of ``formats``, by number.
+    Runs are given by name, at least those that the figures need, and modes by model; a missing folder is made.
 
     Raises
     ------
