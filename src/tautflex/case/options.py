@@ -19,7 +19,7 @@ from pydantic import BeforeValidator, Field, Strict, create_model, model_validat
 from tautflex import checks
 from tautflex.case.help import docstrings
 from tautflex.case.messages import choices, meaning, show
-from tautflex.case.registry import Registry, kind_of
+from tautflex.case.registry import Registry
 from tautflex.case.section import Flag, Number, Section
 from tautflex.case.tables import TimeTableKeys
 from tautflex.errors import CaseError, InputError
@@ -115,7 +115,7 @@ class Chosen(Section):
             raise CaseError(
                 f"{cls.naming_key}: expected one of {choices(cls.kinds())}, got {show(kind)}; choose one of them"
             )
-        return _section(cls.chooser(), cls.registry[str(kind)])
+        return _section(cls.chooser(), str(kind), cls.registry[str(kind)])
 
     @classmethod
     def chooser(cls) -> type[Self]:
@@ -123,7 +123,7 @@ class Chosen(Section):
         return cls if cls.made_from is None else cls.origin_section  # type: ignore[return-value]
 
     @classmethod
-    def parts_for(cls, target: type) -> tuple[type[Chosen], ...]:
+    def parts_for(cls, kind: str, target: type) -> tuple[type[Chosen], ...]:
         """Sections that together hold the keys of a class which are not its fields."""
         return (cls,)
 
@@ -254,11 +254,10 @@ def section_of(target: type) -> type[Section]:
 
 
 @cache
-def _section(base: type[Chosen], target: type) -> Any:
+def _section(base: type[Chosen], kind: str, target: type) -> Any:
     """Section of a class among those that a base chooses from."""
-    bases = base.parts_for(target)
+    bases = base.parts_for(kind, target)
     taken = [name for part in bases for name in (*part.model_fields, *part.omitted_fields)]
-    kind = kind_of(target)
     keys: dict[str, Any] = {
         base.naming_key: (Literal[kind], Field(default=kind, description=base.registry.role, examples=[kind]))
     }

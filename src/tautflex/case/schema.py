@@ -14,7 +14,6 @@ from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction,
 from tautflex.case.sections.inputs import Input
 from tautflex.case.sections.maneuver import Maneuver
 from tautflex.case.sections.structural import Cables, Frame, Membrane, Mesh, Prestress
-from tautflex.structure.mesh import least_divisions
 from tautflex.structure.shapes import SHAPES
 
 _LARGEST = 1e300  # keeps products of absurd step counts finite
@@ -130,7 +129,7 @@ class Case(Section):
         if self.cables is not None:
             counts = (self.cables.per_long_edge, self.cables.per_short_edge)
             for axis, count, have in zip("xy", counts, self.mesh.divisions, strict=True):
-                least = 0 if count is None else least_divisions(count - 1, SHAPES[self.mesh.element])
+                least = 0 if count is None else SHAPES[self.mesh.element].least_divisions(count - 1)
                 if have < least:
                     text = f"mesh.divisions: expected at least {least} cells along {axis} for {count} cables"
                     raise ValueError(f"{text}, got {_pair(self.mesh.divisions)}; refine the mesh or remove cables")

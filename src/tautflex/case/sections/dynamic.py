@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, Strict, field_validator
 
@@ -12,8 +12,9 @@ from tautflex.case.registry import BASES, DAMPINGS, METHODS
 from tautflex.case.section import Count, NonNegative, Number, Positive, Section
 from tautflex.errors import CaseError, InputError
 from tautflex.motion import coupling
-from tautflex.solvers.transient.adaptive import Adaptive
-from tautflex.solvers.transient.explicit import ExplicitMethod
+
+if TYPE_CHECKING:
+    from tautflex.solvers.transient.adaptive import Adaptive
 
 
 class Damping(Chosen):
@@ -72,7 +73,7 @@ class Solver(Chosen):
         """Raise CaseError if the class refuses the values, or they contradict each other."""
         super().check_values()
         given = [name for name in ("adaptive_tolerance", "min_step", "max_step") if getattr(self, name) is not None]
-        if given and issubclass(self.made_from or object, ExplicitMethod):
+        if given and not issubclass(self.made_from or object, METHODS.bases[0]):
             text = f"{given[0]}: expected no value with {self.choice()}, got {getattr(self, given[0]):g}"
             raise CaseError(f"{text}; its step is limited by stability, remove it or use an implicit method")
         if given and self.adaptive_tolerance is None:
@@ -91,6 +92,8 @@ class Solver(Chosen):
         """Error control of the steps; None for fixed ones."""
         if self.adaptive_tolerance is None:
             return None
+        from tautflex.solvers.transient.adaptive import Adaptive  # not needed to read a case of fixed steps
+
         control = Adaptive(self.adaptive_tolerance, self.min_step, self.max_step)
         control.limits(self.time_step)
         return control

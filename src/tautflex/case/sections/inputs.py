@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -14,7 +14,9 @@ from tautflex.case.registry import INPUTS
 from tautflex.case.section import Number
 from tautflex.errors import CaseError
 from tautflex.numeric import Array
-from tautflex.structure.model import Model
+
+if TYPE_CHECKING:
+    from tautflex.structure.model import Model
 
 Side = Literal["-x", "+x", "-y", "+y"]
 Point = tuple[Number, Number] | tuple[Number, Number, Number]
@@ -26,7 +28,7 @@ class Input(Chosen):
     registry = INPUTS
 
     @classmethod
-    def parts_for(cls, target: type) -> tuple[type[Chosen], ...]:
+    def parts_for(cls, kind: str, target: type) -> tuple[type[Chosen], ...]:
         """Nodes and cables, which a case knows no numbers of, may be chosen by place."""
         names = {field.name for field in dataclasses.fields(target)}
         return (*((_Nodes,) if "nodes" in names else ()), *((_Cables,) if "cables" in names else ()), cls)

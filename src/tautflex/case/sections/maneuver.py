@@ -13,8 +13,6 @@ from tautflex.case.registry import MANEUVERS
 from tautflex.case.section import NonNegative
 from tautflex.case.tables import COLUMNS, read_table
 from tautflex.errors import CaseError
-from tautflex.motion.sequence import Sequence
-from tautflex.motion.tabulated import Tabulated
 
 # What cards and summaries call the maneuvers of tautflex; any other one goes by its name and numbers.
 _WORDS = {
@@ -33,10 +31,10 @@ class Motion(Chosen):
     harmless_keys = ("axis", "origin")
 
     @classmethod
-    def parts_for(cls, target: type) -> tuple[type[Chosen], ...]:
+    def parts_for(cls, kind: str, target: type) -> tuple[type[Chosen], ...]:
         """A table may come from a file; a sequence has a table of keys for each step."""
-        more: dict[type, type[Chosen]] = {Tabulated: _TableFile, Sequence: _Steps}
-        return (more[target], cls) if target in more else (cls,)
+        more: dict[str, type[Chosen]] = {"tabulated": _TableFile, "sequence": _Steps}
+        return (more[kind], cls) if kind in more else (cls,)
 
     def describe(self) -> str:
         """What moves, in a few words for cards and summaries."""
