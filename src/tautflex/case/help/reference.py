@@ -156,9 +156,9 @@ def _type(hint: Any) -> str:
     return _NAMES.get(hint, "")
 
 
-def markdown(entries: list[SectionEntry]) -> str:
-    """The reference as a page of the documentation."""
-    lines = [
+def markdown(entries: list[SectionEntry], *, whole: bool = True) -> str:
+    """The reference as a page of the documentation, or a part of it without the head."""
+    head = [
         "# The case file",
         "",
         "TOML, SI units, `schema = 1` at the top. A key without default may be left out, which the texts call None.",
@@ -167,6 +167,7 @@ def markdown(entries: list[SectionEntry]) -> str:
         "what stands here. `tautflex keys SECTION` shows one section, with `--plugin FILE.py` also classes of yours.",
         "",
     ]
+    lines = head if whole else []
     for entry in entries:
         lines += [f"## {entry.title}", "", entry.about, ""]
         if entry.keys:

@@ -6,12 +6,13 @@ import json
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from tautflex.cli.options import AsJson, Plugins, print_json, require_output_directory, use_plugins
+from tautflex.cli.options import Answer, command, require_output_directory
 from tautflex.cli.runs.reproduce_cards import show_comparison
 from tautflex.cli.runs.run import progress_bar
 from tautflex.errors import CaseError
@@ -27,6 +28,7 @@ FAILED, INTERRUPTED = 1, 130
 _QUICK_FORMATS = ("png",)  # vector graphics would cost a third of the quick minute
 
 
+@command
 def reproduce(
     *,
     table: Annotated[
@@ -47,9 +49,7 @@ def reproduce(
     docs: Annotated[
         Path | None, Parameter(name="--docs", help="Directory for the Markdown page, if not that for results.")
     ] = None,
-    plugin: Plugins = None,
-    as_json: AsJson = False,
-) -> int:
+) -> Answer | int:
     """Compute the paper's tables and figures again; compare with the printed numbers.
 
     Without --table and --figure everything is made, and a page that explains it. Finished runs are kept in the
@@ -57,7 +57,6 @@ def reproduce(
 
     Example: tautflex reproduce --table 6 --table 7 -o reproduction
     """
-    use_plugins(plugin)
     whole = not table and not figure
     tables, figures = _tables(table, whole, quick), _figures(figure, whole)
     if workers is not None and workers < 1:
@@ -77,11 +76,7 @@ def reproduce(
         return _tell(str(error), FAILED)
     if whole:
         made.files |= _write_page(made, output, docs, quick)
-    if as_json:
-        print_json(_answer(made))
-    else:
-        show_comparison(made.rows, made.summary, made.files)
-    return 0
+    return Answer(_answer(made), partial(show_comparison, made.rows, made.summary, made.files))
 
 
 @dataclass
