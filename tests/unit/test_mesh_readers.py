@@ -23,7 +23,7 @@ from tautflex import (
     read_mesh,
 )
 from tautflex.files.mesh import gmsh as gmsh_reader
-from tautflex.files.mesh.numerals import integer, real
+from tautflex.files.mesh.numerals import natural, real
 from tautflex.structure.shapes import QUAD4, TRIANGLE6
 from verification.builders import CABLE, FILM, FRAME, THICKNESS, antenna
 
@@ -281,7 +281,7 @@ def test_what_is_no_number(text):
 @pytest.mark.parametrize("text", ["1.0", "1_0", "²", "", "9" * 5000, "9223372036854775807"])
 def test_what_is_no_integer(text):
     with pytest.raises(MeshError, match="expected an integer"):
-        integer(text, "line 1")
+        natural(text, "line 1")
 
 
 WRONG = {
