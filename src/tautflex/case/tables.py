@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-import stat
 from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated, Self
@@ -14,6 +13,7 @@ from pydantic import Field, Strict, model_validator
 
 from tautflex.case.section import Number, Section
 from tautflex.errors import CaseError
+from tautflex.files.content import read_text
 from tautflex.mechanics.loads.time_table import TimeTable
 from tautflex.numeric import Array
 
@@ -111,22 +111,8 @@ def _read(path: str, used: Collection[str] | None, example: str) -> tuple[list[s
 
 def _lines(path: str) -> list[list[str]]:
     """Cells of all lines that are neither empty nor comments."""
-    try:
-        found = Path(path).stat()
-        if not stat.S_ISREG(found.st_mode):
-            raise CaseError(f"file: cannot read {path!r} (a directory or device); expected a CSV file")
-        if found.st_size > _LARGEST_FILE:
-            raise CaseError(
-                f"file: expected a table of at most {_LARGEST_FILE / 1e6:g} MB, got more in {path!r}; thin it"
-            )
-        content = Path(path).read_text(encoding="utf-8-sig")
-    except CaseError:
-        raise
-    except FileNotFoundError:
-        raise CaseError(f"file: no such file {path!r}; its name is relative to the case file") from None
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise CaseError(f"file: cannot read {path!r} ({reason}); expected a CSV file") from None
+    missing = "its name is relative to the case file"
+    content = read_text(Path(path), f"file: {path!r}", "CSV file", _LARGEST_FILE, missing, CaseError)
     kept = [line for line in content.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     return list(csv.reader(kept))
 
