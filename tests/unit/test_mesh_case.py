@@ -138,5 +138,5 @@ def test_a_film_held_by_a_pinned_edge(tmp_path):
 
 
 def test_a_device_is_no_case():
-    with pytest.raises(CaseError, match="expected a case file.*got a device"):
+    with pytest.raises(CaseError, match=r"expected a case file.*got a device"):
         tf.load_case("/dev/zero")

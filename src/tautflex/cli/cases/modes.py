@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from tautflex.cli.cases import spin_request, spinning
+from tautflex.cli.cases import spinning
 from tautflex.cli.options import Answer, CaseFile, Overrides, about, command, load, require_output_directory
 from tautflex.cli.spinning_cards import show_modes_and_spin
 from tautflex.errors import CaseError
@@ -45,8 +45,8 @@ def modes(
     if count < 1:
         raise CaseError(f"-n: expected a number of modes >= 1, got {count}; ask for example -n 10")
     loaded = load(case, override)
-    request = spin_request.read_request(rate, campbell, axis, loaded)
-    place = spin_request.read_place(point, participation)
+    request = spinning.read_request(rate, campbell, axis, loaded)
+    place = spinning.read_place(point, participation)
     if output is not None:
         require_output_directory(output)
 
@@ -70,9 +70,7 @@ def modes(
         from tautflex.cli.figures import mode_figures
 
         output.mkdir(parents=True, exist_ok=True)
-        written = mode_figures(found.to_dataset(), output)
-        if table is not None:
-            written += spinning.campbell_figure(table, output)
+        written = mode_figures(found.to_dataset(), output, table)
         files |= {path.name: path for path in written}
     answer: dict[str, Any] = {
         "frequencies": found.frequencies,
