@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
-from pydantic import Field, Strict, model_validator
+from pydantic import Strict, model_validator
 
-from tautflex.case.section import Number, Section
+from tautflex.case.section import Number, Section, key
 from tautflex.errors import CaseError
 from tautflex.files.content import read_text
 from tautflex.mechanics.loads.time_table import TimeTable
@@ -56,15 +56,11 @@ class TimeTableKeys(Section):
     names that end in _x, _y, _z), others in their order.
     """
 
-    times: tuple[Number, ...] | None = Field(
-        default=None, description="instants of the rows [s], rising", examples=[(0.0, 1.0)]
+    times: tuple[Number, ...] | None = key("instants of the rows [s], rising", (0.0, 1.0), None)
+    values: tuple[Number, ...] | tuple[tuple[Number, ...], ...] | None = key(
+        "value at each instant, a number or a list", (0.0, 0.1), None
     )
-    values: tuple[Number, ...] | tuple[tuple[Number, ...], ...] | None = Field(
-        default=None, description="value at each instant, a number or a list", examples=[(0.0, 0.1)]
-    )
-    file: Annotated[str, Strict()] | None = Field(
-        default=None, description="name of a CSV file with the table", examples=["force.csv"]
-    )
+    file: Annotated[str, Strict()] | None = key("name of a CSV file with the table", "force.csv", None)
 
     @model_validator(mode="after")
     def _one_table(self) -> Self:

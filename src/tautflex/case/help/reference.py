@@ -13,7 +13,7 @@ from tautflex.case.help import docstrings
 from tautflex.case.messages import SIGNS, choices, show
 from tautflex.case.options import Chosen
 from tautflex.case.schema import Case
-from tautflex.case.section import Section
+from tautflex.case.section import Section, Words
 from tautflex.case.sections.maneuver import Step
 from tautflex.case.tables import TimeTableKeys
 from tautflex.errors import CaseError
@@ -111,12 +111,19 @@ def _key(name: str, field: FieldInfo, text: str) -> KeyEntry:
     found = _RANGE.search(text)
     return KeyEntry(
         name=name,
-        type=_type(field.annotation),
+        type=" | ".join(f'"{word}"' for word in _words(field)) or _type(field.annotation),
         unit=docstrings.unit(text),
         range=", ".join(limits) or (found[0] if found else ""),
         default="needed" if field.is_required() else _default(field),
         meaning=text,
     )
+
+
+def _words(field: FieldInfo) -> list[str]:
+    """Allowed words, where a list of them may still grow."""
+    return [
+        word for one in field.metadata if isinstance(getattr(one, "func", None), Words) for word in one.func.words()
+    ]
 
 
 def _limits_of(hint: Any) -> list[str]:

@@ -95,6 +95,7 @@ def solve_single(case: Case, state: PrestressedState, request: SpinRequest, coun
     from tautflex.motion.kinematics import unit_axis
     from tautflex.solvers.modal.spinning import solve_spinning_modes
 
+    assert request.rate is not None
     spin = request.rate * np.asarray(unit_axis(request.axis))
     found = solve_spinning_modes(state, spin, request.origin, count, case.coupling.build(), case.damping.build())
     names = ("frequencies", "damping_ratios", "growth_rates", "whirl", "labels", "stable", "min_principal_resultant")
