@@ -11,8 +11,9 @@ from tautflex.case.schema import Case
 from tautflex.case.sections.structural import Cables, Frame
 from tautflex.errors import MeshError
 from tautflex.files.mesh import read_mesh
-from tautflex.mechanics.loads.inputs import TimeInput
+from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.motion.kinematics import Maneuver
+from tautflex.reduction.marching.loads import require_forces
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
@@ -124,4 +125,6 @@ def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:
             tried = found[-1].prepare(state.system)
             tried.load(0.0)
             tried.stress(0.0)
+    if case.reduction is not None:
+        require_forces(InputSet(state.system, found))
     return found

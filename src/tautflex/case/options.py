@@ -36,7 +36,7 @@ _IN_TIME: Any = Annotated[Number | tuple[Number, ...] | TimeTableKeys, BeforeVal
 
 
 def value_type(hint: Any) -> tuple[Any, Any]:
-    """Type of a case file's value for the annotation of a field, and an example."""
+    """Type of a case file's value for the annotation of a field, and an example; TypeError if no case can hold it."""
     parts = get_args(hint)
     if get_origin(hint) in (Union, types.UnionType):
         if any(get_origin(part) is Callable for part in parts):
@@ -56,7 +56,14 @@ def value_type(hint: Any) -> tuple[Any, Any]:
         return tuple.__class_getitem__((kinds[0], ...) if repeated else tuple(kinds)), tuple(
             example for _, example in inner
         )
-    return _TYPES.get(hint, (hint, parts[0] if parts else None))
+    if get_origin(hint) is dict and parts[0] is str:
+        kind, example = value_type(parts[1])
+        return dict.__class_getitem__((str, kind)), {"name": example}
+    if get_origin(hint) is Literal:
+        return hint, parts[0]
+    if hint not in _TYPES:
+        raise TypeError(hint)
+    return _TYPES[hint]
 
 
 class Chosen(Section):
@@ -233,13 +240,20 @@ def keys_of(target: type, omitted: Sequence[str] = (), optional: Sequence[str] =
     for field in dataclasses.fields(target):
         if not field.init or field.name in omitted:
             continue
-        kind, example = value_type(hints[field.name])
+        needed = field.default is field.default_factory is dataclasses.MISSING
+        try:
+            kind, example = value_type(hints[field.name])
+        except TypeError as error:
+            if not needed:
+                continue  # Python alone can give it
+            text = f"{target.__name__}: expected {field.name} to be numbers, texts or true and false, alone or in lists"
+            raise InputError(f"{text}, got {error}; a field of another type needs a default, and is no key") from None
         given: dict[str, Any] = {}
         if field.name in optional:
             kind, given["default"] = kind | None, None
         elif field.default is not dataclasses.MISSING:
             given["default"], example = field.default, example if field.default in (None, ()) else field.default
-        elif field.default_factory is not dataclasses.MISSING:
+        elif not needed:
             given["default_factory"] = field.default_factory
         words = docstrings.short(texts.get(field.name, "")) or field.name.replace("_", " ")
         if kind is Flag:

@@ -26,6 +26,7 @@ class Words:
         self.words = words
 
     def __call__(self, value: object) -> object:
+        """Value if it is one of the words; ValueError otherwise."""
         known = list(self.words())
         if value not in known:
             raise problem(f"one of {choices(known)}", value, "choose one of them")
