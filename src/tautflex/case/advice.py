@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tautflex.case.build import build_inputs, build_maneuver
+from tautflex.case.build import build_damping, build_inputs, build_maneuver
+from tautflex.errors import CaseError
 from tautflex.structure.shapes import SHAPES
 
 if TYPE_CHECKING:
@@ -25,6 +26,10 @@ def advise(case: Case, model: Model, state: PrestressedState) -> list[str]:
     """
     build_maneuver(case)
     build_inputs(case, state)
+    build_damping(case, state)
+    count, most = getattr(case.reduction, "count", None), state.system.size - 1
+    if count is not None and count > most:
+        raise CaseError(f"reduction.count: expected at most the {most} modes of this mesh, got {count}; take fewer")
     about_structure = [*_about_mesh(case), *_about_prestress(case, state)]
     return [*state.warnings, *about_structure, *_about_probes(case, model), *_about_run(case)]
 

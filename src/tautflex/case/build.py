@@ -11,6 +11,7 @@ from tautflex.case.schema import Case
 from tautflex.case.sections.structural import Cables, Frame
 from tautflex.errors import MeshError
 from tautflex.files.mesh import read_mesh
+from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.motion.kinematics import Maneuver
 from tautflex.reduction.marching.loads import require_forces
@@ -108,6 +109,14 @@ def build_maneuver(case: Case) -> Maneuver:
     """Build the maneuver of a case; CaseError if its values or its table do not go together."""
     with within("maneuver"):
         return case.maneuver.build()
+
+
+def build_damping(case: Case, state: PrestressedState) -> Damping:
+    """Build the damping of a case, tried on its structure; CaseError if it does not fit."""
+    with within("damping"):
+        damping: Damping = case.damping.build()
+        damping.matrix(state.linear)
+        return damping
 
 
 def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:

@@ -13,6 +13,7 @@ import xarray as xr
 
 from tautflex.analysis import amplitude, dominant_frequency, maneuver_end
 from tautflex.case import build
+from tautflex.case.options import within
 from tautflex.case.schema import Case
 from tautflex.errors import InputError
 from tautflex.files import netcdf
@@ -122,15 +123,17 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
     solver, fields = case.solver, case.output.fields
     if case.reduction is not None:
         progress(0.0, "reduced model")
+    with within("reduction"):
+        plant = state if case.reduction is None else reduce(state, case.reduction.build())
     stated: dict[str, Any] = {"tolerance": solver.tolerance, "max_halvings": solver.max_halvings}
     run = simulate(
-        state if case.reduction is None else reduce(state, case.reduction.build()),
+        plant,
         maneuver,
         method=solver.build(),
         time_step=solver.time_step,
         end_time=solver.end_time,
         adaptive=solver.adaptive(),
-        damping=case.damping.build(),
+        damping=build.build_damping(case, state),
         coupling=case.coupling.build(),
         inputs=build.build_inputs(case, state),
         probes=case.output.probes,

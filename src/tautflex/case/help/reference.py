@@ -53,10 +53,11 @@ def reference(name: str | None = None) -> list[SectionEntry]:
     CaseError
         If there is no such section.
     """
-    names = [one for one, field in Case.model_fields.items() if _section(field) is not None]
-    if name is not None and name not in names:
-        raise CaseError(f"keys: expected one of {choices(names)}, got {show(name)}; choose one of them")
-    return [entry for one in names if name in (None, one) for entry in _entries(one, Case.model_fields[one])]
+    sections = {one: list(_entries(one, field)) for one, field in Case.model_fields.items() if _section(field)}
+    found = {**sections, "maneuver.steps": [_steps()]}
+    if name is not None and name not in found:
+        raise CaseError(f"keys: expected one of {choices(list(found))}, got {show(name)}; choose one of them")
+    return [entry for one in sections for entry in sections[one]] if name is None else found[name]
 
 
 def _entries(name: str, field: FieldInfo) -> Iterator[SectionEntry]:
@@ -73,9 +74,13 @@ def _entries(name: str, field: FieldInfo) -> Iterator[SectionEntry]:
         keys = tuple(key for key in _keys(section.of_kind(kind)) if key.name not in section.model_fields)
         yield SectionEntry(f'{title} {section.naming_key} = "{kind}"', f"{about}.", keys)
     if name == "maneuver":
-        yield SectionEntry("[[maneuver.steps]]", f"{_about(Step)} Its kind and keys are those above.", _keys(Step))
+        yield _steps()
     if name == "inputs":
         yield SectionEntry("{ times, values } or { file }", _about(TimeTableKeys), _keys(TimeTableKeys))
+
+
+def _steps() -> SectionEntry:
+    return SectionEntry("[[maneuver.steps]]", f"{_about(Step)} Its kind and keys are those of [maneuver].", _keys(Step))
 
 
 def _section(field: FieldInfo) -> type[Section] | None:
