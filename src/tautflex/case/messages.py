@@ -113,7 +113,7 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], index: str) -> str:
     name = str(detail["loc"][0]) if detail["loc"] else ""
     field = _fields(model).get(name)
     if kind == "extra_forbidden":
-        return unknown_key(name, value, _fields(model), model.all_keys() if hasattr(model, "all_keys") else ())
+        return unknown_key(name, value, _fields(model), model.homes() if hasattr(model, "homes") else ())
     if kind == "missing" and len(detail["loc"]) == 1:
         wanted = f"{model.choice()} expects" if hasattr(model, "choice") else "expected"
         return f"missing, {wanted} the {meaning(name, field)}; add it"

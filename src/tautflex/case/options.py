@@ -135,14 +135,9 @@ class Chosen(Section):
         return (cls,)
 
     @classmethod
-    def all_keys(cls) -> set[str]:
-        """Keys of all classes, for a guess at what a misspelt one means."""
-        return {name for kind in cls.kinds() for name in cls.of_kind(kind).model_fields}
-
-    @classmethod
-    def home_of(cls, name: str) -> str | None:
-        """First class that has a key."""
-        return next((kind for kind in cls.kinds() if name in cls.of_kind(kind).model_fields), None)
+    def homes(cls) -> dict[str, str]:
+        """Keys of all classes, and the first class that has each, for a guess at what a misplaced one means."""
+        return {name: kind for kind in reversed(cls.kinds()) for name in cls.of_kind(kind).model_fields}
 
     @model_validator(mode="before")
     @classmethod
@@ -151,7 +146,7 @@ class Chosen(Section):
             return values
         kept = {}
         for name, value in values.items():
-            other = None if name in cls.model_fields else cls.home_of(name)
+            other = None if name in cls.model_fields else cls.homes().get(name)
             if other is None:
                 kept[name] = value
             elif name not in cls.harmless_keys or not _is_default(cls.of_kind(other), name, value):

@@ -21,31 +21,24 @@ class NamedSets:
 
     def __init__(self, keyword: str) -> None:
         self.keyword = keyword
-        self._names: dict[str, str] = {}
-        self._parts: dict[str, list[Indices]] = {}
+        self._sets: dict[str, tuple[str, list[Indices]]] = {}
 
     def __contains__(self, name: str) -> bool:
-        return bare_name(name).casefold() in self._parts
+        return bare_name(name).casefold() in self._sets
 
     def add(self, name: str, numbers: Indices) -> None:
         """Add members to a set, which need not exist before."""
         bare = bare_name(name)
-        self._names.setdefault(bare.casefold(), bare)
-        self._parts.setdefault(bare.casefold(), []).append(numbers)
+        self._sets.setdefault(bare.casefold(), (bare, []))[1].append(numbers)
 
     def members(self, name: str) -> Indices:
         """Numbers in a set that exists."""
-        return self._joined(bare_name(name).casefold())
+        return np.unique(np.concatenate(self._sets[bare_name(name).casefold()][1]))
 
     def items(self) -> Iterator[tuple[str, Indices]]:
         """Names as the file first writes them, and numbers."""
-        for key, name in self._names.items():
-            yield name, self._joined(key)
-
-    def _joined(self, key: str) -> Indices:
-        parts = self._parts[key]
-        parts[:] = [np.unique(np.concatenate(parts))]
-        return parts[0]
+        for name, parts in self._sets.values():
+            yield name, np.unique(np.concatenate(parts))
 
     def read(self, block: Block, numbering: Numbering, budget: Budget) -> None:
         """Read a block that lists members, ranges of them, or sets above it; MeshError if one does not exist."""
