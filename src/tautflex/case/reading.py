@@ -18,6 +18,7 @@ M2_TEMPLATE = files("tautflex").joinpath("data", "m2.toml").read_text(encoding="
 """Commented case of the paper's antenna M2 in the published reading, as `tautflex init` writes it."""
 
 _LARGEST_FILE = 10_000_000
+_DEEPEST = 20
 
 
 def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Case:
@@ -59,15 +60,29 @@ def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case"
     except (RecursionError, ValueError) as error:  # absurd nesting, numbers of thousands of digits
         reason = one_line(str(error))[:120]
         raise CaseError(f"{source}: not readable as TOML: {reason}; start from `tautflex init`") from None
+    _require_shallow(values, source)
     for section in ("maneuver", "mesh", "inputs"):
         _place_files(values.get(section), directory)
     for override in overrides:
         _apply(values, override)
+    _require_shallow(values, source)
     _require_schema(values, source)
     try:
         return Case(**values)
     except CaseError as error:
         raise CaseError(f"{source}: {error}") from None
+
+
+def _require_shallow(values: dict[str, Any], source: str) -> None:
+    """Refuse tables and lists in each other, deep enough to exhaust the stack of whoever walks through them."""
+    inside, depth = [values], 0
+    while inside:
+        inside = [part for one in inside for part in (one.values() if isinstance(one, dict) else one)]
+        inside = [part for part in inside if isinstance(part, dict | list)]
+        depth += 1
+        if depth > _DEEPEST:
+            text = f"{source}: expected tables and lists at most {_DEEPEST} deep in each other, got deeper ones"
+            raise CaseError(f"{text}; write section.key = value")
 
 
 def _place_files(values: Any, directory: Path) -> None:

@@ -5,14 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError
 
 from tautflex.case.messages import case_error, choices, problem
 
+# Products of several of them stay within what arithmetic can hold.
+_SMALLEST, _LARGEST = 1e-30, 1e30
+
+
+def _bearable(value: float) -> float:
+    if value and not _SMALLEST <= abs(value) <= _LARGEST:
+        raise problem(f"a number between {_SMALLEST:g} and {_LARGEST:g} in size", value, "write it in SI units")
+    return value
+
+
 # Strict: an integer is a number, but true, "1" and 1.0-for-an-integer are mistakes worth hearing about.
-Number = Annotated[float, Strict()]
-Positive = Annotated[float, Strict(), Field(gt=0.0)]
-NonNegative = Annotated[float, Strict(), Field(ge=0.0)]
+Number = Annotated[float, Strict(), AfterValidator(_bearable)]
+Positive = Annotated[Number, Field(gt=0.0)]
+NonNegative = Annotated[Number, Field(ge=0.0)]
 Count = Annotated[int, Strict(), Field(ge=1)]
 Flag = Annotated[bool, Strict()]
 Text = Annotated[str, Strict()]
