@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tautflex.case.build import build_inputs, build_maneuver
+from tautflex.case.build import build_damping, build_inputs, build_maneuver
+from tautflex.errors import CaseError
 from tautflex.solvers.plausibility import doubts_about_maneuver, doubts_about_probes
 from tautflex.solvers.static.stability import find_start
 from tautflex.solvers.transient.probes import place_probes
@@ -27,8 +29,12 @@ def advise(case: Case, state: PrestressedState) -> list[str]:
     """
     maneuver = build_maneuver(case)
     build_inputs(case, state)
-    about_structure = [*_about_mesh(case), *_about_cables(case), *doubts_about_maneuver(maneuver)]
-    start = find_start(state, maneuver.start(), case.coupling.build(), case.damping.build())
+    damping = build_damping(case, state)
+    count, most = getattr(case.reduction, "count", None), state.system.size - 1
+    if count is not None and count > most:
+        raise CaseError(f"reduction.count: expected at most the {most} modes of this mesh, got {count}; take fewer")
+    about_structure = (*_about_mesh(case), *_about_cables(case), *doubts_about_maneuver(maneuver))
+    start = find_start(state, maneuver.start(), case.coupling.build(), damping)
     return [*state.warnings, *about_structure, *start.warnings, *_about_probes(case, state), *_about_run(case)]
 
 
@@ -47,26 +53,23 @@ def notes(case: Case, state: PrestressedState) -> list[str]:
     return found
 
 
-def _about_mesh(case: Case) -> list[str]:
+def _about_mesh(case: Case) -> Iterator[str]:
     mesh = case.mesh
-    if "pattern" not in mesh.model_fields_set or SHAPES[mesh.element].domain == "triangle":
-        return []
-    return [f"mesh.pattern = '{mesh.pattern}' is not used: cells of '{mesh.element}' have no diagonal; remove it"]
+    if "pattern" in mesh.model_fields_set and SHAPES[mesh.element].domain != "triangle":
+        yield f"mesh.pattern = '{mesh.pattern}' is not used: cells of '{mesh.element}' have no diagonal; remove it"
 
 
-def _about_cables(case: Case) -> list[str]:
-    warnings: list[str] = []
-    if case.cables is None or case.cables.per_long_edge is None or case.cables.per_short_edge is None:
-        return warnings  # a mesh file has its cables where it has them
-    spaces = (case.cables.per_long_edge - 1, case.cables.per_short_edge - 1)
-    if any(have > gaps for have, gaps in zip(case.mesh.node_spaces, spaces, strict=True)):
-        what = "cells" if case.mesh.node_spaces == case.mesh.divisions else "spaces between nodes"
-        warnings.append(
-            f"edge nodes without a cable: {list(case.mesh.node_spaces)} {what} but {list(spaces)} cable spaces; "
-            "a free edge between cables tends to compression, set cables.per_long_edge and per_short_edge "
-            f"to {what} + 1"
+def _about_cables(case: Case) -> Iterator[str]:
+    cables, have = case.cables, case.mesh.node_spaces
+    if cables is None or cables.per_long_edge is None or cables.per_short_edge is None:
+        return  # a mesh file has its cables where it has them
+    spaces = (cables.per_long_edge - 1, cables.per_short_edge - 1)
+    if have[0] > spaces[0] or have[1] > spaces[1]:
+        what = "cells" if have == case.mesh.divisions else "spaces between nodes"
+        yield (
+            f"edge nodes without a cable: {list(have)} {what} but {list(spaces)} cable spaces; a free edge between "
+            f"cables tends to compression, set cables.per_long_edge and per_short_edge to {what} + 1"
         )
-    return warnings
 
 
 def _about_probes(case: Case, state: PrestressedState) -> list[str]:
@@ -76,22 +79,16 @@ def _about_probes(case: Case, state: PrestressedState) -> list[str]:
     return doubts_about_probes(state.model, case.output.probes, placed.positions)
 
 
-def _about_run(case: Case) -> list[str]:
-    warnings: list[str] = []
+def _about_run(case: Case) -> Iterator[str]:
     if case.maneuver.kind == "none":
-        warnings.append("maneuver.kind = 'none': nothing moves the antenna; set kind = 'stop' to excite it")
-    if isinstance(case.output.fields, tuple):
-        late = [instant for instant in case.output.fields if instant > case.solver.end_time]
-        if late:
-            warnings.append(
-                f"output.fields: {late} s lie after end_time = {case.solver.end_time:g} s and are left out; "
-                "run longer to store them"
-            )
-    motions = (case.maneuver, *getattr(case.maneuver, "steps", ()))
-    for duration in (getattr(motion, "duration", None) for motion in motions):
-        if isinstance(duration, float) and case.solver.time_step > duration / 5:
-            warnings.append(
-                f"solver.time_step = {case.solver.time_step:g} s resolves the maneuver of {duration:g} s with "
-                "fewer than 5 steps; use a smaller one"
-            )
-    return warnings
+        yield "maneuver.kind = 'none': nothing moves the antenna; set kind = 'stop' to excite it"
+    fields, solver = case.output.fields, case.solver
+    late = [instant for instant in fields if instant > solver.end_time] if isinstance(fields, tuple) else []
+    if late:
+        text = f"output.fields: {late} s lie after end_time = {solver.end_time:g} s and are left out"
+        yield f"{text}; run longer to store them"
+    for motion in (case.maneuver, *getattr(case.maneuver, "steps", ())):
+        duration = getattr(motion, "duration", None)
+        if isinstance(duration, float) and solver.time_step > duration / 5:
+            text = f"solver.time_step = {solver.time_step:g} s resolves the maneuver of {duration:g} s with fewer than"
+            yield f"{text} 5 steps; use a smaller one"

@@ -78,7 +78,7 @@ def graded_lines(length: float, divisions: int, stations: Array, shape: Shape = 
     needed per interval between them; one per two intervals where evenly spaced stations can take turns between the ends
     and the middles of the sides of a shape that has nodes there. MeshError if ``divisions`` are fewer.
     """
-    least = least_divisions(len(stations) - 1, shape)
+    least = shape.least_divisions(len(stations) - 1)
     if divisions < least:
         raise MeshError(
             f"divisions: expected at least {least} so that a mesh node meets each of the {len(stations)} "
@@ -97,11 +97,6 @@ def graded_lines(length: float, divisions: int, stations: Array, shape: Shape = 
     lines = np.append(np.concatenate(pieces), stations[-1])
     lines[0], lines[-1] = -0.5 * length, 0.5 * length
     return lines
-
-
-def least_divisions(intervals: int, shape: Shape) -> int:
-    """Least number of cells along a side whose nodes meet the ends of this many even intervals."""
-    return intervals // 2 if shape.midside_nodes and intervals % 2 == 0 else intervals
 
 
 def check_elements(name: str, shape: Shape, nodes: Array, connectivity: Indices) -> None:

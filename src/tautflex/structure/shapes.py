@@ -101,6 +101,10 @@ class Shape:
         """Whether every edge has a node in its middle."""
         return all(len(edge) == 3 for edge in self.edges)
 
+    def least_divisions(self, intervals: int) -> int:
+        """Least number of cells along a side whose nodes meet the ends of this many even intervals."""
+        return intervals // 2 if self.midside_nodes and intervals % 2 == 0 else intervals
+
     @cached_property
     def strain_rule(self) -> Rule:
         """Rule for strains: its points are the element's integration points."""

@@ -2,40 +2,39 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from tautflex.cli.cards import show_check
-from tautflex.cli.options import AsJson, CaseFile, Overrides, Plugins, about, load, print_json
+from tautflex.cli.options import Answer, CaseFile, Overrides, about, command, load
 from tautflex.errors import InputError
 
 
-def check(case: CaseFile, /, *, override: Overrides = None, plugin: Plugins = None, as_json: AsJson = False) -> int:
+@command
+def check(case: CaseFile, /, *, override: Overrides = None) -> Answer:
     """Validate a case, build its model and prestress, summarize and warn.
 
     Example: tautflex check m2.toml --set mesh.divisions=[20,10]
     """
     try:
-        loaded = load(case, override, plugin)
+        loaded = load(case, override)
 
+        from tautflex.case.advice import advise, notes
         from tautflex.case.build import build_model
         from tautflex.solvers.static.prestress import solve_prestress
 
         with about(case):
             model = build_model(loaded)
             state = solve_prestress(model)
+            warnings = advise(loaded, state)
     except InputError as error:
-        if as_json:
-            print_json(
-                {"ok": False, "nodes": 0, "dofs": 0, "mass": 0.0, "warnings": [], "notes": [], "error": str(error)}
-            )
-        raise
-
-    from tautflex.case.advice import advise, notes
-
+        nothing = {"ok": False, "nodes": 0, "dofs": 0, "mass": 0.0, "warnings": [], "notes": [], "error": str(error)}
+        return Answer(nothing, list, error=error)
     answer = {
         "ok": True,
         "nodes": len(model.nodes),
         "dofs": model.dof_count,
         "mass": model.mass,
-        "warnings": advise(loaded, state),
+        "warnings": warnings,
         "notes": notes(loaded, state),
         "prestress": {
             "residual": state.residual,
@@ -43,8 +42,4 @@ def check(case: CaseFile, /, *, override: Overrides = None, plugin: Plugins = No
             "min_principal_resultant": state.min_principal_resultant,
         },
     }
-    if as_json:
-        print_json(answer)
-    else:
-        show_check(case, answer)
-    return 0
+    return Answer(answer, partial(show_check, case, answer))
