@@ -50,7 +50,7 @@ def found(state, rate, damping=None):
 
 
 @pytest.mark.parametrize("size", [1.0, 1e3])
-def test_string_spun_beyond_its_frequency_grows(size):
+def test_string_spun_beyond_its_frequency_grows(size, verification_row):
     """In one plane Coriolis forces do nothing: s = sqrt(W^2 - w^2), at 120 rad/s and at 4e-3 rad/s alike."""
     tension = 2.0 if size == 1.0 else 2e-3
     state, natural = string(tension, size), lowest(tension, size)
@@ -62,6 +62,8 @@ def test_string_spun_beyond_its_frequency_grows(size):
             state.system.translations(unstable.shape)[:, 2], np.sin(np.pi * np.arange(17) / 16), atol=1e-6
         )
         assert f"{unstable.rate:.3g} 1/s, most at node 8 " in unstable.text
+    title = f"string of {size:g} m spun at 1.5 of its frequency: growth rate [1/s]"
+    verification_row(title, natural * np.sqrt(1.25), unstable.rate, "sqrt(W² - w²), consistent mass")
 
 
 def test_coriolis_force_holds_a_string_that_may_move_both_ways():
@@ -71,12 +73,14 @@ def test_coriolis_force_holds_a_string_that_may_move_both_ways():
     assert found(string(held=("y",)), 1.5 * natural) is not None
 
 
-def test_damping_slows_the_growth():
+def test_damping_slows_the_growth(verification_row):
     """l^2 + a l - s^2 = 0."""
     natural = lowest()
     free, alpha = natural * np.sqrt(1.5**2 - 1.0), 80.0
     unstable = found(string(), 1.5 * natural, tf.Rayleigh(alpha, 0.0))
-    assert unstable.rate == pytest.approx(-0.5 * alpha + np.sqrt(0.25 * alpha**2 + free**2), rel=1e-6)
+    expected = -0.5 * alpha + np.sqrt(0.25 * alpha**2 + free**2)
+    assert unstable.rate == pytest.approx(expected, rel=1e-6)
+    verification_row("the same with damping: growth rate [1/s]", expected, unstable.rate, "root of l² + a l - s²")
 
 
 @pytest.mark.parametrize("reduced", [False, True])
@@ -105,7 +109,7 @@ def test_imperfection_of_a_stable_state_is_the_first_mode():
         tf.simulate(state, **question, initial_imperfection=-1.0)
 
 
-def test_film_spun_beyond_its_frequency_grows():
+def test_film_spun_beyond_its_frequency_grows(verification_row):
     """In-plane motion is stiff, so that transverse motion is on its own: s = sqrt(W^2 - w11^2) [theory.md 6].
 
     Without the inertial load, which would push the film together at the edges far from the axis.
@@ -117,17 +121,21 @@ def test_film_spun_beyond_its_frequency_grows():
     question = {"time_step": 1e-3, "end_time": 2e-3, "coupling": tf.Coupling(inertial_load=False)}
     data = tf.simulate(state, steady(1.2 * natural), **question).data
     text = next(text for text in data.attrs["warnings"] if "unstable" in text)
-    assert float(text.split("fastest at ")[1].split()[0]) == pytest.approx(natural * np.sqrt(1.2**2 - 1.0), rel=0.01)
+    expected, told = natural * np.sqrt(1.2**2 - 1.0), float(text.split("fastest at ")[1].split()[0])
+    assert told == pytest.approx(expected, rel=0.01)
+    verification_row("film spun at 1.2 of its frequency: growth rate as told [1/s]", expected, told, "sqrt(W² - w11²)")
     assert "spin more slowly" in text
     calm = tf.simulate(state, steady(0.95 * natural), **question).data
     assert not any("unstable" in text for text in calm.attrs["warnings"])
 
 
-def test_string_that_is_pushed_grows_without_any_spin():
+def test_string_that_is_pushed_grows_without_any_spin(verification_row):
     """Fastest in the shape of most half-waves, s^2 = 2/(rho A) ..., as many shapes as the mesh has."""
     state = string(tension=-2.0, check=False)
     unstable = found(state, 0.0)
-    assert unstable.rate == pytest.approx(np.sqrt(square(ELEMENTS - 1)), rel=1e-9)
+    expected = np.sqrt(square(ELEMENTS - 1))
+    assert unstable.rate == pytest.approx(expected, rel=1e-9)
+    verification_row("string pushed by 2 N: growth rate [1/s]", expected, unstable.rate, "mesh's shortest wave")
     assert f"{ELEMENTS - 1} motion(s)" in unstable.text
     assert "its prestress pushes" in unstable.text
 
