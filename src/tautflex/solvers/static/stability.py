@@ -75,19 +75,23 @@ def find_instability(
             return None
         rate, vector = float(eigenvalue.real), grown.real if np.abs(grown.real).max() > 0.0 else grown.imag
     vector = scaled(state, vector)
-    node = int(np.argmax(np.linalg.norm(state.system.translations(vector), axis=1)))
+    return Instability(rate, vector, growth_text(state, count, rate, vector, motion))
+
+
+def growth_text(state: PrestressedState, count: int, rate: float, shape: Array, motion: RigidMotion) -> str:
+    """Sentence about motions that grow, the fastest at a rate [1/s] in a shape of (size,)."""
+    node = int(np.argmax(np.linalg.norm(state.system.translations(shape), axis=1)))
     spin = float(np.linalg.norm(motion.angular_velocity))
-    remedy = (
+    cause = (
         f"the tension does not hold a spin of {spin:.3g} rad/s: spin more slowly or"
         if spin
         else "its prestress pushes:"
     )
-    text = (
+    return (
         f"the starting state is unstable: {count} motion(s) grow out of it, the fastest at {rate:.3g} 1/s, most at "
-        f"node {node} {point_text(state.model.nodes[node])}; {remedy} raise the tension, or set initial_imperfection "
+        f"node {node} {point_text(state.model.nodes[node])}; {cause} raise the tension, or set initial_imperfection "
         "to follow the motion"
     )
-    return Instability(rate, vector, text)
 
 
 class Start(NamedTuple):
