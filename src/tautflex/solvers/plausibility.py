@@ -201,7 +201,7 @@ class MotionWatch:
 
     def see(self, time: float, q: Array, energy: float) -> None:
         """Look at one instant [s]: free unknowns [m, rad] and strain energy [J]."""
-        for number, size in enumerate((energy, float(np.abs(q).max(initial=0.0)))):
+        for number, size in enumerate((energy, float(q @ q))):
             if size > self._kept.get(number, (0.0,))[0]:
                 self._kept[number] = size, time, q.copy()
 

@@ -10,6 +10,7 @@ from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
+from tautflex.numeric import Array
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.static.stability import find_start
 from tautflex.solvers.transient.adaptive import AdaptiveDriver
@@ -104,7 +105,8 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
             recorder.store(at, driver.segment_at(at.time))
 
     try:
-        at, said = begin(equation, problem)
+        at, said = begin(equation, maneuver, problem.velocity, problem.initial_imperfection)
+        said = [*problem.doubts, *said]
         if isinstance(stepper, ExplicitStepper):
             stepper.check(at, step)
         record(0)
@@ -128,16 +130,16 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     )
 
 
-def begin(equation: EquationOfMotion, problem: TransientProblem) -> tuple[MotionState, list[str]]:
-    """Start of a run: steady equilibrium, given offset and velocity, the accelerations that follow; and warnings."""
-    maneuver = problem.maneuver
+def begin(
+    equation: EquationOfMotion, maneuver: Maneuver | FreeHub, velocity: Array, imperfection: float = 0.0
+) -> tuple[MotionState, list[str]]:
+    """Start of a run: steady equilibrium, offset [m] and velocity, the accelerations that follow; and warnings."""
     if isinstance(maneuver, FreeHub):
         steady = first = steady_motion(maneuver, equation.inertia)
     else:
         steady, first = maneuver.start(), maneuver.segments()[0].motion(0.0)
-    start = find_start(problem.state, steady, problem.coupling, problem.damping, problem.initial_imperfection)
-    at = equation.start(0.0, start.equilibrium + start.offset, problem.velocity, first)
-    return at, [*problem.doubts, *start.warnings]
+    start = find_start(equation.state, steady, equation.coupling, equation.damping, imperfection)
+    return equation.start(0.0, start.equilibrium + start.offset, velocity, first), start.warnings
 
 
 def _stepper(problem: TransientProblem, equation: EquationOfMotion) -> AnyStepper:
