@@ -10,6 +10,7 @@ from scipy.sparse import csr_array
 
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
+from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.numeric import Array
 from tautflex.reduction.bases.vectors import BasisVectors, ReferenceSolver
 from tautflex.reduction.polynomial.condensation import CondensedModel
@@ -103,3 +104,10 @@ def refuse_drifting(state: PrestressedState) -> None:
             f"supports: expected a structure held against rigid motion, {state.model.rigid_freedom} rigid motion(s) "
             "are free; hold the frame (frame.support = 'corners')"
         )
+
+
+def require_forces(inputs: InputSet) -> None:
+    """Raise UnsupportedError if an input changes stresses: the model holds for one prestress."""
+    if inputs.changes_stress():
+        text = "inputs: expected forces on a reduced model, got a change of tension or temperature"
+        raise UnsupportedError(f"{text}; simulate the full state")

@@ -17,7 +17,7 @@ from tautflex.reduction.marching.frame_terms import ReducedMoments, frame_at, fr
 from tautflex.reduction.marching.schedule import Stretch, stretches
 from tautflex.reduction.marching.steps import march, march_explicit
 from tautflex.reduction.marching.work import StageNumbers, new_work, stage_numbers
-from tautflex.reduction.on_basis import OnBasis
+from tautflex.reduction.on_basis import OnBasis, require_forces
 from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, rows_from, total_force
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.generalized_alpha import Newmark
@@ -55,11 +55,7 @@ class ReducedRun:
         self.moments = ReducedMoments(np.concatenate([c.load, c.load_stress], axis=1))
         self._offsets = ReducedMoments(c.follow_load)
         self.inputs = InputSet(rom.state.system, problem.inputs)
-        if self.inputs.changes_stress():
-            raise UnsupportedError(
-                "inputs: expected forces on a reduced model, got a change of tension or temperature; simulate the full "
-                "state"
-            )
+        require_forces(self.inputs)
         self._began = problem.maneuver.start()
         self.segments = split_segments(problem.maneuver.segments(), self.inputs.breaks)
         self._tolerance = problem.tolerance or self._method.tolerance
