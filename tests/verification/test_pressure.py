@@ -74,7 +74,7 @@ def held(shape: Shape) -> Model:
 def test_pressure_on_a_curved_film_of_any_shape(shape, verification_row):
     """On ``z = d + b x + c y + e x y + f x^2 + g y^2`` over a rectangle, of which each shape takes its share exactly.
 
-    The normal times dA is ``(-z_x, -z_y, 1) dx dy``; the cones to the origin hold ``(z - x z_x - y z_y) / 3``.
+    The normal times dA is ``(-z_x, -z_y, 1) dx dy``; what lies between it and the plane is the integral of z.
     """
     model = held(shape)
     x, y, _ = model.nodes.T
@@ -89,7 +89,7 @@ def test_pressure_on_a_curved_film_of_any_shape(shape, verification_row):
     load = PressureLoad(system, p)
     total = load.force(q.ravel()).reshape(-1, 3).sum(axis=0)
     exact = p * a * h * np.array([-(b + e * h / 2 + f * a), -(c + e * a / 2 + g * h), 1.0])
-    volume = a * h * (d - e * a * h / 4 - f * a**2 / 3 - g * h**2 / 3) / 3.0
+    volume = a * h * (d + b * a / 2 + c * h / 2 + e * a * h / 4 + f * a**2 / 3 + g * h**2 / 3)
     error = max(np.abs(total / exact - 1.0).max(), abs(load.work(q.ravel()) / (p * volume) - 1.0))
     assert error < 1e-13
     verification_row(f"pressure on a curved film, {shape.name}: resultant and volume", 0.0, error, "closed form")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,37 @@ from scipy.sparse import csc_array, triu
 from scipy.sparse.linalg import SuperLU, splu
 
 from tautflex.numeric import Array
+
+
+def _factors(matrix: csc_array) -> SuperLU:
+    try:
+        return splu(matrix)
+    except RuntimeError as error:
+        raise np.linalg.LinAlgError("matrix is singular") from error
+
+
+def general_solver(matrix: csc_array) -> Callable[[Array], Array]:
+    """Solve with a matrix that need not be symmetric.
+
+    Parameters
+    ----------
+    matrix
+        Shape (size, size).
+
+    Returns
+    -------
+    callable
+        Solution from a right-hand side, shape (size,).
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the matrix is singular or not finite.
+    """
+    if not np.all(np.isfinite(matrix.data)):
+        raise np.linalg.LinAlgError("matrix has entries that are not finite")
+    factors = _factors(matrix)
+    return lambda right: np.asarray(factors.solve(right))
 
 
 class PivotedLU:
@@ -31,10 +63,7 @@ class PivotedLU:
         """Factorize the matrix with these values of its upper triangle; LinAlgError if it is singular."""
         upper = csc_array((values, self._rows, self._start), shape=(self._size, self._size))
         self._factors = None
-        try:
-            self._factors = splu(csc_array(upper + triu(upper, k=1).T))
-        except RuntimeError as error:
-            raise np.linalg.LinAlgError("matrix is singular") from error
+        self._factors = _factors(csc_array(upper + triu(upper, k=1).T))
 
     def solve(self, right: Array) -> Array:
         """Solve for one right-hand side, shape (size,)."""

@@ -18,6 +18,7 @@ from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.minimum import find_minimum
+from tautflex.solvers.nonlinear.newton import relative_error
 
 # Shares of the elastic law left in wrinkled and slack states on the way from the elastic to the nonlinear solution.
 _SHARES = 10.0 ** -np.arange(0.0, 13.0)
@@ -83,9 +84,9 @@ class _FlatEnergy:
     def __init__(self, system: StructuralSystem, scale: float) -> None:
         self._workspace, self._scale = system.workspace(), scale
 
-    def gradient(self, x: Array) -> tuple[Array, float, float, float]:
-        force, energy = self._workspace.force(x)
-        return force, energy, self._scale, abs(energy)
+    def residual(self, x: Array) -> tuple[Array, float]:
+        force, _ = self._workspace.force(x)
+        return force, relative_error(float(np.linalg.norm(force)), self._scale)
 
     def tangent(self, x: Array) -> Array:
         return self._workspace.tangent(x)
@@ -135,4 +136,4 @@ def largest_force(system: StructuralSystem, stress: Iterable[Array]) -> float:
     for block, values in zip(system.blocks, stress, strict=True):
         nodal = np.einsum("nid,n,ni->nd", block.gradient, block.measure, values @ block.linear)
         largest = max(largest, float(np.abs(nodal).max(initial=0.0)))
-    return largest or 1.0
+    return largest
