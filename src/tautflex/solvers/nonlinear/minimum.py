@@ -7,6 +7,7 @@ have no negative pivot, and the shift follows how well the quadratic model foret
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -63,7 +64,7 @@ def find_minimum(
     *,
     first_shift: float = 0.0,
     floor: float = 0.0,
-    max_iterations: int = 1000,
+    max_iterations: int = 300,
 ) -> MinimumOutcome:
     """Go down from ``start`` to a point of balance where the symmetric part of the tangent has no negative pivot.
 
@@ -100,7 +101,7 @@ def find_minimum(
         if not is_positive(factor, values, shift * stiffest):
             shift = max(10.0 * shift, _RESTART)
             continue
-        solve = factor.solve
+        solve: Callable[[Array], Array] = factor.solve
         if not pattern.is_symmetric(values):
             moved = values.copy()
             moved[diagonal] += shift * stiffest

@@ -8,21 +8,24 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tautflex import checks
+from tautflex.elements import ElementBlock
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.pressure import PressureLoad, nodal_load
-from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.lu import general_solver
-from tautflex.solvers.nonlinear.minimum import find_minimum, is_positive
+from tautflex.solvers.nonlinear.minimum import MinimumOutcome, find_minimum, is_positive
 from tautflex.solvers.nonlinear.newton import relative_error, solve_newton
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.softening import softened
 from tautflex.solvers.static.tensioning import largest_force
 
 # First shift of a descent that starts without transverse stiffness; steps of the order of the final deflection.
-_SOFT_START = 1e-4
+_SOFT_START, _ON_THE_WAY = 1e-4, 1e-6
+# Factorizations of one descent, and of the first one.
+_MOST, _MOST_AT_ONCE = 1000, 100
 # Of the largest entry: stiffness that counts as none.
 _SINGULAR = 1e-13
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
@@ -37,9 +40,10 @@ class _Balance:
     def __init__(
         self, state: PrestressedState, load: Array, extra: Array | None, pressure: PressureLoad | None, tolerance: float
     ) -> None:
-        self._state, self._load, self._pressure, self.share = state, load, pressure, 1.0
+        self.system, self._reference, self.share = state.system, state.reference_force, 1.0
+        self._load, self._pressure = load, pressure
         self._workspace = state.system.workspace()
-        self._pattern = pattern = state.system.pattern
+        self.pattern = pattern = state.system.pattern
         self._extra = None if extra is None else 0.5 * (extra + extra[pattern.transpose_slots])
         self._turning = None if self._extra is None else pattern.symmetric_matrix(self._extra)
         self._symmetric = SymmetricFactorization(pattern)
@@ -51,7 +55,7 @@ class _Balance:
     def residual(self, x: Array) -> tuple[Array, float]:
         """Residual [N], and its norm over that of the forces in it."""
         force, _ = self._workspace.force(x)
-        force -= self._state.reference_force
+        force -= self._reference
         load = self.share * self._load
         if self._pressure is not None:
             load = load - self.share * self._pressure.force(x)
@@ -67,7 +71,7 @@ class _Balance:
 
     def _cancelling(self, x: Array) -> float:
         """Forces of elements cancel each other at nodes, and stiff ones feel the round-off of x: norm of both [N]."""
-        elements = largest_force(self._state.system, self._workspace.stress) * np.sqrt(x.size)
+        elements = largest_force(self.system, self._workspace.stress) * np.sqrt(x.size)
         return float(elements + np.linalg.norm(self._diagonal * x))
 
     def tangent(self, x: Array) -> Array:
@@ -77,20 +81,35 @@ class _Balance:
             values = values + self._extra
         if self._pressure is not None:
             values = values - self.share * self._pressure.tangent(x)
-        self._diagonal = values[self._pattern.diagonal]
+        self._diagonal = values[self.pattern.diagonal]
         return values
 
     def refresh(self, x: Array) -> None:
         values = self.tangent(x)
-        if self._pattern.is_symmetric(values):
+        if self.pattern.is_symmetric(values):
             self._symmetric.factorize(values)
             self.solve = self._symmetric.solve
         else:
-            self.solve = general_solver(self._pattern.matrix(values))
+            self.solve = general_solver(self.pattern.matrix(values))
 
     def ready(self) -> bool:
         # Under pressure a tangent serves once: what is left of the way is long, and a fresh one makes it short.
         return self._pressure is None and self._symmetric.ready
+
+    def use(self, blocks: tuple[ElementBlock, ...]) -> None:
+        """Take other laws."""
+        self._workspace = self.system.with_initial_stress(self.system.initial_stress, blocks).workspace()
+
+    def newton(self, start: Array, tolerance: float) -> Array | None:
+        """Equilibrium by Newton's method, stable under pressure; None if there is none on its way."""
+        if self._pressure is not None and not self.stable(start):
+            return None
+        try:
+            outcome = solve_newton(self, start, tolerance)
+        except np.linalg.LinAlgError:
+            return None  # a singular tangent is what the descent is for
+        found = outcome.converged and (self._pressure is None or self.stable(outcome.x))
+        return outcome.x if found else None
 
     def stable(self, x: Array) -> bool:
         """Whether every small motion away from ``x`` costs work."""
@@ -146,8 +165,8 @@ def solve_static(
     Notes
     -----
     Newton's method is tried first, under pressure with the unsymmetric load stiffness of free edges. Where it fails, or
-    finds a shape that pressure would leave, a stable equilibrium is sought by `find_minimum`, which also finds inflated
-    and wrinkled shapes from a flat film without tension.
+    finds a shape that pressure would leave, a stable equilibrium is sought by `find_minimum`, from the elastic law to
+    those that wrinkle and go slack. It also finds inflated and hanging shapes from a start without tension.
     """
     if not isinstance(state, PrestressedState):
         raise InputError(
@@ -172,21 +191,31 @@ def solve_static(
     with np.errstate(over="ignore", invalid="ignore"):  # what leaves the range of numbers is told by the error
         for step in range(1, steps + 1):
             balance.share = step / steps
-            x = _solve(balance, system.pattern, x, tolerance, follower=pressure is not None)
+            x = _solve(balance, x, tolerance)
     return x
 
 
-def _solve(balance: _Balance, pattern: SparsityPattern, start: Array, tolerance: float, follower: bool) -> Array:
-    try:
-        if not follower or balance.stable(start):
-            outcome = solve_newton(balance, start, tolerance)
-            if outcome.converged and (not follower or balance.stable(outcome.x)):
-                return outcome.x
-    except np.linalg.LinAlgError:
-        pass  # a singular tangent is what the descent is for
-    descent = find_minimum(balance, pattern, start, tolerance, first_shift=_SOFT_START)
-    if descent.converged:
-        return descent.x
+def _solve(balance: _Balance, x: Array, tolerance: float) -> Array:
+    """Equilibrium near ``x``: with the laws as they are, or, if that is far, on the way that `softened` makes."""
+    own, outcome = balance.system.blocks, MinimumOutcome(x)
+    for number, blocks in enumerate((own, *softened(own))):
+        balance.use(blocks)
+        goal = tolerance if blocks is own else _ON_THE_WAY
+        found = balance.newton(outcome.x, goal)
+        if found is None:
+            shift, most = (0.0, _MOST) if number else (_SOFT_START, _MOST_AT_ONCE)
+            outcome = find_minimum(balance, balance.pattern, outcome.x, goal, first_shift=shift, max_iterations=most)
+        else:
+            outcome = MinimumOutcome(found, converged=True)
+        if outcome.converged and blocks is own:
+            return outcome.x
+        if number and not outcome.converged:
+            break
+    raise _failure(balance, outcome)
+
+
+def _failure(balance: _Balance, descent: MinimumOutcome) -> NotConvergedError:
+    """What went wrong, and what to try."""
     error = descent.history[-1]
     if not np.isfinite(error):
         text = "the forces leave the range of numbers; check the units of load, pressure and start"
@@ -197,7 +226,7 @@ def _solve(balance: _Balance, pattern: SparsityPattern, start: Array, tolerance:
         )
     else:
         text = "the way to an equilibrium is longer than that; give a start nearer to it, or more steps"
-    raise NotConvergedError(
+    return NotConvergedError(
         f"static equilibrium: residual {error:.2e} of the forces after {descent.iterations} factorizations; {text}",
         result=descent.x,
         history=tuple(descent.history),

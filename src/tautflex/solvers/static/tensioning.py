@@ -19,9 +19,8 @@ from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.minimum import find_minimum
 from tautflex.solvers.nonlinear.newton import relative_error
+from tautflex.solvers.static.softening import softened
 
-# Shares of the elastic law left in wrinkled and slack states on the way from the elastic to the nonlinear solution.
-_SHARES = 10.0 ** -np.arange(0.0, 13.0)
 _TOLERANCE, _ON_THE_WAY = 1e-10, 1e-6
 # Of the largest diagonal entry: makes the transverse unknowns, which nothing moves, definite.
 _SHIFT = 1e-12
@@ -93,18 +92,12 @@ class _FlatEnergy:
 
 
 def _minimum(given: StructuralSystem, blocks: tuple[ElementBlock, ...]) -> Array:
-    """Minimum of the energy of nonlinear laws on the flat geometry.
-
-    The way there starts from the elastic solution and takes the compressive stiffness away in steps of ten: each
-    solution is close to the next, while a direct attempt meets a nearly singular tangent.
-    """
+    """Minimum of the energy of nonlinear laws on the flat geometry, on the way that `softened` makes."""
     x = np.zeros(given.size)
     scale = float(np.linalg.norm(given.force(x)[0])) or largest_force(given, given.initial_stress)
-    last = max(block.law.share for block in blocks)
-    for share in (*_SHARES[last < _SHARES], last):
-        walked = tuple(replace(block, law=block.law.with_share(share)) for block in blocks)
-        system = given.with_initial_stress(given.initial_stress, blocks if share == last else walked)
-        tolerance = _TOLERANCE if share == last else _ON_THE_WAY
+    for stage in softened(blocks):
+        system = given.with_initial_stress(given.initial_stress, stage)
+        tolerance = _TOLERANCE if stage is blocks else _ON_THE_WAY
         x = find_minimum(_FlatEnergy(system, scale), given.pattern, x, tolerance, floor=_SHIFT).x
     return x
 
