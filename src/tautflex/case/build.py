@@ -144,5 +144,6 @@ def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:
             found.append(given.placed(state.model))
             tried = found[-1].prepare(state.system)
             tried.load(0.0)
+            tried.follower(0.0)
             tried.stress(0.0)
     return found

@@ -16,6 +16,7 @@ from tautflex.mechanics.dampings.modal import Modal
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.loads.cable_tension import CableTension
 from tautflex.mechanics.loads.edge_force import EdgeForce
+from tautflex.mechanics.loads.film_pressure import Pressure
 from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.mechanics.loads.membrane_temperature import MembraneTemperature
 from tautflex.mechanics.loads.nodal_force import NodalForce
@@ -98,7 +99,7 @@ METHODS = Registry(
     EnergyConserving,
     CentralDifference,
 )
-INPUTS = Registry("input", (TimeInput,), NodalForce, EdgeForce, CableTension, MembraneTemperature)
+INPUTS = Registry("input", (TimeInput,), NodalForce, EdgeForce, Pressure, CableTension, MembraneTemperature)
 DAMPINGS = Registry("damping", (Damping,), Rayleigh, Modal)
 BASES = Registry("basis", (Basis,), ModalBasis)
 _ALL = (MANEUVERS, METHODS, INPUTS, DAMPINGS, BASES)

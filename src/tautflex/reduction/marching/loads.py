@@ -14,7 +14,7 @@ from tautflex.reduction.polynomial.forces import FrameTerms
 class InputLoads:
     """Projects the forces of inputs, bound to the structure of a reduced model, on coordinates and monomials.
 
-    Raises UnsupportedError if an input changes stresses: the polynomial holds for one prestress.
+    Raises UnsupportedError if an input changes stresses, for which the polynomial does not hold, or follows the motion.
     """
 
     def __init__(self, rom: OnBasis, inputs: InputSet) -> None:
@@ -25,6 +25,11 @@ class InputLoads:
             raise UnsupportedError(
                 "inputs: expected forces on a reduced model, got a change of tension or temperature; simulate the full "
                 "state"
+            )
+        if inputs.followers(0.0):
+            raise UnsupportedError(
+                "inputs: expected dead forces on a reduced model, got pressure, which follows the film; simulate the "
+                "full state"
             )
         self._vectors, self._count = np.concatenate([rom.basis.kept, rom.monomial_vectors]), rom.size
 

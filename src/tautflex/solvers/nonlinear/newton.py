@@ -113,7 +113,7 @@ def solve_newton(
         fresh = True
 
     while error > tolerance and outcome.iterations < max_iterations and math.isfinite(error):
-        if not problem.ready():
+        if not (fresh or problem.ready()):
             refresh()
         step, slope = memory.propose(problem.solve, residual)
         outcome.iterations += 1

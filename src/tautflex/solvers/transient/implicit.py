@@ -137,6 +137,10 @@ class Stepper:
         symmetric = 0.5 * (forces.displacement + forces.displacement.T)
         if symmetric.any():
             values += numbers.scheme.weight * equation.inertia.entries(symmetric)[self._pattern.upper[0]]
+        for item in equation.followers:
+            follower = item.tangent(q)
+            symmetric = 0.5 * numbers.scheme.weight * (follower + follower[self._pattern.transpose_slots])
+            values -= symmetric[self._pattern.upper[0]]
         self.factor.factorize_upper(values)
         self.solver.correct(*equation.correction(q, numbers.scheme))
         self._factor_size, self._factor_inertia = size, numbers.scheme.inertia.d
