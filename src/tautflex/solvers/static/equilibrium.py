@@ -225,7 +225,7 @@ def _failure(balance: _Balance, descent: MinimumOutcome) -> NotConvergedError:
             "raise the tension, or apply less"
         )
     else:
-        text = "the way to an equilibrium is longer than that; give a start nearer to it, or more steps"
+        text = "what supports and tension do not hold drifts on; check them, or give a nearer start, or more steps"
     return NotConvergedError(
         f"static equilibrium: residual {error:.2e} of the forces after {descent.iterations} factorizations; {text}",
         result=descent.x,
