@@ -30,10 +30,6 @@ class FollowerForce(Protocol):
         """Its mean on the straight way between two states, shape (size,)."""
         ...
 
-    def tangent(self, q: Array) -> Array:
-        """Derivative of the force, values in the pattern, shape (entries,)."""
-        ...
-
     def wrench(self, q: Array) -> Array:
         """Force [N], and torque about the origin [N m], on all nodes, held ones too, shape (6,)."""
         ...

@@ -60,7 +60,7 @@ class PressureLoad:
     Raises
     ------
     InputError
-        If there is no film, the shape is wrong, or a value is not finite.
+        If there is no film, an argument has the wrong type or shape, or a value is not finite.
     MeshError
         If the film has one side only.
 
@@ -72,6 +72,8 @@ class PressureLoad:
     """
 
     def __init__(self, system: StructuralSystem, pressure: ArrayLike) -> None:
+        if not isinstance(system, StructuralSystem):
+            raise InputError(f"system: expected a StructuralSystem, got {type(system).__name__}; give state.system")
         model = system.model
         if not model.membrane_count:
             raise InputError("pressure: expected a model with a film, got none; give triangles and a membrane section")

@@ -1,14 +1,14 @@
-"""Minimum of a potential energy, also where Newton's tangent is singular or indefinite far from it.
+"""Stable balance of forces, also where Newton's tangent is singular or indefinite far from it.
 
-Statics of wrinkling and inflated films start without transverse stiffness and pass unstable shapes on their way.
-What is wanted is a minimum of the potential, so every step must lower it: the tangent is shifted until its factors
-have no negative pivot, and the shift follows how well the quadratic model foretold the change (Levenberg, Marquardt).
+Statics of wrinkling and inflated films start without transverse stiffness and pass unstable shapes on their way. What
+is wanted is where every motion costs work, a minimum of the potential if the forces have one, so every step must go
+along with them: the symmetric part of the tangent is shifted until its factors have no negative pivot, and the shift
+follows how well the linear model foretold the work on the step's straight way (Levenberg, Marquardt).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -17,12 +17,13 @@ from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.lu import general_solver
+from tautflex.solvers.nonlinear.newton import NewtonOutcome
 
 # Shifts relative to the largest diagonal entry of the tangent met so far (wrinkled film may be soft everywhere).
 _RESTART, _LEAST_SHIFT = 1e-8, 1e-14
 
 
-class Balance(Protocol):
+class Forces(Protocol):
     """Forces that have to balance each other."""
 
     def residual(self, x: Array) -> tuple[Array, float]:
@@ -34,30 +35,8 @@ class Balance(Protocol):
         ...
 
 
-@dataclass
-class MinimumOutcome:
-    """Result of one minimisation.
-
-    Parameters
-    ----------
-    x
-        Last accepted point.
-    converged
-        Whether the gradient's norm fell below tolerance times scale.
-    history
-        Norms of the gradient divided by their scales, one per accepted step.
-    iterations
-        Factorizations made.
-    """
-
-    x: Array
-    converged: bool = False
-    history: list[float] = field(default_factory=list)
-    iterations: int = 0
-
-
 def find_minimum(
-    balance: Balance,
+    forces: Forces,
     pattern: SparsityPattern,
     start: Array,
     tolerance: float,
@@ -65,12 +44,12 @@ def find_minimum(
     first_shift: float = 0.0,
     floor: float = 0.0,
     max_iterations: int = 300,
-) -> MinimumOutcome:
+) -> NewtonOutcome:
     """Go down from ``start`` to a point of balance where the symmetric part of the tangent has no negative pivot.
 
     Parameters
     ----------
-    balance
+    forces
         Residual and tangent.
     pattern
         Sparsity pattern of the tangent.
@@ -87,14 +66,15 @@ def find_minimum(
 
     Returns
     -------
-    MinimumOutcome
+    NewtonOutcome
+        Its iterations are the factorizations made.
     """
-    outcome, factor = MinimumOutcome(start), SymmetricFactorization(pattern)
+    outcome, factor = NewtonOutcome(start), SymmetricFactorization(pattern)
     diagonal = pattern.diagonal
     x, shift = start, max(first_shift, floor)
-    residual, error = balance.residual(x)
+    residual, error = forces.residual(x)
     outcome.history.append(error)
-    values = balance.tangent(x)
+    values = forces.tangent(x)
     stiffest = float(np.abs(values[diagonal]).max())
     while error > tolerance and outcome.iterations < max_iterations:
         outcome.iterations += 1
@@ -107,12 +87,12 @@ def find_minimum(
             moved[diagonal] += shift * stiffest
             solve = general_solver(pattern.matrix(moved))
         step = -solve(residual)
-        # Change foretold by the quadratic model with the true tangent, and found.
+        # Change of the energy foretold with the true tangent, and found.
         foretold = float(residual @ step) + 0.5 * float(step @ (pattern.matrix(values) @ step))
         if np.array_equal(x + step, x):
             break
-        trial, trial_error = balance.residual(x + step)
-        middle, _ = balance.residual(x + 0.5 * step)
+        trial, trial_error = forces.residual(x + step)
+        middle, _ = forces.residual(x + 0.5 * step)
         # Simpson's rule is exact for the cubic forces of quadratic strains and those of pressure.
         change = float((residual + 4.0 * middle + trial) @ step) / 6.0
         if not change <= 0.1 * foretold:
@@ -123,10 +103,10 @@ def find_minimum(
         elif change > 0.25 * foretold:
             shift = 4.0 * shift
         x, residual, error = x + step, trial, trial_error
-        values = balance.tangent(x)
+        values = forces.tangent(x)
         stiffest = max(stiffest, float(np.abs(values[diagonal]).max()))
         outcome.history.append(error)
-    outcome.x, outcome.converged = x, bool(error <= tolerance)
+    outcome.x, outcome.residual, outcome.converged = x, residual, bool(error <= tolerance)
     return outcome
 
 

@@ -2,120 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tautflex import checks
-from tautflex.elements import ElementBlock
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.pressure import PressureLoad, nodal_load
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array
-from tautflex.solvers.linear.factorization import SymmetricFactorization
-from tautflex.solvers.linear.lu import general_solver
-from tautflex.solvers.nonlinear.minimum import MinimumOutcome, find_minimum, is_positive
-from tautflex.solvers.nonlinear.newton import relative_error, solve_newton
+from tautflex.solvers.nonlinear.minimum import find_minimum
+from tautflex.solvers.nonlinear.newton import NewtonOutcome
+from tautflex.solvers.static.balance import Balance
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.static.softening import softened
-from tautflex.solvers.static.tensioning import largest_force
 
 # First shift of a descent that starts without transverse stiffness; steps of the order of the final deflection.
 _SOFT_START, _ON_THE_WAY = 1e-4, 1e-6
 # Factorizations of one descent, and of the first one.
 _MOST, _MOST_AT_ONCE = 1000, 100
-# Of the largest entry: stiffness that counts as none.
-_SINGULAR = 1e-13
-_ROUND_OFF = 4.0 * float(np.finfo(float).eps)
-
-
-class _Balance:
-    """``f_int(q) - f_ref + K_T q + load - f_pressure(q)``, of which a share is applied.
-
-    K_T is symmetric, as it is in steady rotation. The tangent is not where the pressure's is not.
-    """
-
-    def __init__(
-        self, state: PrestressedState, load: Array, extra: Array | None, pressure: PressureLoad | None, tolerance: float
-    ) -> None:
-        self.system, self._reference, self.share = state.system, state.reference_force, 1.0
-        self._load, self._pressure = load, pressure
-        self._workspace = state.system.workspace()
-        self.pattern = pattern = state.system.pattern
-        self._extra = None if extra is None else 0.5 * (extra + extra[pattern.transpose_slots])
-        self._turning = None if self._extra is None else pattern.symmetric_matrix(self._extra)
-        self._symmetric = SymmetricFactorization(pattern)
-        self.solve: Callable[[Array], Array] = self._symmetric.solve
-        self._first_scale: float | None = None
-        self._round_off = _ROUND_OFF / tolerance
-        self._diagonal = state.tangent_entries[pattern.diagonal]
-
-    def residual(self, x: Array) -> tuple[Array, float]:
-        """Residual [N], and its norm over that of the forces in it."""
-        force, _ = self._workspace.force(x)
-        force -= self._reference
-        load = self.share * self._load
-        if self._pressure is not None:
-            load = load - self.share * self._pressure.force(x)
-        total = force + load
-        if self._turning is not None:
-            total += self._turning @ x
-        norm = float(np.linalg.norm(total))
-        if self._first_scale is None:
-            # A given stress that relaxes has no load to be measured against but its own imbalance.
-            self._first_scale = norm
-        scale = max(float(np.linalg.norm(load)), float(np.linalg.norm(force)), self._first_scale)
-        return total, relative_error(norm, max(scale, self._round_off * self._cancelling(x)))
-
-    def _cancelling(self, x: Array) -> float:
-        """Forces of elements cancel each other at nodes, and stiff ones feel the round-off of x: norm of both [N]."""
-        elements = largest_force(self.system, self._workspace.stress) * np.sqrt(x.size)
-        return float(elements + np.linalg.norm(self._diagonal * x))
-
-    def tangent(self, x: Array) -> Array:
-        """Derivative of the residual, values in the pattern."""
-        values = self._workspace.tangent(x)
-        if self._extra is not None:
-            values = values + self._extra
-        if self._pressure is not None:
-            values = values - self.share * self._pressure.tangent(x)
-        self._diagonal = values[self.pattern.diagonal]
-        return values
-
-    def refresh(self, x: Array) -> None:
-        values = self.tangent(x)
-        if self.pattern.is_symmetric(values):
-            self._symmetric.factorize(values)
-            self.solve = self._symmetric.solve
-        else:
-            self.solve = general_solver(self.pattern.matrix(values))
-
-    def ready(self) -> bool:
-        # Under pressure a tangent serves once: what is left of the way is long, and a fresh one makes it short.
-        return self._pressure is None and self._symmetric.ready
-
-    def use(self, blocks: tuple[ElementBlock, ...]) -> None:
-        """Take other laws."""
-        self._workspace = self.system.with_initial_stress(self.system.initial_stress, blocks).workspace()
-
-    def newton(self, start: Array, tolerance: float) -> Array | None:
-        """Equilibrium by Newton's method, stable under pressure; None if there is none on its way."""
-        if self._pressure is not None and not self.stable(start):
-            return None
-        try:
-            outcome = solve_newton(self, start, tolerance)
-        except np.linalg.LinAlgError:
-            return None  # a singular tangent is what the descent is for
-        found = outcome.converged and (self._pressure is None or self.stable(outcome.x))
-        return outcome.x if found else None
-
-    def stable(self, x: Array) -> bool:
-        """Whether every small motion away from ``x`` costs work."""
-        values = self.tangent(x)
-        # Motions without stiffness count as lost: the shift takes the zero pivots away that would need another solver.
-        return is_positive(self._symmetric, values, -_SINGULAR * float(np.abs(self._diagonal).max(initial=0.0)))
 
 
 def solve_static(
@@ -187,7 +92,7 @@ def solve_static(
             f"pressure: expected a load on the film of this state, got {given}; give PressureLoad(state.system, 1.0)"
         )
     x = np.zeros(system.size) if start is None else checks.float_array("start", start, (system.size,))
-    balance = _Balance(state, dead, extra, pressure, tolerance)
+    balance = Balance(system, state.reference_force, tolerance, dead, extra, pressure)
     with np.errstate(over="ignore", invalid="ignore"):  # what leaves the range of numbers is told by the error
         for step in range(1, steps + 1):
             balance.share = step / steps
@@ -195,9 +100,9 @@ def solve_static(
     return x
 
 
-def _solve(balance: _Balance, x: Array, tolerance: float) -> Array:
+def _solve(balance: Balance, x: Array, tolerance: float) -> Array:
     """Equilibrium near ``x``: with the laws as they are, or, if that is far, on the way that `softened` makes."""
-    own, outcome = balance.system.blocks, MinimumOutcome(x)
+    own, outcome = balance.system.blocks, NewtonOutcome(x)
     for number, blocks in enumerate((own, *softened(own))):
         balance.use(blocks)
         goal = tolerance if blocks is own else _ON_THE_WAY
@@ -206,7 +111,7 @@ def _solve(balance: _Balance, x: Array, tolerance: float) -> Array:
             shift, most = (0.0, _MOST) if number else (_SOFT_START, _MOST_AT_ONCE)
             outcome = find_minimum(balance, balance.pattern, outcome.x, goal, first_shift=shift, max_iterations=most)
         else:
-            outcome = MinimumOutcome(found, converged=True)
+            outcome = NewtonOutcome(found, converged=True)
         if outcome.converged and blocks is own:
             return outcome.x
         if number and not outcome.converged:
@@ -214,7 +119,7 @@ def _solve(balance: _Balance, x: Array, tolerance: float) -> Array:
     raise _failure(balance, outcome)
 
 
-def _failure(balance: _Balance, descent: MinimumOutcome) -> NotConvergedError:
+def _failure(balance: Balance, descent: NewtonOutcome) -> NotConvergedError:
     """What went wrong, and what to try."""
     error = descent.history[-1]
     if not np.isfinite(error):

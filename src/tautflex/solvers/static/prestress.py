@@ -22,8 +22,9 @@ from tautflex.numeric import Array
 from tautflex.solvers.linear.eigenpairs import NaturalModes
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.newton import relative_error
+from tautflex.solvers.static.balance import largest_force
 from tautflex.solvers.static.diagnosis import Problem, film_wrinkles, find_problems, instability_text, soft_text
-from tautflex.solvers.static.tensioning import largest_force, respond
+from tautflex.solvers.static.tensioning import respond
 from tautflex.structure.model import Model
 
 # Eigenvalues below this are called negative [rad^2/s^2]; rigid motions of a free structure are 0 +- round-off.

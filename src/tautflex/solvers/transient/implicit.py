@@ -125,8 +125,8 @@ class Stepper:
     def refresh(self, forces: StepForces, x: Array, size: float) -> None:
         """Factorize the symmetric part of the effective stiffness at an increment.
 
-        The skew parts (gyroscopic, Euler) are small against the inertia of a resolved step and are left to the
-        iteration.
+        The skew parts (gyroscopic, Euler) and forces that follow the motion are small against the inertia of a
+        resolved step and are left to the iteration.
         """
         equation, numbers, q = self.equation, forces.numbers, forces.at.q + x
         values = equation.workspace.upper_tangent(q)
@@ -137,10 +137,6 @@ class Stepper:
         symmetric = 0.5 * (forces.displacement + forces.displacement.T)
         if symmetric.any():
             values += numbers.scheme.weight * equation.inertia.entries(symmetric)[self._pattern.upper[0]]
-        for item in equation.followers:
-            follower = item.tangent(q)
-            symmetric = 0.5 * numbers.scheme.weight * (follower + follower[self._pattern.transpose_slots])
-            values -= symmetric[self._pattern.upper[0]]
         self.factor.factorize_upper(values)
         self.solver.correct(*equation.correction(q, numbers.scheme))
         self._factor_size, self._factor_inertia = size, numbers.scheme.inertia.d
