@@ -166,6 +166,8 @@ def test_pressure_in_a_case_file():
     assert 0.0 < float(table.data.w[3, 0]) < float(run.data.w[3, 0])
     with pytest.raises(tf.CaseError, match=r"inputs\.sun\.pressure: expected shape \(32\), got \(2,\)"):
         tf.run_case(parse_case(FILM_CASE + section + "[1.0, 2.0]\n"))
+    with pytest.raises(tf.UnsupportedError, match="dead forces on a reduced model, got pressure"):
+        tf.run_case(parse_case(FILM_CASE + section + "9e-6\n[reduction]\ncount = 4\n"))
 
 
 def test_what_cannot_follow_the_film_says_so():

@@ -11,26 +11,24 @@ from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import FrameTerms
 
 
-class InputLoads:
-    """Projects the forces of inputs, bound to the structure of a reduced model, on coordinates and monomials.
+def require_forces(inputs: InputSet) -> None:
+    """Raise UnsupportedError if an input changes stresses, as the polynomial holds for one prestress, or follows q."""
+    for given, words in (
+        (inputs.changes_stress(), "forces on a reduced model, got a change of tension or temperature"),
+        (inputs.followers(0.0), "dead forces on a reduced model, got pressure, which follows the film"),
+    ):
+        if given:
+            raise UnsupportedError(f"inputs: expected {words}; simulate the full state")
 
-    Raises UnsupportedError if an input changes stresses, for which the polynomial does not hold, or follows the motion.
-    """
+
+class InputLoads:
+    """Projects the forces of inputs, bound to the structure of a reduced model, on coordinates and monomials."""
 
     def __init__(self, rom: OnBasis, inputs: InputSet) -> None:
         self._inputs, self.breaks = inputs, inputs.breaks
         if not inputs:
             return
-        if inputs.changes_stress():
-            raise UnsupportedError(
-                "inputs: expected forces on a reduced model, got a change of tension or temperature; simulate the full "
-                "state"
-            )
-        if inputs.followers(0.0):
-            raise UnsupportedError(
-                "inputs: expected dead forces on a reduced model, got pressure, which follows the film; simulate the "
-                "full state"
-            )
+        require_forces(inputs)
         self._vectors, self._count = np.concatenate([rom.basis.kept, rom.monomial_vectors]), rom.size
 
     def full_load(self, time: float) -> Array | float:
