@@ -13,8 +13,8 @@ from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array
 from tautflex.solvers.nonlinear.minimum import find_minimum
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
-from tautflex.solvers.static.balance import Balance
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.residual import StaticResidual
 from tautflex.solvers.static.softening import softened
 
 # First shift of a descent that starts without transverse stiffness; steps of the order of the final deflection.
@@ -92,39 +92,39 @@ def solve_static(
             f"pressure: expected a load on the film of this state, got {given}; give PressureLoad(state.system, 1.0)"
         )
     x = np.zeros(system.size) if start is None else checks.float_array("start", start, (system.size,))
-    balance = Balance(system, state.reference_force, tolerance, dead, extra, pressure)
+    problem = StaticResidual(system, state.reference_force, tolerance, dead, extra, pressure)
     with np.errstate(over="ignore", invalid="ignore"):  # what leaves the range of numbers is told by the error
         for step in range(1, steps + 1):
-            balance.share = step / steps
-            x = _solve(balance, x, tolerance)
+            problem.share = step / steps
+            x = _solve(problem, x, tolerance)
     return x
 
 
-def _solve(balance: Balance, x: Array, tolerance: float) -> Array:
+def _solve(problem: StaticResidual, x: Array, tolerance: float) -> Array:
     """Equilibrium near ``x``: with the laws as they are, or, if that is far, on the way that `softened` makes."""
-    own, outcome = balance.system.blocks, NewtonOutcome(x)
+    own, outcome = problem.system.blocks, NewtonOutcome(x)
     for number, blocks in enumerate((own, *softened(own))):
-        balance.use(blocks)
+        problem.use(blocks)
         goal = tolerance if blocks is own else _ON_THE_WAY
-        found = balance.newton(outcome.x, goal)
+        found = problem.newton(outcome.x, goal)
         if found is None:
             shift, most = (0.0, _MOST) if number else (_SOFT_START, _MOST_AT_ONCE)
-            outcome = find_minimum(balance, balance.pattern, outcome.x, goal, first_shift=shift, max_iterations=most)
+            outcome = find_minimum(problem, problem.pattern, outcome.x, goal, first_shift=shift, max_iterations=most)
         else:
             outcome = NewtonOutcome(found, converged=True)
         if outcome.converged and blocks is own:
             return outcome.x
         if number and not outcome.converged:
             break
-    raise _failure(balance, outcome)
+    raise _failure(problem, outcome)
 
 
-def _failure(balance: Balance, descent: NewtonOutcome) -> NotConvergedError:
+def _failure(problem: StaticResidual, descent: NewtonOutcome) -> NotConvergedError:
     """What went wrong, and what to try."""
     error = descent.history[-1]
     if not np.isfinite(error):
         text = "the forces leave the range of numbers; check the units of load, pressure and start"
-    elif not balance.stable(descent.x):
+    elif not problem.stable(descent.x):
         text = (
             "the structure gives way there: load, spin or compression leave no stable shape nearby; check supports, "
             "raise the tension, or apply less"

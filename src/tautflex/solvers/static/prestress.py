@@ -22,8 +22,8 @@ from tautflex.numeric import Array
 from tautflex.solvers.linear.eigenpairs import NaturalModes
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.newton import relative_error
-from tautflex.solvers.static.balance import largest_force
 from tautflex.solvers.static.diagnosis import Problem, film_wrinkles, find_problems, instability_text, soft_text
+from tautflex.solvers.static.residual import largest_force
 from tautflex.solvers.static.tensioning import respond
 from tautflex.structure.model import Model
 

@@ -16,7 +16,7 @@ from tautflex.errors import PrestressError
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
 from tautflex.solvers.nonlinear.minimum import find_minimum
-from tautflex.solvers.static.balance import Balance, largest_force
+from tautflex.solvers.static.residual import StaticResidual, largest_force
 from tautflex.solvers.static.softening import softened
 
 _TOLERANCE, _ON_THE_WAY = 1e-12, 1e-6
@@ -73,9 +73,9 @@ def _flat(block: ElementBlock, keep_cables: bool) -> ElementBlock:
 
 def _minimum(given: StructuralSystem, blocks: tuple[ElementBlock, ...]) -> Array:
     """Minimum of the energy on the flat geometry, on the way that `softened` makes."""
-    balance, x = Balance(given, np.zeros(given.size), _TOLERANCE), np.zeros(given.size)
+    problem, x = StaticResidual(given, np.zeros(given.size), _TOLERANCE), np.zeros(given.size)
     for stage in softened(blocks):
-        balance.use(stage)
+        problem.use(stage)
         tolerance = _TOLERANCE if stage is blocks else _ON_THE_WAY
-        x = find_minimum(balance, given.pattern, x, tolerance, floor=_SHIFT).x
+        x = find_minimum(problem, given.pattern, x, tolerance, floor=_SHIFT).x
     return x

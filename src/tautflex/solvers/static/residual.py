@@ -20,7 +20,7 @@ _SINGULAR = 1e-13
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
 
 
-class Balance:
+class StaticResidual:
     """``f_int(q) - f_ref + K_T q + load - f_pressure(q)``, of which a share is applied.
 
     K_T is symmetric, as it is in steady rotation. The tangent is not where the pressure's is not.
