@@ -25,6 +25,7 @@ from tautflex.mechanics.membrane import principal_resultants
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.structure.mesh import rectangle_mesh
 from tautflex.structure.model import Support
+from tautflex.structure.orientation import facing
 from tautflex.structure.shapes import QUAD4, TRIANGLE3, TRIANGLE6
 from verification.builders import disc_mesh, observed_order, unstressed
 
@@ -137,6 +138,19 @@ def test_elements_listed_the_other_way_round_do_not_turn_the_pressure(shape, ver
     error = float(np.abs(found - wanted).max() / np.abs(wanted).max())
     assert error < 1e-14
     verification_row(f"pressure with one clockwise {shape.name}: force against none", 0.0, error, "same surface")
+
+
+def test_pieces_of_film_face_each_its_own_way():
+    """A side that three elements share parts them: nobody can say which two go on in each other."""
+    nodes = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]], dtype=float)
+    film = Model.from_mesh(
+        nodes, triangles=[[0, 1, 2], [0, 1, 3], [1, 0, 4]], membrane=MembraneSection(Material(1.0, 1.0, 0.3), 1.0)
+    )
+    np.testing.assert_array_equal(facing(film.nodes, film.surfaces), [1.0, 1.0, 1.0])
+    two = Model.from_mesh(
+        nodes[:4], triangles=[[0, 1, 2], [0, 1, 3]], membrane=MembraneSection(Material(1.0, 1.0, 0.3), 1.0)
+    )
+    np.testing.assert_array_equal(facing(two.nodes, two.surfaces), [1.0, -1.0])
 
 
 def test_a_film_with_one_side_is_refused():
