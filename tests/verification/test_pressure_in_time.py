@@ -177,6 +177,11 @@ def test_what_cannot_follow_the_film_says_so():
         tf.simulate(tf.reduce(state, tf.ModalBasis(count=4)), **given)
     with pytest.raises(tf.InputError, match="pressure: expected finite numbers, got nan"):
         tf.simulate(state, time_step=1e-3, end_time=2e-3, inputs=[tf.Pressure(np.nan)])
+    with pytest.raises(tf.InputError, match=r"pressure: expected numbers at t = 0 s, got 'high'"):
+        tf.simulate(state, time_step=1e-3, end_time=2e-3, inputs=[tf.Pressure(lambda time: "high")])
+    for maneuver in (None, tf.FreeHub(**HUB)):
+        with pytest.raises(tf.NotConvergedError, match="step failed"):  # and no warning of numpy's
+            tf.simulate(state, maneuver, time_step=1e-3, end_time=2e-3, inputs=[tf.Pressure(1e200)])
     cable = tf.Model.from_mesh(np.eye(3)[:2], cables=[[0, 1]], cable=tf.CableSection(tf.Material(1.0, 1.0), 1.0))
     with pytest.raises(tf.InputError, match="pressure: expected a model with a film"):
         tf.Pressure(1.0).prepare(StructuralSystem.from_model(cable))

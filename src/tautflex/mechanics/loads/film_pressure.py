@@ -38,4 +38,4 @@ class _FilmPressure(PreparedInput):
 
     def follower(self, time: float) -> PressureLoad:
         """The pressure at an instant [s]."""
-        return self.film.scaled(value_at(self.function, time))
+        return self.film.scaled(value_at("pressure", self.function, time))

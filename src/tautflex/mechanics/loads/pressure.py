@@ -16,6 +16,9 @@ from tautflex.numeric import Array, Places
 from tautflex.structure.groups import ElementGroup
 from tautflex.structure.orientation import facing
 
+# What leaves the range of numbers makes no step of any solver, which says so.
+_QUIETLY = np.errstate(over="ignore", invalid="ignore")
+
 
 def nodal_load(system: StructuralSystem, forces: ArrayLike) -> Array:
     """Dead forces on nodes as a vector of free unknowns.
@@ -106,6 +109,7 @@ class PressureLoad:
             yield patch, self.pressure[first : first + patch.count]
             first += patch.count
 
+    @_QUIETLY
     def force(self, q: Array) -> Array:
         """Force on the free unknowns [N], shape (size,): ``p n`` weighted with each node's interpolation function."""
         force, extended = np.zeros(self._system.size + 1), np.append(q, 0.0)
@@ -113,6 +117,7 @@ class PressureLoad:
             np.add.at(force, patch.dofs, patch.forces(pressure, extended))
         return force[:-1]
 
+    @_QUIETLY
     def wrench(self, q: Array) -> Array:
         """Force [N], and torque about the origin [N m], on all nodes, held ones too, shape (6,)."""
         total, extended = np.zeros(6), np.append(q, 0.0)

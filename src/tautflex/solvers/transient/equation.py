@@ -302,25 +302,27 @@ class StepForces:
             residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
         else:
             residual, norm, internal, inertia = step_residual(x, self.at.q, *self._elements, *self._fixed)
-        products = self.equation.products
+        products, scale = self.equation.products, max(internal, self._load_norm)
         if products.matrix.rank:
             products.add_low_rank(self._scheme.weight * self._scheme.velocity.d, x, residual)
-        scale = max(internal, self._load_norm)
-        if self._followers:
-            push = self._scheme.weight * self._follower_force(x)
-            residual -= push
-            scale = max(scale, float(np.linalg.norm(push)))
-        if products.matrix.rank or self._followers:
             norm = float(np.linalg.norm(residual))
+        if self._followers:
+            norm, push = self._push(x, residual)
+            scale = max(scale, push)
         return residual, norm, scale, inertia
 
-    def _follower_force(self, x: Array) -> Array:
-        """Force that depends on the motion, at the increment; its mean where stresses are those of both ends."""
-        q, zero = self.at.q, np.zeros_like(x)
-        if self._scheme.average_stress:
-            end = q + x / self._scheme.evaluation
-            return sum((item.mean_force(q, end) for item in self._followers), zero)
-        return sum((item.force(q + x) for item in self._followers), zero)
+    @np.errstate(over="ignore", invalid="ignore")
+    def _push(self, x: Array, residual: Array) -> tuple[float, float]:
+        """Take the forces that follow the motion from the residual, their mean if stresses are averaged; both norms."""
+        start, push = self.at.q, np.zeros_like(x)
+        for item in self._followers:
+            if self._scheme.average_stress:
+                push += item.mean_force(start, start + x / self._scheme.evaluation)
+            else:
+                push += item.force(start + x)
+        push *= self._scheme.weight
+        residual -= push
+        return float(np.linalg.norm(residual)), float(np.linalg.norm(push))
 
     def end(self, x: Array, residual: Array) -> MotionState:
         """State at the end of the step whose increment leaves this residual."""
