@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.elements.laws.law import call_law
+from tautflex.mechanics.average import average_law
 from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.numeric import Array, jit
 
@@ -172,10 +173,10 @@ def add_forces(store: Any, q: Array, force: Array, stresses: Array, forces: bool
 @jit
 def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
     strains, count = data.initial_stress.shape
-    local, strain = np.empty((data.dofs.shape[0], PACK)), np.empty((strains, PACK))
-    stress, tangent = np.empty((strains, PACK)), np.empty((strains, strains, PACK))
-    strain_end, stress_end = np.empty((strains, PACK)), np.empty((strains, PACK))
-    density, density_end = np.empty(PACK), np.empty(PACK)
+    local = np.empty((data.dofs.shape[0], PACK))
+    strain, strain_end, ends = np.empty((strains, PACK)), np.empty((strains, PACK)), np.empty((2 * strains, PACK))
+    stress, stress_end = ends[:strains], ends[strains:]
+    tangent, density = np.empty((strains, strains, PACK)), np.empty(PACK)
     g, g_end = np.empty((data.gradients, PACK)), np.empty((data.gradients, PACK))
     conjugate = np.empty((data.gradients, PACK))
     for first in range(0, count, PACK):
@@ -184,27 +185,13 @@ def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
         pack_stress(data, first, width, strain, stress)
         pack_strain(data, first, width, end, local, g_end, strain_end)
         pack_stress(data, first, width, strain_end, stress_end)
-        if data.law != ELASTIC:
-            apply_law(data, first, width, stress, tangent, density)
-            apply_law(data, first, width, stress_end, tangent, density_end)
-            for e in range(width):
-                measure, start_energy = data.measure[first + e], data.initial_energy[first + e]
-                before, after = measure * density[e] - start_energy, measure * density_end[e] - start_energy
-                work, square = 0.0, 0.0
-                for s in range(strains):
-                    move = strain_end[s, e] - strain[s, e]
-                    work += 0.5 * measure * (stress[s, e] + stress_end[s, e]) * move
-                    square += move * move
-                # Below the round-off of the energies there is nothing to correct.
-                defect = after - before - work
-                if abs(defect) > 1e-15 * (abs(before) + abs(after)):
-                    factor = 2.0 * defect / (measure * square)
-                    for s in range(strains):
-                        stress[s, e] += factor * (strain_end[s, e] - strain[s, e])
-        for s in range(strains):
-            row, other = stress[s], stress_end[s]
-            for e in range(width):
-                row[e] = 0.5 * (row[e] + other[e])
+        if data.law == ELASTIC:
+            for s in range(strains):
+                row, other = stress[s], stress_end[s]
+                for e in range(width):
+                    row[e] = 0.5 * (row[e] + other[e])
+        else:
+            average_law(data, ends, tangent, density, strain, strain_end, width)
         for i in range(data.gradients):
             row, other = g[i], g_end[i]
             for e in range(width):
@@ -216,9 +203,8 @@ def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
 def add_average_forces(store: Any, start: Array, end: Array, force: Array) -> None:
     """Add ``G' V B(g_middle)' (sigma_start + sigma_end)/2`` of all blocks to ``force`` [theory.md 8].
 
-    Its work on ``end - start`` is the change of energy: exactly for the elastic law, because strains are quadratic,
-    and for other laws by the discrete gradient, which corrects the average stress along the change of strain
-    [Gonzalez, J. Nonlinear Sci. 6 (1996) 449].
+    Its work on ``end - start`` is the change of energy, because strains are quadratic. Other laws than the elastic one
+    give their mean over the step in place of that of both ends, see `average`.
     """
     for block in range(store[3].shape[0]):
         _block_average(block_data(store, block), start, end, force)

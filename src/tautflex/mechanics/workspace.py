@@ -13,6 +13,8 @@ from tautflex.mechanics.store import python_view
 from tautflex.mechanics.tangent import add_tangent
 from tautflex.numeric import Array, Places
 
+_NONE = np.zeros(0)
+
 
 class Workspace:
     """Forces and tangents of a structure, evaluated over and over by one run; made by `StructuralSystem.workspace`.
@@ -118,11 +120,16 @@ class Workspace:
         add_average_forces(self.store, before, after, force)
         return force[:-1]
 
-    def upper_tangent(self, q: Array) -> Array:
-        """Upper triangle of the tangent stiffness [N/m ...] at free unknowns ``q``, shape (upper entries,)."""
+    def upper_tangent(self, q: Array, start: Array = _NONE) -> Array:
+        """Upper triangle of the tangent stiffness [N/m ...] at free unknowns ``q``, shape (upper entries,).
+
+        With ``start`` that of the average stress over a step from there, whose middle ``q`` is.
+        """
+        if start.size:
+            start = np.append(start, 0.0)
         extended, values = self._extend(q), np.zeros(len(self._pattern.upper[0]) + 1)
         for block, slots in enumerate(self._slots):
-            add_tangent(self.store, block, extended, slots, values)
+            add_tangent(self.store, block, extended, start, slots, values)
         return values[:-1]
 
     def tangent(self, q: Array) -> Array:

@@ -101,6 +101,12 @@ class Law(ABC):
         Kinds of section that may have it.
     function
         Compiled stress, tangent and energy; None for the elastic law, whose trial stress is the stress.
+    average
+        Its mean over a step of the energy-conserving method, in closed form and of the same signature. ``stress``
+        (2 strain, point) holds the trial stresses at the start above those at the end, and the mean of the law's
+        stress along the straight way between them replaces the former; ``tangent`` is filled with twice its derivative
+        by the strains at the end, about, because it serves Newton's method only; ``energy`` is left alone. None: the
+        mean is integrated numerically from ``function``, to round-off.
     tension_only
         Whether it gives way instead of carrying compression.
     """
@@ -108,6 +114,7 @@ class Law(ABC):
     name: ClassVar[str] = ""
     sections: ClassVar[tuple[str, ...]] = ("membrane", "cable")
     function: ClassVar[LawFunction | None] = None
+    average: ClassVar[LawFunction | None] = None
     tension_only: ClassVar[bool] = False
 
     @abstractmethod

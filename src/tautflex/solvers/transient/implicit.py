@@ -129,7 +129,7 @@ class Stepper:
         iteration.
         """
         equation, numbers, q = self.equation, forces.numbers, forces.at.q + x
-        values = equation.workspace.upper_tangent(q)
+        values = equation.workspace.upper_tangent(q, forces.at.q if numbers.scheme.average_stress else _NONE)
         self._diagonal = values[self._pattern.upper_diagonal]
         if numbers.scheme.weight != 1.0:
             values *= numbers.scheme.weight
