@@ -1,4 +1,4 @@
-"""Average stress of a nonlinear law along a step: what the energy-conserving method lives on [theory.md 8].
+"""Average stress along a straight way: energies of all laws, and the energy-conserving method [theory.md 8].
 
 The stress is the derivative of the stored energy, so its mean along a straight line of strains does exactly the work
 that the energy takes up, whatever the law: ``mean . change of strain = change of energy`` is the fundamental theorem of
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from tautflex.elements.laws.law import call_law
-from tautflex.mechanics.store import INTEGRATED
+from tautflex.mechanics.store import ELASTIC, INTEGRATED
 from tautflex.numeric import Array, jit
 
 # Lobatto's rule of four points and Kronrod's extension to seven [Gander & Gautschi, BIT 40 (2000) 84]. Both see the
@@ -31,18 +31,24 @@ _DEPTH = 128
 
 
 @jit
-def average_law(
+def average_stress(
     data: Any, ends: Array, tangent: Array, energy: Array, strain: Array, strain_end: Array, width: int
 ) -> None:
-    """`Law.average` of a pack: the law's own, or by integration.
+    """Replace ``ends[:strain]`` by the mean stress of a pack; fill in a nonlinear law's tangents, see `Law.average`.
 
     ``ends`` (2 strain, pack) holds the trial stresses at the start above those at the end, ``strain`` and
     ``strain_end`` the strains there.
     """
+    strains = strain.shape[0]
+    if data.law == ELASTIC:
+        for s in range(strains):
+            row, other = ends[s], ends[strains + s]
+            for e in range(width):
+                row[e] = 0.5 * (row[e] + other[e])
+        return
     if data.average != INTEGRATED:
         call_law(data.average, ends, tangent, energy, data.law_parameters, width)
         return
-    strains = strain.shape[0]
     move, mean, slope = np.empty(strains), np.empty(strains), np.empty((strains, strains))
     for e in range(width):
         for s in range(strains):

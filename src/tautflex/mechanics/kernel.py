@@ -10,10 +10,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.elements.laws.law import call_law
-from tautflex.mechanics.average import average_law
+from tautflex.mechanics.average import average_stress
 from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.numeric import Array, jit
 
@@ -60,35 +59,10 @@ def pack_stress(data: Any, first: int, width: int, strain: Array, stress: Array)
 
 
 @jit
-def apply_law(data: Any, first: int, width: int, stress: Array, tangent: Array, density: Array) -> float:
-    """Replace a pack's trial stresses by those of a nonlinear law, fill tangents, return its energy.
-
-    ``density`` (pack,) is filled with the stored energy per measure.
-    """
-    call_law(data.law, stress, tangent, density, data.law_parameters, width)
-    energy = 0.0
-    for e in range(width):
-        energy += data.measure[first + e] * density[e]
-    for e in range(width):
-        energy -= data.initial_energy[first + e]
-    return energy
-
-
-@jit
-def _elastic_energy(data: Any, first: int, width: int, strain: Array, stress: Array) -> float:
-    energy, measure = 0.0, data.measure[first : first + width]
-    for s in range(strain.shape[0]):
-        row, end, start = strain[s], stress[s], data.initial_stress[s, first : first + width]
-        for e in range(width):
-            energy += measure[e] * row[e] * 0.5 * (start[e] + end[e])
-    return energy
-
-
-@jit
 def _scatter(
-    data: Any, first: int, width: int, g: Array, stress: Array, conjugate: Array, local: Array, out: Array
+    data: Any, first: int, width: int, g: Array, stress: Array, conjugate: Array, local: Array, out: Array, sizes: bool
 ) -> None:
-    """Add the nodal forces ``G' V B' sigma`` of a pack to ``out``; ``stress`` is multiplied by the measure."""
+    """Add the nodal forces ``G' V B' sigma`` of a pack (or their sizes) to ``out``; ``stress`` is multiplied by V."""
     measure = data.measure[first : first + width]
     for s in range(stress.shape[0]):
         row = stress[s]
@@ -113,36 +87,45 @@ def _scatter(
     for k in range(data.dofs.shape[0]):
         slots, row = data.dofs[k, first : first + width], local[k]
         for e in range(width):
-            out[slots[e]] += row[e]
+            out[slots[e]] += abs(row[e]) if sizes else row[e]
 
 
 @jit
-def _block_force(data: Any, q: Array, force: Array, stresses: Array, forces: bool, energies: bool) -> float:
+def _block_force(
+    data: Any, q: Array, force: Array, stresses: Array, forces: bool, energies: bool, sizes: bool
+) -> float:
     strains, count = data.initial_stress.shape
-    local, strain = np.empty((data.dofs.shape[0], PACK)), np.empty((strains, PACK))
-    stress, tangent = np.empty((strains, PACK)), np.empty((strains, strains, PACK))
+    local, strain, rest = np.empty((data.dofs.shape[0], PACK)), np.empty((strains, PACK)), np.zeros((strains, PACK))
+    stress, tangent, ends = np.empty((strains, PACK)), np.empty((strains, strains, PACK)), np.empty((2 * strains, PACK))
     g, conjugate, density = np.empty((data.gradients, PACK)), np.empty((data.gradients, PACK)), np.empty(PACK)
     energy = 0.0
     for first in range(0, count, PACK):
         width = min(PACK, count - first)
         pack_strain(data, first, width, q, local, g, strain)
         pack_stress(data, first, width, strain, stress)
+        if energies:
+            # From zero unknowns by the mean stress: nothing is lost in a difference to the energy of the prestress.
+            for s in range(strains):
+                for e in range(width):
+                    ends[s, e], ends[strains + s, e] = data.initial_stress[s, first + e], stress[s, e]
+            average_stress(data, ends, tangent, density, rest, strain, width)
+            for s in range(strains):
+                for e in range(width):
+                    energy += data.measure[first + e] * ends[s, e] * strain[s, e]
         if data.law != ELASTIC:
-            energy += apply_law(data, first, width, stress, tangent, density)
-        elif energies:
-            energy += _elastic_energy(data, first, width, strain, stress)
+            call_law(data.law, stress, tangent, density, data.law_parameters, width)
         if energies:
             for s in range(strains):
                 row, kept = stress[s], stresses[s * count + first : s * count + first + width]
                 for e in range(width):
                     kept[e] = row[e]
         if forces:
-            _scatter(data, first, width, g, stress, conjugate, local, force)
+            _scatter(data, first, width, g, stress, conjugate, local, force, sizes)
     return energy
 
 
 @jit
-def add_forces(store: Any, q: Array, force: Array, stresses: Array, forces: bool, energies: bool) -> float:
+def add_forces(store: Any, q: Array, force: Array, stresses: Array, forces: bool, energies: bool, sizes: bool) -> float:
     """Add the internal forces of all blocks.
 
     Parameters
@@ -155,17 +138,19 @@ def add_forces(store: Any, q: Array, force: Array, stresses: Array, forces: bool
         Filled with the stresses of one block after the other, each (strain, element).
     forces, energies
         Whether ``force`` is wanted; whether stresses and energy are.
+    sizes
+        Add sizes of the rows' forces: what their sum loses by round-off is a few units of its last place.
 
     Returns
     -------
     float
-        Strain energy [J]; of nonlinear blocks alone without ``energies``.
+        Strain energy [J] above zero unknowns; 0 without ``energies``.
     """
     energy, first = 0.0, 0
     for block in range(store[3].shape[0]):
         data = block_data(store, block)
         size = data.initial_stress.size
-        energy += _block_force(data, q, force, stresses[first : first + size], forces, energies)
+        energy += _block_force(data, q, force, stresses[first : first + size], forces, energies, sizes)
         first += size
     return energy
 
@@ -185,18 +170,12 @@ def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
         pack_stress(data, first, width, strain, stress)
         pack_strain(data, first, width, end, local, g_end, strain_end)
         pack_stress(data, first, width, strain_end, stress_end)
-        if data.law == ELASTIC:
-            for s in range(strains):
-                row, other = stress[s], stress_end[s]
-                for e in range(width):
-                    row[e] = 0.5 * (row[e] + other[e])
-        else:
-            average_law(data, ends, tangent, density, strain, strain_end, width)
+        average_stress(data, ends, tangent, density, strain, strain_end, width)
         for i in range(data.gradients):
             row, other = g[i], g_end[i]
             for e in range(width):
                 row[e] = 0.5 * (row[e] + other[e])
-        _scatter(data, first, width, g, stress, conjugate, local, force)
+        _scatter(data, first, width, g, stress, conjugate, local, force, False)
 
 
 @jit
@@ -208,24 +187,3 @@ def add_average_forces(store: Any, start: Array, end: Array, force: Array) -> No
     """
     for block in range(store[3].shape[0]):
         _block_average(block_data(store, block), start, end, force)
-
-
-@jit
-def _store_initial_energies(store: Any, block: int) -> None:
-    data = block_data(store, block)
-    strains, count = data.initial_stress.shape
-    stress, tangent, density = np.empty((strains, PACK)), np.empty((strains, strains, PACK)), np.empty(PACK)
-    for first in range(0, count, PACK):
-        width = min(PACK, count - first)
-        for s in range(strains):
-            for e in range(width):
-                stress[s, e] = data.initial_stress[s, first + e]
-        call_law(data.law, stress, tangent, density, data.law_parameters, width)
-        for e in range(width):
-            data.initial_energy[first + e] = data.measure[first + e] * density[e]
-
-
-def restart_energy(store: tuple[NDArray[Any], ...], block: int) -> None:
-    """Let energies of a block with a nonlinear law count from zero unknowns, as those of the elastic law do."""
-    if block_data.py_func(store, block).law != ELASTIC:
-        _store_initial_energies(store, block)

@@ -20,7 +20,7 @@ values   ``gradient`` of each of its terms                   gradient terms x n
 values   ``linear``, then ``quadratic``, the same in all rows linear terms + quadratic terms
 values   ``elasticity`` of each of its terms                 elastic terms x n
 values   initial stress                                      strains x n
-values   measure, then energy at zero unknowns               n + n
+values   measure                                             n
 values   parameters of the law                               parameters
 ======== =================================================== ==================================================
 
@@ -67,7 +67,6 @@ class KernelData(NamedTuple):
     elastic_value: Array
     initial_stress: Array
     measure: Array
-    initial_energy: Array
     law_parameters: Array
     gradients: int
     law: int
@@ -109,7 +108,6 @@ def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Places], initial_st
                 block.elasticity[:, elastic[0], elastic[1]].T.ravel(),
                 np.asarray(stress).T.ravel(),
                 block.measure,
-                np.zeros(count),
                 np.array(parameters, dtype=float),
             ]
         )
@@ -141,7 +139,6 @@ def block_data(store: Any, block: int) -> Any:
     v4 = v3 + elastic * count
     v5 = v4 + strains * count
     v6 = v5 + count
-    v7 = v6 + count
     return KernelData(
         all_slots[slot : slot + unknowns * count].reshape((unknowns, count)),
         terms[t : t + gradient],
@@ -159,8 +156,7 @@ def block_data(store: Any, block: int) -> Any:
         values[v3:v4].reshape((elastic, count)),
         values[v4:v5].reshape((strains, count)),
         values[v5:v6],
-        values[v6:v7],
-        values[v7 : v7 + row[_PARAMETERS]],
+        values[v6 : v6 + row[_PARAMETERS]],
         row[_GRADIENTS],
         row[_LAW],
         row[_AVERAGE],

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from tautflex.elements.laws.law import call_law
-from tautflex.mechanics.average import average_law
+from tautflex.mechanics.average import average_stress
 from tautflex.mechanics.kernel import pack_strain, pack_stress
 from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.numeric import Array, Places, jit
@@ -80,7 +80,7 @@ def _block_tangent(data: Any, q: Array, start: Array, slots: Places, values: Arr
             pack_stress(data, first, width, strain, stress)
             pack_strain(data, first, width, end, local, g, other)
             pack_stress(data, first, width, other, ends[strains:])
-            average_law(data, ends, tangent, density, strain, other, width)
+            average_stress(data, ends, tangent, density, strain, other, width)
         pack_strain(data, first, width, q, local, g, strain)
         if not averaged:
             pack_stress(data, first, width, strain, stress)
@@ -118,7 +118,8 @@ def _block_tangent(data: Any, q: Array, start: Array, slots: Places, values: Arr
 def add_tangent(store: Any, block: int, q: Array, start: Array, slots: Places, values: Array) -> None:
     """Add one block's tangents ``G' V (B' D B + sigma.Q) G`` to the values of an upper triangle (upper entries + 1,).
 
-    Stress and tangent of the law are those at ``q``, or their averages over the step from ``start``, unless it is empty,
-    whose middle ``q`` is. ``slots`` are the block's `SparsityPattern.upper_slots`; the last value collects what belongs to supports.
+    Stress and tangent of a law are those at ``q``; unless ``start`` is empty, their averages over the step from there
+    whose middle ``q`` is. ``slots`` are the block's `SparsityPattern.upper_slots`; the last value collects what belongs
+    to supports.
     """
     _block_tangent(block_data(store, block), q, start, slots, values)

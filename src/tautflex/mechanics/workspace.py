@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.kernel import add_average_forces, add_forces, restart_energy
+from tautflex.mechanics.kernel import add_average_forces, add_forces
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.store import python_view
 from tautflex.mechanics.tangent import add_tangent
@@ -49,8 +49,6 @@ class Workspace:
         self.store: tuple[NDArray[Any], ...] = (slots, terms, values.copy(), table)
         self._initial_stress, self._pattern, self._slots = initial_stress, pattern, upper_slots
         self._current_stress = [python_view(self.store, block).initial_stress for block in range(len(initial_stress))]
-        for block in range(len(initial_stress)):
-            restart_energy(self.store, block)
         ends = np.cumsum([0, *(stress.size for stress in self._current_stress)])
         self.stresses = np.zeros(ends[-1])
         self.stress_rows = [
@@ -79,7 +77,6 @@ class Workspace:
             current[:] = self._initial_stress[index].T
             if index in change:
                 current += change[index].T
-            restart_energy(self.store, index)
         self._changed = set(change)
 
     def _extend(self, q: Array) -> Array:
@@ -103,12 +100,18 @@ class Workspace:
             Work of the stresses from zero unknowns [J].
         """
         force = np.zeros(len(self._extended))
-        energy = add_forces(self.store, self._extend(q), force, self.stresses, True, True)
+        energy = add_forces(self.store, self._extend(q), force, self.stresses, True, True, False)
         return force[:-1], energy
 
     def strain_energy(self, q: Array) -> float:
         """Work of the stresses from zero unknowns [J]; the stresses of all elements are then in ``stress``."""
-        return float(add_forces(self.store, self._extend(q), self._extended, self.stresses, False, True))
+        return float(add_forces(self.store, self._extend(q), self._extended, self.stresses, False, True, False))
+
+    def force_sizes(self, q: Array) -> Array:
+        """Sum of the sizes of the elements' forces on each unknown [N, N m], shape (size,)."""
+        sizes = np.zeros(len(self._extended))
+        add_forces(self.store, self._extend(q), sizes, self.stresses, True, False, True)
+        return sizes[:-1]
 
     def average_force(self, start: Array, end: Array) -> Array:
         """Internal force [N, N m] of the average stress between two states, shape (size,).

@@ -104,10 +104,10 @@ def _inside(slope: float, start: Array, end: Array) -> tuple[float, float]:
 def _wrinkled_mean(start: Array, end: Array, stress: Array) -> None:
     """Fill in the mean stress of a wrinkled film between two states, mean, half difference and half shear of E e.
 
-    The stress is ``(mean + radius) (1 + n) / 2`` with the unit vector ``n = (difference, shear) / radius``; the means of
-    radius, n and n times the share of the way follow from that of 1 / radius, ``2 artanh(z) / length`` with
-    z = length / (sum of both radii). All terms have one sign, and whatever the last digits of ``bend`` are, the work of
-    the mean stress is the change of ``(mean + radius)^2 / 2``.
+    The stress is ``(mean + radius) (1 + n) / 2`` with the unit vector ``n = (difference, shear) / radius``. The means
+    of radius, n and n times the share of the way follow from that of 1 / radius, ``2 artanh(z) / length`` with z =
+    length / (sum of both radii) [docs/integrators.md]. Whatever the last digits of ``bend`` are, the work of the mean
+    stress is the change of ``(mean + radius)^2 / 2``.
     """
     total = np.hypot(start[1], start[2]) + np.hypot(end[1], end[2])
     middle, move = 0.5 * (start + end), end - start
@@ -151,7 +151,7 @@ def tension_field_average(stress: Array, tangent: Array, energy: Array, paramete
             state[2] = (1.0 + poisson) * stress[row + 2, e]
         taut = _inside((1.0 + poisson) / (1.0 - poisson), start, end)
         slack = _inside(-1.0, start, end)
-        near, far = (taut, slack) if taut[0] <= slack[0] else (slack, taut)
+        near, far = (taut, slack) if sum(taut) <= sum(slack) else (slack, taut)
         cuts[:] = 0.0, near[0], near[1], far[0], far[1], 1.0
         mean.fill(0.0)
         tangent[:, :, e] = 0.0

@@ -55,7 +55,7 @@ def element_force(arrays: HyperArrays, q: Array, v: Array, given: Array, force: 
     r = q.size
     place, total = np.zeros(r + 1), np.zeros(r + 1)
     place[:r] = q
-    add_forces(arrays.store, place, total, arrays.stresses, True, False)
+    add_forces(arrays.store, place, total, arrays.stresses, True, False, False)
     for i in range(r):
         force[i] = total[i] - arrays.reference[i]
 
@@ -114,7 +114,7 @@ def _strain_energies(arrays: HyperArrays, q: Array) -> Array:
     result = np.empty(q.shape[0])
     for n in range(result.size):
         place[:-1] = q[n]
-        energy = add_forces(arrays.store, place, total, arrays.stresses, False, True)
+        energy = add_forces(arrays.store, place, total, arrays.stresses, False, True, False)
         result[n] = energy - np.dot(arrays.reference, q[n])
     return result
 
