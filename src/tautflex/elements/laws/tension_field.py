@@ -17,6 +17,9 @@ from tautflex.elements.laws.law import LawFunction, TensionOnly, register_law
 from tautflex.numeric import FASTMATH, Array
 from tautflex.structure.materials import Material
 
+# Two points are exact for the stress of taut and slack parts; in wrinkled ones they serve the tangent alone.
+_GAUSS = (0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0))
+
 
 @numba.njit(cache=True, fastmath=FASTMATH, error_model="numpy")
 def tension_field(
@@ -143,7 +146,14 @@ def tension_field_average(stress: Array, tangent: Array, energy: Array, paramete
     """`Law.average` of the tension field: the way is cut where it enters or leaves taut and slack states."""
     young, poisson, residual = parameters
     start, end, first, last = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    cuts, trial, result, mean, slope = np.empty(6), np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
+    cuts, trial, point, result, mean, slope = (
+        np.empty(6),
+        np.empty(3),
+        np.empty(3),
+        np.empty(3),
+        np.empty(3),
+        np.empty((3, 3)),
+    )
     for e in range(count):
         for state, row in ((start, 0), (end, 3)):
             state[0] = 0.5 * (1.0 - poisson) * (stress[row, e] + stress[row + 1, e])
@@ -159,20 +169,25 @@ def tension_field_average(stress: Array, tangent: Array, energy: Array, paramete
             a, b = cuts[part], cuts[part + 1]
             if b <= a:
                 continue
-            share = 0.5 * (a + b)
-            for s in range(3):
-                trial[s] = (1.0 - share) * stress[s, e] + share * stress[3 + s, e]
-            tension_field(trial[0], trial[1], trial[2], young, poisson, residual, result, slope)
+            result.fill(0.0)
+            for place in _GAUSS:
+                share = a + (b - a) * place
+                for s in range(3):
+                    trial[s] = (1.0 - share) * stress[s, e] + share * stress[3 + s, e]
+                tension_field(trial[0], trial[1], trial[2], young, poisson, residual, point, slope)
+                for r in range(3):
+                    result[r] += 0.5 * point[r]
+                    for s in range(3):
+                        tangent[r, s, e] += (b - a) * share * slope[r, s]
             if part % 2 == 0:
                 for s in range(3):
                     first[s], last[s] = (1.0 - a) * start[s] + a * end[s], (1.0 - b) * start[s] + b * end[s]
-                _wrinkled_mean(first, last, result)
+                    trial[s] = stress[s, e] + 0.5 * (a + b) * (stress[3 + s, e] - stress[s, e])
+                _wrinkled_mean(first, last, point)
                 for s in range(3):
-                    result[s] = residual * trial[s] + (1.0 - residual) * result[s]
-            for r in range(3):
-                mean[r] += (b - a) * result[r]
-                for s in range(3):
-                    tangent[r, s, e] += (b - a) * (b + a) * slope[r, s]
+                    result[s] = residual * trial[s] + (1.0 - residual) * point[s]
+            for s in range(3):
+                mean[s] += (b - a) * result[s]
         for s in range(3):
             stress[s, e] = mean[s]
 
