@@ -40,7 +40,8 @@ class LawFunction:
 
     The first ``count`` columns of ``stress`` (strain, point) hold elastic trial stresses [Pa] and are replaced by the
     law's; ``tangent`` (strain, strain, point) is filled with their derivatives by the strains [Pa], ``energy`` (point,)
-    with the stored energy [J/m^3], whose derivative by the strains the stress must be.
+    with the stored energy [J/m^3], whose derivative by the strains the stress must be: energies of runs and
+    energy-conserving steps integrate the stress, so ``energy`` itself serves tests of the law alone.
     """
 
     def __init__(self, function: Callable[[Array, Array, Array, Array, int], None]) -> None:
