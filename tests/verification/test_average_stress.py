@@ -5,6 +5,8 @@ The energies are written down here once more, in extended precision: what is com
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
@@ -148,3 +150,11 @@ def test_integration_of_a_law_from_outside():
         change = stepped.at(end, (1.0,)).energy - stepped.at(start, (1.0,)).energy
         size, move = float(np.abs([start, end]).max()), float((end - start)[0])
         assert mean[0] * move == pytest.approx(change, rel=0.0, abs=1e-14 * size * abs(move) + 1e-15 * size**2)
+
+
+def test_a_function_of_its_own_takes_no_average_of_its_base():
+    class Rubber(Slack):
+        function: ClassVar[LawFunction | None] = stepped
+
+    assert Rubber.average is None
+    assert Slack.average is not None

@@ -203,7 +203,7 @@ def line(elements: int, slack: bool, tension: float, modulus: float, area: float
 @pytest.mark.parametrize("ratio", [2e5, 200.0, 0.2])
 @pytest.mark.parametrize("elements", [6, 24])
 def test_a_taut_line_does_not_notice_that_it_could_go_slack(elements, ratio, verification_row):
-    """Pushed in its middle, from a whisper of prestress (EA / T) to stretch many times its length: no step is halved."""
+    """Pushed in its middle, with EA / T from stiff wire to rubber: no step is halved."""
     runs = [
         simulate(
             line(elements, slack, 1e3 / ratio, 1e9, 1e-6),

@@ -118,6 +118,12 @@ class Law(ABC):
     average: ClassVar[LawFunction | None] = None
     tension_only: ClassVar[bool] = False
 
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Take no average from the base along with a function of one's own."""
+        super().__init_subclass__(**options)
+        if "function" in vars(cls) and "average" not in vars(cls):
+            cls.average = None
+
     @abstractmethod
     def parameters(self, material: Material) -> tuple[float, ...]:
         """Numbers that the compiled function gets."""
