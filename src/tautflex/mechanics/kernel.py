@@ -126,25 +126,12 @@ def _block_force(
 
 @jit
 def add_forces(store: Any, q: Array, force: Array, stresses: Array, forces: bool, energies: bool, sizes: bool) -> float:
-    """Add the internal forces of all blocks.
+    """Add the internal forces of all blocks of a store to ``force``.
 
-    Parameters
-    ----------
-    store
-        Blocks, the parts of a `KernelStore`.
-    q, force
-        Extended vectors, shape (size + 1,).
-    stresses
-        Filled with the stresses of one block after the other, each (strain, element).
-    forces, energies
-        Whether ``force`` is wanted; whether stresses and energy are.
-    sizes
-        Add sizes of the rows' forces: what their sum loses by round-off is a few units of its last place.
-
-    Returns
-    -------
-    float
-        Strain energy [J] above zero unknowns; 0 without ``energies``.
+    ``q`` and ``force`` are extended vectors, shape (size + 1,). ``stresses`` is filled with the stresses of one block
+    after the other, each (strain, element). ``forces`` says whether ``force`` is wanted, ``energies`` whether stresses
+    and the strain energy above zero unknowns [J] are, which is returned, ``sizes`` whether sizes of the rows' forces
+    are to be added: their sum loses a few units of the last place of these to round-off.
     """
     energy, first = 0.0, 0
     for block in range(store[3].shape[0]):
