@@ -38,6 +38,23 @@ class LoadMoments(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class WeighedMoments:
+    """Load moments ``int rho N_a' x_b`` and ``int rho N_a'`` of anything, shapes (3, 3, n) and (3, n)."""
+
+    first: Array
+    zeroth: Array
+
+    @property
+    def size(self) -> int:
+        """Length of the load."""
+        return self.zeroth.shape[1]
+
+    def load(self, weight: ArrayLike, acceleration: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+        """Load ``Z : first + a . zeroth``, shape (size,)."""
+        return np.einsum("ab,abi->i", np.asarray(weight), self.first) + np.asarray(acceleration) @ self.zeroth
+
+
 @numba.njit(cache=True)
 def _collect_moments(
     mass: Array, interpolation: Array, position: Array, places: Places, zeroth: Array, first: Array

@@ -6,6 +6,7 @@ pattern can share one walk through it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -102,6 +103,8 @@ class MassDamping:
         Values in it, those of the reference, shape (entries,).
     damping
         What the damping is made of.
+    kinds
+        Mass and stiffness of each kind of element, where they are damped differently.
 
     Attributes
     ----------
@@ -116,8 +119,16 @@ class MassDamping:
         The rest of C, shapes (rank, size) and (rank,).
     """
 
-    def __init__(self, pattern: SparsityPattern, mass: Array, stiffness: Array, damping: DampingMatrix) -> None:
-        self.matrix, self.entries = damping, damping.proportional(mass, stiffness)
+    def __init__(
+        self,
+        pattern: SparsityPattern,
+        mass: Array,
+        stiffness: Array,
+        damping: DampingMatrix,
+        kinds: Mapping[str, tuple[Array, Array]] | None = None,
+    ) -> None:
+        self.matrix: DampingMatrix = damping
+        self.entries: Array = damping.proportional(mass, stiffness, kinds or {})
         self.vectors = np.ascontiguousarray(damping.vectors, dtype=np.float64)
         self.coefficients = np.ascontiguousarray(damping.coefficients, dtype=np.float64)
         kept = (mass != 0.0) | (self.entries != 0.0)

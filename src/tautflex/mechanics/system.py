@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from tautflex.elements import ElementBlock, element_blocks
-from tautflex.mechanics.inertia import InertiaOperator
+from tautflex.mechanics.inertia import InertiaOperator, WeighedMoments
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.store import build_store
 from tautflex.mechanics.workspace import Workspace
@@ -88,6 +88,15 @@ class StructuralSystem:
     def inertia_of(self, kind: str) -> InertiaOperator:
         """Inertia operator of the blocks of one kind, on all free unknowns."""
         return self._inertia([self.blocks[index] for index in self.block_index(kind)])
+
+    def load_moments(self, factors: Mapping[str, float]) -> WeighedMoments:
+        """Load moments of all blocks, those of each kind times its factor."""
+        parts = [(factors[kind], self.inertia_of(kind)) for kind in dict.fromkeys(block.kind for block in self.blocks)]
+        first, zeroth = np.zeros((3, 3, self.size)), np.zeros((3, self.size))
+        for factor, inertia in parts:
+            first += factor * inertia.first_moment
+            zeroth += factor * inertia.zeroth_moment
+        return WeighedMoments(first, zeroth)
 
     def _inertia(self, blocks: Sequence[ElementBlock]) -> InertiaOperator:
         return InertiaOperator.from_blocks(blocks, [self.place[block.dofs] for block in blocks], self.pattern)

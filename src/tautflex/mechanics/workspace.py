@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -118,14 +119,17 @@ class Workspace:
         add_average_forces(self.store, before, after, force)
         return force[:-1]
 
-    def upper_tangent(self, q: Array) -> Array:
-        """Upper triangle of the tangent stiffness [N/m ...] at free unknowns ``q``, shape (upper entries,)."""
+    def upper_tangent(self, q: Array, blocks: Iterable[int] | None = None) -> Array:
+        """Upper triangle of the tangent stiffness [N/m ...] at free unknowns ``q``, shape (upper entries,).
+
+        ``blocks`` are the numbers of those that count; None is all.
+        """
         extended, values = self._extend(q), np.zeros(len(self._pattern.upper[0]) + 1)
-        for block, slots in enumerate(self._slots):
-            add_tangent(self.store, block, extended, slots, values)
+        for block in range(len(self._slots)) if blocks is None else blocks:
+            add_tangent(self.store, block, extended, self._slots[block], values)
         return values[:-1]
 
-    def tangent(self, q: Array) -> Array:
+    def tangent(self, q: Array, blocks: Iterable[int] | None = None) -> Array:
         """Values of the tangent stiffness [N/m ...] at free unknowns ``q`` in the pattern, shape (entries,)."""
-        values: Array = self.upper_tangent(q)[self._pattern.from_upper]
+        values: Array = self.upper_tangent(q, blocks)[self._pattern.from_upper]
         return values

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import ArrayLike
 
+from tautflex.mechanics.inertia import LoadMoments
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array
@@ -17,29 +16,6 @@ from tautflex.reduction.polynomial.forces import FrameTerms
 # Highest polynomial degree that is tried before every instant is computed by itself.
 _DEGREES = (2, 4, 8, 16, 32, 64)
 _ACCURACY = 1e-13
-
-
-@dataclass(frozen=True)
-class ReducedMoments:
-    """Load moments of coordinates and of monomials; a `LoadMoments`.
-
-    Parameters
-    ----------
-    first, zeroth
-        Shapes (3, 3, r + m), (3, r + m).
-    """
-
-    first: Array
-    zeroth: Array
-
-    @property
-    def size(self) -> int:
-        """Length of the load."""
-        return self.zeroth.shape[1]
-
-    def load(self, weight: ArrayLike, acceleration: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-        """Load ``Z : first + a . zeroth``, shape (size,)."""
-        return np.einsum("ab,abi->i", np.asarray(weight), self.first) + np.asarray(acceleration) @ self.zeroth
 
 
 def sample(function: Callable[[float], Array], times: Array) -> Array:
@@ -75,7 +51,7 @@ def sample(function: Callable[[float], Array], times: Array) -> Array:
 
 
 def frame_terms(
-    coupling: Coupling, moments: ReducedMoments, segment: Segment, times: Array, coordinates: int
+    coupling: Coupling, moments: LoadMoments, segment: Segment, times: Array, coordinates: int
 ) -> FrameTerms:
     """Matrices and loads of a segment at the given instants.
 
@@ -103,13 +79,13 @@ def frame_terms(
     return FrameTerms(velocity.copy(), displacement.copy(), load.copy(), stress.copy(), turns)
 
 
-def frame_at(coupling: Coupling, moments: ReducedMoments, motion: RigidMotion, coordinates: int) -> FrameTerms:
+def frame_at(coupling: Coupling, moments: LoadMoments, motion: RigidMotion, coordinates: int) -> FrameTerms:
     """Matrices and loads of one motion."""
     segment = Segment(0.0, np.inf, lambda time: motion)
     return frame_terms(coupling, moments, segment, np.zeros(1), coordinates)
 
 
-def _terms(coupling: Coupling, moments: ReducedMoments, motion: RigidMotion) -> Array:
+def _terms(coupling: Coupling, moments: LoadMoments, motion: RigidMotion) -> Array:
     return np.concatenate(
         [
             coupling.velocity_weight(motion).ravel(),

@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh
 
+from tautflex.elements.kinds import ByKind
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex.mechanics.inertia import WeighedMoments
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, Indices, cross_matrices
 from tautflex.reduction.marching.dispatch import internal_force, tangent
-from tautflex.reduction.marching.frame_terms import ReducedMoments, frame_at, frame_terms, sample
+from tautflex.reduction.marching.frame_terms import frame_at, frame_terms, sample
 from tautflex.reduction.marching.loads import InputLoads
 from tautflex.reduction.marching.schedule import Stretch, stretches
 from tautflex.reduction.marching.steps import march, march_explicit
@@ -60,8 +62,9 @@ class ReducedRun:
             raise UnsupportedError(f"method: expected an implicit method or CentralDifference(), got {method!r}")
         self._method = method if isinstance(method, Method) else None
         self.arrays = rom.arrays(problem.damping)
-        c = rom.coefficients
-        self.moments = ReducedMoments(*load_moments(np.concatenate([c.load, c.load_stress], axis=1)))
+        factor = problem.coupling.load_factor
+        self._coefficients = c = rom.weighed(factor) if isinstance(factor, ByKind) else rom.coefficients
+        self.moments = WeighedMoments(*load_moments(np.concatenate([c.load, c.load_stress], axis=1)))
         self.inputs = InputLoads(rom, InputSet(rom.state.system, problem.inputs))
         self._began = problem.maneuver.start()
         self.segments = split_segments(problem.maneuver.segments(), self.inputs.breaks)
@@ -244,13 +247,14 @@ class ReducedRun:
 
     def prescribed_offset(self, motions: Array) -> Array:
         """Static derivatives prescribed by the inertial load, shape (time, p)."""
-        c = self.rom.coefficients
-        if not self.problem.coupling.inertial_load or not motions.any():
+        c, factor = self._coefficients, self.problem.coupling.load_factor
+        if factor == 0.0 or not motions.any():
             return np.zeros((len(motions), len(c.follow_linear)))
         spin, turn = cross_matrices(motions[:, :3]), cross_matrices(motions[:, 3:6])
         weight = turn + spin @ spin
         first, zeroth = load_moments(c.follow_load)
-        return np.einsum("tab,abp->tp", weight, first) + motions[:, 6:] @ zeroth
+        offset = np.einsum("tab,abp->tp", weight, first) + motions[:, 6:] @ zeroth
+        return offset if isinstance(factor, ByKind) else factor * offset
 
     def read(self, probes: Any, eta: Array, rate: Array, motions: Array) -> Array:
         """Displacements and velocities of probes, shape (time, 2, probe, 3)."""

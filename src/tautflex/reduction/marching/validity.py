@@ -65,9 +65,9 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
     survey = StressSurvey(system, workspace)
     inertia = system.inertia
     state = run.rom.state
-    damping = MassDamping(
-        system.pattern, inertia.mass_entries, state.tangent_entries, run.problem.damping.matrix(state.linear)
-    )
+    matrix = run.problem.damping.matrix(state.linear)
+    kinds = state.linear.by_kind if matrix.kinds else None
+    damping = MassDamping(system.pattern, inertia.mass_entries, state.tangent_entries, matrix, kinds)
     scalars, left = [], []
     for row, offset in zip(chosen, run.prescribed_offset(motions[chosen]), strict=True):
         motion = RigidMotion(motions[row, :3], motions[row, 3:6], motions[row, 6:])
@@ -113,4 +113,4 @@ def _unbalanced(
     result = result - state.reference_force + inertia.mass_matrix @ a + damping.damping_product(v)
     result += inertia.apply(coupling.velocity_weight(motion), v)
     result += inertia.apply(coupling.displacement_weight(motion), q)
-    return result + coupling.load(motion, inertia) - run.inputs.full_load(time)
+    return result + coupling.load(motion, coupling.moments(state.system)) - run.inputs.full_load(time)

@@ -11,7 +11,7 @@ stretching, are left out (they are of sixth order, because p is of second). Arra
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -186,10 +186,55 @@ def condense(
     )
 
 
-def assemble(projection: Projection, factors: Factors | None = None) -> CondensedModel:
-    """Equation of motion for any motion of the frame; without factors that of the state that was reduced."""
-    moments = {kind: FrameMoments.general(part) for kind, part in projection.inertia.items()}
+class KindParts(NamedTuple):
+    """What one kind of element adds per unit of its damping factors.
+
+    Parameters
+    ----------
+    mass, stiffness
+        Its mass and material stiffness on the coordinates, shape (r, r).
+    viscous
+        Its material stiffness on the static derivatives, per monomial, shape (m, m).
+    between
+        The same between coordinates and monomials, shape (r, m): 0 for a flat reference.
+    """
+
+    mass: Any
+    stiffness: Any
+    viscous: Any
+    between: Any
+
+
+def parts_by_kind(projection: Projection, c: CondensedModel, factors: Factors, xp: ModuleType) -> dict[str, KindParts]:
+    """Parts of a damping by kind of element for the condensed model of the same parameters."""
+    r, e = projection.kept, c.follow_quadratic
+    reach, parts = xp.concatenate([xp.eye(r), c.follow_linear]), {}
+    for kind, elastic in projection.elastic.items():
+        stiffness = factors.youngs_modulus.get(kind, 1.0) * elastic
+        mass = factors.density.get(kind, 1.0) * np.einsum("aapq->pq", projection.inertia[kind].pair)
+        moved = reach.T @ stiffness
+        parts[kind] = KindParts(
+            even(reach.T @ mass @ reach), even(moved @ reach), even(e.T @ stiffness[r:, r:] @ e), moved[:, r:] @ e
+        )
+    return parts
+
+
+def assemble(
+    projection: Projection, factors: Factors | None = None, loads: Mapping[str, float] | None = None
+) -> CondensedModel:
+    """Equation of motion for any motion of the frame; without factors that of the state that was reduced.
+
+    ``loads`` are factors of the loads of each kind of element.
+    """
+    moments = weigh_loads({kind: FrameMoments.general(part) for kind, part in projection.inertia.items()}, loads)
     return condense(projection, moments, factors or Factors(), np)
+
+
+def weigh_loads(moments: dict[str, FrameMoments], factors: Mapping[str, float] | None) -> dict[str, FrameMoments]:
+    """Moments whose loads have the factor of their kind of element; None are none."""
+    if factors is None:
+        return moments
+    return {kind: replace(part, load=factors[kind] * part.load) for kind, part in moments.items()}
 
 
 def even(matrix: Any) -> Any:

@@ -178,7 +178,7 @@ def _solve(problem: _StaticProblem, state: PrestressedState, start: Array, toler
 def spinning_equilibrium(state: PrestressedState, motion: RigidMotion, coupling: Coupling) -> Array:
     """Steady equilibrium in a frame that moves with constant ``motion`` [theory.md 4], shape (size,)."""
     inertia = state.system.inertia
-    load = coupling.load(motion, inertia)
+    load = coupling.load(motion, coupling.moments(state.system))
     weight = coupling.displacement_weight(motion)
     if not load.any() and not weight.any():
         return np.zeros(state.system.size)
