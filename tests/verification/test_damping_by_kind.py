@@ -221,9 +221,9 @@ def test_batches_are_the_single_runs(antenna, rom, kind, verification_row):
     assert found < (1e-9 if kind == "full" else 1e-11)
     verification_row(f"batch damped by kind, {kind}, against single runs", 0, found, "single runs")
     if kind == "reduced":
-        with pytest.raises(InputError, match="beta.cable: expected a number >= 0, got -1"):
+        with pytest.raises(InputError, match=r"beta\.cable: expected a number >= 0, got -1"):
             tf.Batch(plant).simulate({"damping.beta.cable": [-1.0]}, STOP, damping=DAMPING, **options)
-        with pytest.raises(InputError, match="damping.beta.membrane"):
+        with pytest.raises(InputError, match=r"damping\.beta\.membrane"):
             tf.Batch(plant).simulate({"damping.beta": [1e-3]}, STOP, damping=DAMPING, **options)
 
 

@@ -52,13 +52,13 @@ def test_kinds_add_up_to_the_whole(antenna, verification_row):
 
 def test_a_linear_response_is_in_proportion(antenna, verification_row):
     """Slow rotation: half the load, half the deflection."""
-    slow = tf.Stop(1e-6, 0.04)
+    slow = tf.Stop(1e-3, 0.04)
     whole, half = (
         tf.simulate(antenna, slow, coupling=tf.Coupling(inertial_load=factor), **OPTIONS).data.w.values
         for factor in (True, 0.5)
     )
     error = float(np.abs(half - 0.5 * whole).max() / np.abs(whole).max())
-    assert error < 1e-7
+    assert error < 1e-6
     verification_row("deflection under half the inertial load, linear", 0.5, 0.5 + error, "half of the whole")
 
 
