@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.case.reading import M2_TEMPLATE
+from tautflex.case.reading import template
 from tautflex.solvers.transient.status import Status
 from validation.published import (
     DAMPING,
@@ -26,6 +26,8 @@ from validation.published import (
     RESPONSES,
     Response,
 )
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 TIME_STEP = 2.5e-3
 AFTER_STOP = 1.0

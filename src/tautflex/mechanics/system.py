@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from tautflex.elements import ElementBlock, element_blocks
+from tautflex.elements.laws import Elastic
 from tautflex.mechanics.inertia import InertiaOperator, WeighedMoments
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.store import build_store
@@ -89,9 +90,26 @@ class StructuralSystem:
         """Inertia operator of the blocks of one kind, on all free unknowns."""
         return self._inertia([self.blocks[index] for index in self.block_index(kind)])
 
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of element."""
+        return tuple(dict.fromkeys(block.kind for block in self.blocks))
+
+    def material_stiffness(self) -> dict[str, Array]:
+        """Stiffness of each kind of element at zero unknowns less the part of its stress, shapes (entries,).
+
+        Together with the stiffness of the prestress they make the tangent.
+        """
+        still = np.zeros(self.size)
+        soft = (replace(block, elasticity=np.zeros_like(block.elasticity), law=Elastic()) for block in self.blocks)
+        whole = self.workspace()
+        stressed = self.with_initial_stress(self.stress(still), tuple(soft)).workspace()
+        index = {kind: self.block_index(kind) for kind in self.kinds}
+        return {kind: whole.tangent(still, own) - stressed.tangent(still, own) for kind, own in index.items()}
+
     def load_moments(self, factors: Mapping[str, float]) -> WeighedMoments:
         """Load moments of all blocks, those of each kind times its factor."""
-        parts = [(factors[kind], self.inertia_of(kind)) for kind in dict.fromkeys(block.kind for block in self.blocks)]
+        parts = [(factors[kind], self.inertia_of(kind)) for kind in self.kinds]
         first, zeroth = np.zeros((3, 3, self.size)), np.zeros((3, self.size))
         for factor, inertia in parts:
             first += factor * inertia.first_moment

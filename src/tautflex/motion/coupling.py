@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from tautflex import checks
-from tautflex.elements.kinds import ByKind, by_kind
 from tautflex.mechanics.inertia import LoadMoments
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array, cross_matrix
+from tautflex.structure.kinds import ByKind, by_kind
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,6 @@ from tautflex.batch.equations.equation import EachRun, Forces, Sample, damping_k
 from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin
 from tautflex.batch.gather import collect, gather_table, multiply, shared_rows
 from tautflex.batch.library import jax
-from tautflex.elements.kinds import ByKind
 from tautflex.errors import UnsupportedError
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import unit_axis
@@ -28,6 +27,7 @@ from tautflex.numeric import cross_matrix
 from tautflex.reduction.polynomial.projection import prestress_fields
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.probes import ProbeSet
+from tautflex.structure.kinds import ByKind
 
 Array = jax.Array
 

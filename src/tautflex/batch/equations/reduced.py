@@ -14,13 +14,13 @@ from tautflex.batch.equations.equation import EachRun, Forces, Sample, damping_k
 from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin
 from tautflex.batch.library import jax
 from tautflex.batch.steps.products import Monomials, norm, one_by_one, product, refined, settled, transposed
-from tautflex.elements.kinds import ByKind
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.reduction.polynomial.condensation import CondensedModel, Factors
 from tautflex.reduction.polynomial.fields import Fields
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.solvers.transient.probes import ProbeSet
+from tautflex.structure.kinds import ByKind
 
 Array = jax.Array
 

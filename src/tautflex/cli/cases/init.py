@@ -15,6 +15,9 @@ def init(
     name: Annotated[Path, Parameter(help="File to write.")],
     /,
     *,
+    template: Annotated[
+        str, Parameter(help="m2, the antenna that could be built; m2-paper or m2-nearest-node, readings of the paper.")
+    ] = "m2",
     force: Force = False,
     plugin: Plugins = None,
     as_json: AsJson = False,
@@ -24,10 +27,11 @@ def init(
     Example: tautflex init m2.toml
     """
     use_plugins(plugin)
-    from tautflex.case import M2_TEMPLATE
+    from tautflex import case
 
+    text = case.template(template)
     require_new_file(name, force=force)
-    name.write_text(M2_TEMPLATE, encoding="utf-8")
+    name.write_text(text, encoding="utf-8")
     if as_json:
         print_json({"file": name})
     else:

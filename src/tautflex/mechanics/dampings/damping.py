@@ -5,18 +5,16 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from copy import copy
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, Self
 
-import numpy as np
 from scipy.sparse import csr_array
 
-from tautflex.elements.kinds import ByKind
-from tautflex.elements.laws import Elastic
 from tautflex.mechanics.dampings.matrix import DampingMatrix
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
+from tautflex.structure.kinds import ByKind
 
 
 @dataclass(frozen=True)
@@ -48,30 +46,11 @@ class LinearStructure:
         """K, shape (size, size)."""
         return self.system.pattern.symmetric_matrix(self.stiffness_entries)
 
-    @property
-    def kinds(self) -> tuple[str, ...]:
-        """Kinds of element."""
-        return tuple(dict.fromkeys(block.kind for block in self.system.blocks))
-
     @cached_property
     def by_kind(self) -> dict[str, tuple[Array, Array]]:
-        """Mass M_e and material stiffness K_e of each kind of element in the pattern, shapes (entries,).
-
-        K_e is the tangent less the part of the stress, so that all K_e and the stiffness of the prestress make K.
-        """
-        system, still = self.system, np.zeros(self.system.size)
-        unstretched = tuple(
-            replace(block, elasticity=np.zeros_like(block.elasticity), law=Elastic()) for block in system.blocks
-        )
-        whole = system.workspace()
-        stressed = system.with_initial_stress(system.stress(still), unstretched).workspace()
-        return {
-            kind: (
-                system.inertia_of(kind).mass_entries,
-                whole.tangent(still, system.block_index(kind)) - stressed.tangent(still, system.block_index(kind)),
-            )
-            for kind in self.kinds
-        }
+        """Mass M_e and material stiffness K_e of each kind of element in the pattern, shapes (entries,)."""
+        material = self.system.material_stiffness()
+        return {kind: (self.system.inertia_of(kind).mass_entries, own) for kind, own in material.items()}
 
     def projected(self, basis: Array) -> dict[str, tuple[Array, Array]]:
         """``Phi' M_e Phi`` and ``Phi' K_e Phi`` of each kind; ``basis`` holds Phi as rows, shape (r, size)."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from tautflex import checks
-from tautflex.elements.kinds import ByKind, by_kind
 from tautflex.mechanics.dampings.damping import Damping, LinearStructure
 from tautflex.mechanics.dampings.matrix import DampingMatrix
+from tautflex.structure.kinds import ByKind, by_kind
 
 
 @dataclass(frozen=True)
@@ -49,5 +49,5 @@ class Rayleigh(Damping):
         own_alpha, own_beta = (part if isinstance(part, ByKind) else ByKind({}, part) for part in (alpha, beta))
         # Numbers for all stay factors of M and K; those of the mass by kind need no common one.
         mass, stiffness = 0.0 if isinstance(alpha, ByKind) else alpha, own_beta["membrane"]
-        kinds = {kind: (own_alpha[kind] - mass, own_beta[kind] - stiffness) for kind in structure.kinds}
+        kinds = {kind: (own_alpha[kind] - mass, own_beta[kind] - stiffness) for kind in structure.system.kinds}
         return DampingMatrix(mass, stiffness, kinds=kinds)

@@ -85,7 +85,7 @@ class HyperReducedModel(OnBasis):
     def weighed(self, factors: Mapping[str, float]) -> CondensedModel:
         """The same with the inertial load of each kind of element times its factor."""
         linear = self.state.linear
-        load = sum(factors[kind] * self._moments(linear.system.inertia_of(kind)).load for kind in linear.kinds)
+        load = sum(factors[kind] * self._moments(linear.system.inertia_of(kind)).load for kind in linear.system.kinds)
         return self.coefficients._replace(load=load)
 
     def arrays(self, damping: Damping) -> HyperArrays:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh
 
-from tautflex.elements.kinds import ByKind
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
 from tautflex.mechanics.inertia import WeighedMoments
 from tautflex.mechanics.loads.inputs import InputSet
@@ -28,6 +27,7 @@ from tautflex.solvers.transient.methods.central_difference import CentralDiffere
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Statistics
+from tautflex.structure.kinds import ByKind
 
 # Steps between two looks at the keyboard and the progress bar; bounds the memory of sampled frame terms.
 _LONGEST = 4096

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from tautflex.elements.element import ELEMENTS
 from tautflex.errors import InputError
 
-# What case files call the kinds of section.
-_NAMES = {"frame": "beam"}
+KINDS = ["membrane", "cable", "beam"]
+"""Kinds of element; registering an element of another kind adds it here."""
+# What case files call beams.
+_FRAME = "frame"
 
 
 class ByKind(Mapping[str, Any]):
@@ -61,12 +62,11 @@ def by_kind(name: str, value: Any, check: Callable[[str, Any], Any], rest: float
     if not isinstance(value, Mapping):
         check(name, value)
         return value
-    known = {kind for kind, _ in ELEMENTS}
     found: dict[str, float] = {}
     for given, number in value.items():
-        kind = _NAMES.get(given, given)
-        if kind not in known or kind in found:
-            names = ", ".join(sorted(known - set(_NAMES.values()) | set(_NAMES)))
+        kind = "beam" if given == _FRAME else given
+        if kind not in KINDS or kind in found:
+            names = ", ".join(_FRAME if one == "beam" else one for one in KINDS)
             raise InputError(f"{name}: expected kinds of element, each once, of {names}, got {given!r}; correct it")
         check(f"{name}.{given}", number)
         found[kind] = float(number)
