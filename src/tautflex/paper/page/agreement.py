@@ -16,7 +16,7 @@ CONSISTENT, NEAREST_NODE = " consistent", " nearest-node"
 
 
 def sorted_rows(rows: Iterable[Row]) -> dict[str, list[Row]]:
-    """Return rows by table, those of other variants than the published reading under ``"6 consistent"`` and the like."""
+    """Return rows by table, those beside the published reading under ``"6 consistent"`` and the like."""
     found: dict[str, list[Row]] = {}
     for row in rows:
         found.setdefault(row.table if row.variant == "published" else f"{row.table} {row.variant}", []).append(row)

@@ -31,10 +31,10 @@ _EXTRA = {  # tables that the paper does not have: key -> title and words
     ),
     "convergence": (
         "Convergence in mesh and time step",
-        "Of the published reading, the agreement with Tables 2 and 6 to 9 on each mesh (the film's two tensions fitted to "
-        "Table 2 there) and with other solvers; of the consistent variant the runs on coarser meshes and with half the "
-        "time step. In strongly nonlinear runs of M1 several spectral peaks are almost equal, so that the largest may "
-        "change with mesh, step and solver.",
+        "Of the published reading, the agreement with Tables 2 and 6 to 9 on each mesh (the film's two tensions "
+        "fitted to Table 2 there) and with other solvers; of the consistent variant the runs on coarser meshes and "
+        "with half the time step. In strongly nonlinear runs of M1 several spectral peaks are almost equal, so that "
+        "the largest may change with mesh, step and solver.",
     ),
 }
 _VARIANTS = {"Published reading": "", "First reading": NEAREST_NODE, "Consistent variant": CONSISTENT}
