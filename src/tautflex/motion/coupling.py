@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tautflex import checks
-from tautflex.mechanics.inertia import LoadMoments
-from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array, cross_matrix
 from tautflex.structure.kinds import ByKind, by_kind
+
+if TYPE_CHECKING:  # reading a case file asks for the switches alone
+    from tautflex.mechanics.inertia import LoadMoments
+    from tautflex.mechanics.system import StructuralSystem
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say
-from tautflex.cli.options import AsJson, Force, Plugins, print_json, require_new_file, use_plugins
+from tautflex.cli.options import Answer, Force, command, require_new_file
 
 
+@command
 def init(
     name: Annotated[Path, Parameter(help="File to write.")],
     /,
@@ -19,21 +21,14 @@ def init(
         str, Parameter(help="m2, the antenna that could be built; m2-paper or m2-nearest-node, readings of the paper.")
     ] = "m2",
     force: Force = False,
-    plugin: Plugins = None,
-    as_json: AsJson = False,
-) -> int:
+) -> Answer:
     """Write a commented case: the paper's antenna M2 and its stop maneuver.
 
     Example: tautflex init m2.toml
     """
-    use_plugins(plugin)
     from tautflex import case
 
     text = case.template(template)
     require_new_file(name, force=force)
     name.write_text(text, encoding="utf-8")
-    if as_json:
-        print_json({"file": name})
-    else:
-        say(f"Wrote {name}. Next: tautflex run {name}")
-    return 0
+    return Answer({"file": name}, partial(say, f"Wrote {name}. Next: tautflex run {name}"))

@@ -7,14 +7,16 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any, Self
-
-from scipy.sparse import csr_array
+from typing import TYPE_CHECKING, Any, Self
 
 from tautflex.mechanics.dampings.matrix import DampingMatrix
-from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
 from tautflex.structure.kinds import ByKind
+
+if TYPE_CHECKING:  # reading a case file asks for the numbers alone
+    from scipy.sparse import csr_array
+
+    from tautflex.mechanics.system import StructuralSystem
 
 
 @dataclass(frozen=True)
