@@ -1,4 +1,4 @@
-"""The paper's tables with the published reading, the case `tautflex init` writes (mesh 10 x 5, Wilson-theta).
+"""The paper's tables with the first reading, template m2-nearest-node (mesh 10 x 5, Wilson-theta).
 
 Time step 2.5 ms instead of 1 ms: amplitudes change by less than 0.5 % (a test shows it for one row). The largest
 displacement of every row occurs within 0.3 s of the start, so amplitudes are read from runs that end 1 s after the
