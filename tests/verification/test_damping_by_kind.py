@@ -12,6 +12,7 @@ import pytest
 
 import tautflex as tf
 from tautflex import InputError
+from tautflex.case import parse_case, template
 from tautflex.mechanics.products import MassDamping
 from verification.batch_cases import changed_rom
 from verification.dynamic_cases import TINY_VELOCITY, small_antenna, string
@@ -80,6 +81,17 @@ def test_the_matrix_is_that_assembled_by_hand(antenna, verification_row):
     error = float(np.abs(full_matrix(antenna, DAMPING) - expected).max() / np.abs(expected).max())
     assert error < 1e-14
     verification_row("damping by kind of element: C", 0, error, "assembled element by element")
+
+
+def test_elements_of_many_points_and_from_outside_have_it_too(antenna, verification_row):
+    """Four integration points an element; an element's kind is that of its section, whoever declares it."""
+    text = template("m2-nearest-node").replace('pattern = "regular"', "# none")
+    small = ("mesh.divisions=[4,2]", "cables.per_long_edge=5", "cables.per_short_edge=3", "mesh.element='quad4'")
+    state = tf.solve_prestress(tf.build_model(parse_case(text, small)))
+    expected = by_hand(state)
+    error = float(np.abs(full_matrix(state, DAMPING) - expected).max() / np.abs(expected).max())
+    assert error < 1e-14
+    verification_row("damping by kind, quadrilaterals: C", 0, error, "assembled point by point")
 
 
 def test_the_kinds_and_the_prestress_make_the_stiffness(antenna):

@@ -29,7 +29,7 @@ class ByKind(Mapping[str, Any]):
         return len(self._values)
 
     def __hash__(self) -> int:
-        return hash((*sorted(self._values.items()), self._rest))
+        return hash(frozenset(self._values.items()))
 
     def __repr__(self) -> str:
         return repr(self._values)
