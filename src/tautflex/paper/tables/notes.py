@@ -26,6 +26,7 @@ _PUBLISHED = _MISPRINT | {
         "a weaker, steady vibration near 1.14 Hz has a line almost as high; " + _COMPRESSED
     ),
     ("8", "M1, pi/2 rad/s, T = 0.1 s", "response frequency"): "several lines of the spectrum are almost as high",
+    ("9", "M1, pi/5 rad/s, T = 1 s", "amplitude"): _COMPRESSED,
 }
 
 
