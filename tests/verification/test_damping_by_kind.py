@@ -240,7 +240,7 @@ def test_batches_are_the_single_runs(antenna, rom, kind, verification_row):
 
 
 def test_wrong_numbers_by_kind_are_refused():
-    with pytest.raises(InputError, match="beta: expected kinds of element, each once, of cable, frame, membrane, got"):
+    with pytest.raises(InputError, match="beta: expected kinds of element, each once, of membrane, cable, frame, got"):
         tf.Rayleigh(beta={"film": 1e-3})
     with pytest.raises(InputError, match="alpha: expected kinds of element, each once"):
         tf.Rayleigh(alpha={"frame": 1.0, "beam": 2.0})
