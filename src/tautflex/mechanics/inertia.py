@@ -38,21 +38,15 @@ class LoadMoments(Protocol):
         ...
 
 
-@dataclass(frozen=True)
 class WeighedMoments:
-    """Load moments ``int rho N_a' x_b`` and ``int rho N_a'`` of anything, shapes (3, 3, n) and (3, n)."""
+    """Loads of any motion, shape (12, n), as ``int rho N_a' x_b`` and ``int rho N_a'``; of many instants too."""
 
-    first: Array
-    zeroth: Array
-
-    @property
-    def size(self) -> int:
-        """Length of the load."""
-        return self.zeroth.shape[1]
+    def __init__(self, loads: Array) -> None:
+        self._first, self._zeroth, self.size = loads[:9].reshape(3, 3, -1), loads[9:], loads.shape[1]
 
     def load(self, weight: ArrayLike, acceleration: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-        """Load ``Z : first + a . zeroth``, shape (size,)."""
-        return np.einsum("ab,abi->i", np.asarray(weight), self.first) + np.asarray(acceleration) @ self.zeroth
+        """Load ``Z : first + a . zeroth`` for weights (..., 3, 3) and accelerations (..., 3), shape (..., n)."""
+        return np.einsum("...ab,abi->...i", np.asarray(weight), self._first) + np.asarray(acceleration) @ self._zeroth
 
 
 @numba.njit(cache=True)

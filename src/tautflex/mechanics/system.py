@@ -95,12 +95,11 @@ class StructuralSystem:
 
     def load_moments(self, factors: Mapping[str, float]) -> WeighedMoments:
         """Load moments of all blocks, those of each kind times its factor."""
-        parts = [(factors[kind], self.inertia_of(kind)) for kind in self.kinds]
-        first, zeroth = np.zeros((3, 3, self.size)), np.zeros((3, self.size))
-        for factor, inertia in parts:
-            first += factor * inertia.first_moment
-            zeroth += factor * inertia.zeroth_moment
-        return WeighedMoments(first, zeroth)
+        loads = np.zeros((12, self.size))
+        for kind in self.kinds:
+            inertia = self.inertia_of(kind)
+            loads += factors[kind] * np.concatenate([inertia.first_moment.reshape(9, -1), inertia.zeroth_moment])
+        return WeighedMoments(loads)
 
     def _inertia(self, blocks: Sequence[ElementBlock]) -> InertiaOperator:
         return InertiaOperator.from_blocks(blocks, [self.place[block.dofs] for block in blocks], self.pattern)

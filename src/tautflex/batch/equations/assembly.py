@@ -35,16 +35,8 @@ TURN, PULL = 0, 1
 class Assembly:
     """What condensed models are weighed from: weights Z and loads are those of `FrameMoments.about_axis`.
 
-    Parameters
-    ----------
-    rom
-        Reduced model.
-    axis, origin
-        Line that the frame turns about.
-    cubic, viscous
-        Stress fields of the third-degree force and of the static derivatives' damping.
-    loads
-        Factors of the inertial loads of each kind of element; None are none.
+    ``cubic`` and ``viscous`` are stress fields of the third-degree force and of the static derivatives' damping,
+    ``loads`` factors of the inertial loads of each kind of element, None for none.
     """
 
     def __init__(
@@ -60,10 +52,7 @@ class Assembly:
         line = unit_axis(axis), np.asarray(origin, dtype=float)
         moments = {k: FrameMoments.about_axis(part, *line) for k, part in rom.projection.inertia.items()}
         self._moments = weigh_loads(moments, loads)
-        self._find_structure()
-
-    def _find_structure(self) -> None:
-        """Which terms are nothing, and which change with stiffness or density, from two generic changes."""
+        # Which terms are nothing, and which change with stiffness or density, is found from two generic changes.
         no_readings = np.zeros((len(self._rom.basis.derivatives), 0))
         others = {kind: 1.07 + 0.06 * i for i, kind in enumerate(sorted(self._rom.projection.elastic))}
         own, _ = self(Factors(), no_readings, {}, np)
@@ -85,26 +74,11 @@ class Assembly:
     def __call__(
         self, factors: Factors, readings: Any, kinds: Mapping[str, tuple[Any, Any]], xp: ModuleType
     ) -> tuple[CondensedModel, tuple[Any, Any] | None]:
-        """Condensed model of one run, and what a damping by kind adds to it.
+        """Condensed model of one run, as by `condense`, for readings of the static derivatives, shape (p, n).
 
-        Parameters
-        ----------
-        factors
-            Parameters, possibly traced.
-        readings
-            Readings of the static derivatives, shape (p, n).
-        kinds
-            Those of the `DampingMatrix`.
-        xp
-            numpy or jax.numpy.
-
-        Returns
-        -------
-        CondensedModel
-            ``cubic`` and ``viscous`` are A of the forces ``Y' F' A F y``, see `Fields`; ``follow_quadratic`` and
-            ``follow_load`` lead to the readings, shapes (n, m) and (2, n).
-        tuple
-            Damping of the coordinates (r, r), and A of that of the static derivatives; None where kinds are alike.
+        ``cubic`` and ``viscous`` are A of the forces ``Y' F' A F y``, see `Fields`; ``follow_quadratic`` and
+        ``follow_load`` lead to the readings, shapes (n, m) and (2, n). With it what the ``kinds`` of a `DampingMatrix`
+        add: damping of the coordinates (r, r), and A of that of the static derivatives; None where kinds are alike.
         """
         c = condense(self._rom.projection, self._moments, factors, xp)
         besides = None

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable
+from functools import cache, reduce
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -24,7 +24,6 @@ from tautflex.structure.kinds import ByKind
 
 Array = jax.Array
 
-_PAIRS = 1
 # Beginnings of the names of numbers that change coefficients.
 _STRUCTURE = ("tension", "youngs_modulus", "density", "damping.mass.", "damping.stiffness.")
 
@@ -53,39 +52,25 @@ class Damping(NamedTuple):
 
 
 class ReducedPlant:
-    """A reduced model for batches.
-
-    Parameters
-    ----------
-    rom
-        Reduced model.
-    """
+    """A reduced model for batches."""
 
     side_by_side = True
 
     def __init__(self, rom: ReducedModel) -> None:
-        self.rom, self.state, self.size = rom, rom.state, rom.size
-        self.pairs = _PAIRS
+        self.rom, self.state, self.size, self.pairs = rom, rom.state, rom.size, 1
         self.kinds = tuple(rom.projection.elastic)
         # Second-degree forces of a flat structure are round-off.
         self.curved = rom.arrays(Rayleigh()).quadratic.size > 0
         self.cubic, self.viscous = (Fields.of(part, rom.basis.amplitude) for part in rom.fields)
         self.monomials = Monomials(rom.size)
-        self._assemblies: dict[Any, Assembly] = {}
-
-    def assembly(self, history: RateHistory, coupling: Coupling) -> Assembly:
-        """What coefficients are weighed from, for the axis of a maneuver and the loads that count."""
-        loads = coupling.load_factor if isinstance(coupling.load_factor, ByKind) else None
-        key = history.axis, history.origin, loads
-        if key not in self._assemblies:
-            self._assemblies[key] = Assembly(self.rom, *key[:2], self.cubic, self.viscous, loads)
-        return self._assemblies[key]
+        self._assembly = cache(lambda axis, origin, loads: Assembly(rom, axis, origin, self.cubic, self.viscous, loads))
 
     def equation(
         self, numbers: Numbers, each: EachRun, history: RateHistory, coupling: Coupling, probes: ProbeSet
     ) -> ReducedEquation:
         """Equation of all runs."""
-        assembly, basis = self.assembly(history, coupling), self.rom.basis
+        loads = coupling.load_factor if isinstance(coupling.load_factor, ByKind) else None
+        assembly, basis = self._assembly(history.axis, history.origin, loads), self.rom.basis
         readings = jnp.asarray((probes.map @ basis.derivatives.T).T)
 
         def weigh(numbers: Numbers) -> tuple[Any, ...]:
@@ -107,7 +92,7 @@ class ReducedPlant:
             c, besides, modes, bounds = weigh(numbers)
             modes = modes[0], modes[1][:, None]
         alpha, beta = (jnp.asarray(numbers[f"damping.{name}"]) + jnp.zeros(each.runs) for name in ("mass", "stiffness"))
-        most = functools.reduce(
+        most = reduce(
             jnp.maximum, [beta + jnp.asarray(s) for _, s in damping_kinds(numbers, self.kinds).values()], beta
         )
         weights = jnp.asarray(numbers["damping.coefficients"])
@@ -151,8 +136,6 @@ class ReducedEquation:
 
     Parameters
     ----------
-    plant
-        Reduced model.
     c
         Condensed model of every run; what all runs share lacks the last axis.
     damping
@@ -161,8 +144,6 @@ class ReducedEquation:
         Natural modes as columns, and squares of their frequencies.
     bounds
         Traces of two parts of the tangent as quadratic forms, matrices, and the norm of the inverse of the mass matrix.
-    coupling
-        Switches of the rotating-frame terms.
     absent
         Names and places of turning terms that are zero.
     kept
@@ -201,11 +182,8 @@ class ReducedEquation:
     def _weights(self, spin: Spin) -> tuple[Any, Any, Any]:
         """Factors of the gyroscopic, Euler and centrifugal terms."""
         c = self._coupling
-        return (
-            2.0 * spin.rate * float(c.gyroscopic),
-            spin.acceleration * float(c.euler),
-            spin.square * float(c.centrifugal),
-        )
+        gyro, turn = 2.0 * spin.rate * float(c.gyroscopic), spin.acceleration * float(c.euler)
+        return gyro, turn, spin.square * float(c.centrifugal)
 
     def _load(self, load: Array, spin: Spin) -> Array:
         """Loads of angular acceleration and squared rate on something, shape (2, n) -> (n, runs)."""

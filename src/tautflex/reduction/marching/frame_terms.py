@@ -53,24 +53,12 @@ def sample(function: Callable[[float], Array], times: Array) -> Array:
 def frame_terms(
     coupling: Coupling, moments: LoadMoments, segment: Segment, times: Array, coordinates: int
 ) -> FrameTerms:
-    """Matrices and loads of a segment at the given instants.
-
-    Parameters
-    ----------
-    coupling
-        Switches of the terms.
-    moments
-        Load moments of the r coordinates, then of the m monomials.
-    segment
-        Stretch of a maneuver.
-    times
-        Instants [s], in order.
-    coordinates
-        Number r.
-    """
+    """Matrices and loads of a segment at instants [s] in order; ``moments`` of the coordinates, then the monomials."""
 
     def terms(time: float) -> Array:
-        return _terms(coupling, moments, segment.motion(time))
+        motion = segment.motion(time)
+        weights = coupling.velocity_weight(motion), coupling.displacement_weight(motion)
+        return np.concatenate([*(weight.ravel() for weight in weights), coupling.load(motion, moments)])
 
     values = sample(terms, times)
     velocity, displacement = values[:, :9].reshape(-1, 3, 3), values[:, 9:18].reshape(-1, 3, 3)
@@ -83,13 +71,3 @@ def frame_at(coupling: Coupling, moments: LoadMoments, motion: RigidMotion, coor
     """Matrices and loads of one motion."""
     segment = Segment(0.0, np.inf, lambda time: motion)
     return frame_terms(coupling, moments, segment, np.zeros(1), coordinates)
-
-
-def _terms(coupling: Coupling, moments: LoadMoments, motion: RigidMotion) -> Array:
-    return np.concatenate(
-        [
-            coupling.velocity_weight(motion).ravel(),
-            coupling.displacement_weight(motion).ravel(),
-            coupling.load(motion, moments),
-        ]
-    )
