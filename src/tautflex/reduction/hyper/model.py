@@ -73,7 +73,7 @@ class HyperReducedModel(OnBasis):
             turning_derivatives=np.zeros((9, 0, self.size)),
             load=moments.load,
             load_stress=np.zeros((12, 0)),
-            follow_linear=np.zeros((0, r)),
+            follow_linear=np.zeros((0, self.size)),
             follow_quadratic=np.zeros((0, 0)),
             follow_load=np.zeros((12, 0)),
         )
