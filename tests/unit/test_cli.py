@@ -147,7 +147,7 @@ def test_run_without_motion_has_no_frequency(film, answer):
 
 
 def test_tune_hits_the_frequency_and_writes_the_case(film, answer):
-    assert main(["init", "m2.toml"]) == 0
+    assert main(["init", "m2.toml", "--template", "m2-nearest-node"]) == 0
     code, found = answer("tune", "m2.toml", "--frequency", "2.0", "-o", "tuned.toml")
     assert code == 0
     assert found["frequencies"][0] == pytest.approx(2.0, abs=1e-4)

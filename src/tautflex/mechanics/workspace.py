@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -96,19 +97,20 @@ class Workspace:
         add_average_forces(self.store, before, after, force)
         return force[:-1]
 
-    def upper_tangent(self, q: Array, start: Array = _NONE) -> Array:
+    def upper_tangent(self, q: Array, start: Array = _NONE, blocks: Iterable[int] | None = None) -> Array:
         """Upper triangle of the tangent stiffness [N/m ...] at free unknowns ``q``, shape (upper entries,).
 
-        With ``start`` that of the average stress over a step from there, whose middle ``q`` is.
+        With ``start`` that of the average stress over a step from there, whose middle ``q`` is. ``blocks`` are the
+        numbers of those that count; None is all.
         """
         if start.size:
             start = np.append(start, 0.0)
         extended, values = self._extend(q), np.zeros(len(self._pattern.upper[0]) + 1)
-        for block, slots in enumerate(self._slots):
-            add_tangent(self.store, block, extended, start, slots, values)
+        for block in range(len(self._slots)) if blocks is None else blocks:
+            add_tangent(self.store, block, extended, start, self._slots[block], values)
         return values[:-1]
 
-    def tangent(self, q: Array) -> Array:
+    def tangent(self, q: Array, blocks: Iterable[int] | None = None) -> Array:
         """Values of the tangent stiffness [N/m ...] at free unknowns ``q`` in the pattern, shape (entries,)."""
-        values: Array = self.upper_tangent(q)[self._pattern.from_upper]
+        values: Array = self.upper_tangent(q, blocks=blocks)[self._pattern.from_upper]
         return values

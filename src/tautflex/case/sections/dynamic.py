@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import Field, Strict, field_validator
+from pydantic import Field, Strict, field_validator, model_validator
 
 from tautflex.case.messages import require_names
 from tautflex.case.options import Chosen, section_of
@@ -25,6 +25,14 @@ class Damping(Chosen):
 
 class Coupling(section_of(coupling.Coupling)):  # type: ignore[misc] # its keys are the fields of that class
     """Terms of rigid-flexible coupling, each of which can be left out to see what it does."""
+
+    @model_validator(mode="after")
+    def _class_takes_the_values(self) -> Self:
+        try:
+            self.build()
+        except InputError as error:
+            raise ValueError(str(error)) from None
+        return self
 
     def build(self) -> coupling.Coupling:
         """Make the switches."""

@@ -8,12 +8,13 @@ import numpy as np
 from scipy.linalg import eigh
 
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex.mechanics.inertia import WeighedMoments
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, Indices, cross_matrices
 from tautflex.reduction.marching.dispatch import internal_force, tangent
-from tautflex.reduction.marching.frame_terms import ReducedMoments, frame_at, frame_terms, sample
+from tautflex.reduction.marching.frame_terms import frame_at, frame_terms, sample
 from tautflex.reduction.marching.schedule import Stretch, stretches
 from tautflex.reduction.marching.steps import march, march_explicit
 from tautflex.reduction.marching.work import StageNumbers, new_work, stage_numbers
@@ -25,6 +26,7 @@ from tautflex.solvers.transient.methods.generalized_alpha import Newmark
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Statistics
+from tautflex.structure.kinds import ByKind
 
 # Steps between two looks at the keyboard and the progress bar; bounds the memory of sampled frame terms.
 _LONGEST = 4096
@@ -54,9 +56,10 @@ class ReducedRun:
         # Of a scheme, an explicit step needs its size and that its forces are those at its end.
         self._method = method if isinstance(method, Method) else Newmark()
         self.arrays = rom.arrays(problem.damping)
-        c = rom.coefficients
-        self.moments = ReducedMoments(np.concatenate([c.load, c.load_stress], axis=1))
-        self._offsets = ReducedMoments(c.follow_load)
+        factor = problem.coupling.load_factor
+        c = rom.weighed(factor) if isinstance(factor, ByKind) else rom.coefficients
+        self.moments = WeighedMoments(np.concatenate([c.load, c.load_stress], axis=1))
+        self._offsets = WeighedMoments(c.follow_load)
         self.inputs = InputSet(rom.state.system, problem.inputs)
         require_forces(self.inputs)
         self._began = problem.maneuver.start()
@@ -264,10 +267,12 @@ class ReducedRun:
 
     def prescribed_offset(self, motions: Array) -> Array:
         """Static derivatives prescribed by the inertial load, shape (time, p)."""
-        if not self.problem.coupling.inertial_load or not motions.any():
+        factor = self.problem.coupling.load_factor
+        if factor == 0.0 or not motions.any():
             return np.zeros((len(motions), self._offsets.size))
         spin, turn = cross_matrices(motions[:, :3]), cross_matrices(motions[:, 3:6])
-        return self._offsets.load(turn + spin @ spin, motions[:, 6:])
+        offset = self._offsets.load(turn + spin @ spin, motions[:, 6:])
+        return offset if isinstance(factor, ByKind) else factor * offset
 
     def read(self, probes: Any, eta: Array, rate: Array, motions: Array) -> Array:
         """Displacements and velocities of probes, shape (time, 2, probe, 3)."""

@@ -198,7 +198,7 @@ def spinning_pencil(
     return QuadraticPencil(
         system.pattern,
         inertia.mass_entries,
-        matrix.proportional(inertia.mass_entries, state.tangent_entries),
+        state.linear.entries(matrix),
         inertia.entries(coupling.velocity_weight(motion)),
         system.tangent(equilibrium) + inertia.entries(coupling.displacement_weight(motion)),
         matrix,
