@@ -18,7 +18,7 @@ from tautflex.mechanics.membrane import (
     survey_at,
 )
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.numeric import Array
+from tautflex.numeric import Array, within_arithmetic
 from tautflex.solvers.linear.eigenpairs import NaturalModes
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.diagnosis import Problem, film_wrinkles, find_problems, instability_text, soft_text
@@ -136,6 +136,7 @@ class PrestressedState:
         return LinearStructure(self.system, self.tangent_entries, modes)
 
 
+@within_arithmetic()
 def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     """Find the prestressed reference state of a model.
 

@@ -157,7 +157,8 @@ class AdaptiveDriver(GridDriver):
         while True:
             nominal = self._size
             size = _landing(nominal, left)
-            smallest = size <= self._smallest * (1.0 + 1e-9)
+            # A landing may stretch the smallest step a little: it stays the smallest there is.
+            smallest = min(size, nominal) <= self._smallest * (1.0 + 1e-9)
             reached = self._attempt(at, size)
             if reached is None:
                 if smallest:
