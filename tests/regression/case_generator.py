@@ -156,7 +156,7 @@ def _spoil(chance: random.Random, case: dict[str, Any]) -> None:
     ]
     table, place = chance.choices(leaves, weights)[0]
     value, way = table[place], chance.random()
-    if way < 0.8 and isinstance(value, int | float) and not isinstance(value, bool):
+    if way < 0.8 and isinstance(value, int | float) and value is not True and abs(value) < 1e300:
         decades = chance.choice((1, 1, 3, 12, 12, 25))
         scaled = value * 10.0 ** chance.uniform(-decades, decades) * chance.choice((1, 1, 1, 1, -1))
         table[place] = type(value)(scaled) if abs(scaled) < 1e18 else scaled
