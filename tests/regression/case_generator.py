@@ -73,6 +73,7 @@ INPUTS: list[dict[str, Any]] = [
     {"kind": "edge-force", "nodes": [0, 1], "force": [0.1, 0.0, 0.0]},
     {"kind": "cable-tension", "side": "-x", "change": 0.05},
     {"kind": "membrane-temperature", "change": 1.0, "expansion": 2e-5},
+    {"kind": "pressure", "pressure": 0.1},
 ]
 DAMPINGS: list[dict[str, Any]] = [
     {"alpha": 0.01, "beta": 0.01},

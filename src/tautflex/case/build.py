@@ -15,7 +15,7 @@ from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.motion.kinematics import Maneuver
 from tautflex.numeric import within_arithmetic
-from tautflex.reduction.marching.loads import require_forces
+from tautflex.reduction.on_basis import require_forces
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
@@ -135,6 +135,7 @@ def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:
             found.append(given.placed(state.model))
             tried = found[-1].prepare(state.system)
             tried.load(0.0)
+            tried.follower(0.0)
             tried.stress(0.0)
     if case.reduction is not None:
         require_forces(InputSet(state.system, found))

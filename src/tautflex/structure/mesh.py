@@ -72,29 +72,11 @@ def _with_inner_nodes(nodes: Array, corners: Indices, shape: Shape, count_y: int
 
 
 def graded_lines(length: float, divisions: int, stations: Array, shape: Shape = TRIANGLE3) -> Array:
-    """Grid lines on [-length/2, length/2] whose nodes meet every station, cells as equal as possible.
+    """Grid lines [m] on [-length/2, length/2], shape (divisions + 1,), that meet every station evenly.
 
-    Parameters
-    ----------
-    length
-        Extent [m].
-    divisions
-        Number of cells, at least one per interval between stations; one per two intervals where evenly spaced
-        stations can take turns between the ends and the middles of the sides.
-    stations
-        Increasing coordinates [m] that must be nodes, from -length/2 to length/2.
-    shape
-        Shape of the elements, which says whether there are nodes in the middle of the sides.
-
-    Returns
-    -------
-    numpy.ndarray
-        Coordinates [m], shape (divisions + 1,).
-
-    Raises
-    ------
-    MeshError
-        If there are fewer divisions than intervals.
+    ``stations`` are increasing coordinates [m], from one end to the other, that must be nodes. At least one cell is
+    needed per interval between them; one per two intervals where evenly spaced stations can take turns between the ends
+    and the middles of the sides of a shape that has nodes there. MeshError if ``divisions`` are fewer.
     """
     least = shape.least_divisions(len(stations) - 1)
     if divisions < least:

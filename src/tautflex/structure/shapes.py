@@ -129,19 +129,10 @@ class Shape:
         return np.stack(found, axis=2)
 
     def tangents(self, positions: Array, points: ArrayLike) -> Array:
-        """Derivatives of the position along the local coordinates.
+        """Derivatives of the position along the local coordinates [m], shape (element, point, dimension, 3).
 
-        Parameters
-        ----------
-        positions
-            Node positions [m], shape (element, node, 3).
-        points
-            Local positions, shape (point, dimension).
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (element, point, dimension, 3) [m].
+        ``positions`` are those of the nodes [m], shape (element, node, 3), ``points`` local ones, shape (point,
+        dimension).
         """
         slopes = self.slopes(points).swapaxes(1, 2)
         # As one product per element: ten times faster than einsum.

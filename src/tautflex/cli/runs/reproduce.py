@@ -146,14 +146,10 @@ def _write_page(made: _Made, output: Path, docs: Path | None, quick: bool) -> di
     """Write the page, and the two case files that a reader will want to run."""
     from tautflex.files.netcdf import versions
     from tautflex.paper.cases.catalogue import CASE_FILES, VARIANTS, case_text
-    from tautflex.paper.page.agreement import CONSISTENT
     from tautflex.paper.page.compose import build_page
 
-    named: dict[str, list[Row]] = {}
-    for (variant, number), rows in made.rows.items():
-        named.setdefault(number if variant == "published" or number == "convergence" else number + CONSISTENT, rows)
     summary = {"quick": quick, "seconds": made.seconds, "versions": versions()}
-    files = {path.name: path for path in build_page(named, made.figures, summary, output, docs)}
+    files = {path.name: path for path in build_page(made.rows, made.figures, summary, output, docs)}
     for variant in VARIANTS:
         files[CASE_FILES[variant]] = path = output / CASE_FILES[variant]
         path.write_text(case_text(variant), encoding="utf-8")

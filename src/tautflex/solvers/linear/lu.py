@@ -2,49 +2,46 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_array, triu
 from scipy.sparse.linalg import SuperLU, splu
 
 from tautflex.numeric import Array
+from tautflex.solvers.linear.backend import Backend
 
 
-class PivotedLU:
-    """L U with partial pivoting.
+def _factors(matrix: csc_array) -> SuperLU:
+    try:
+        return splu(matrix)
+    except RuntimeError as error:
+        raise np.linalg.LinAlgError("matrix is singular") from error
 
-    Parameters
-    ----------
-    size, column_start, rows, memo
-        As of `Backend`.
-    """
 
-    def __init__(
-        self, size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32], memo: dict[str, Any]
-    ) -> None:
-        self._size, self._start, self._rows = size, column_start, rows
-        self._factors: SuperLU | None = None
+def general_solver(matrix: csc_array) -> Callable[[Array], Array]:
+    """Solver with a matrix that need not be symmetric; LinAlgError if it is singular or not finite."""
+    if not np.all(np.isfinite(matrix.data)):
+        raise np.linalg.LinAlgError("matrix has entries that are not finite")
+    factors = _factors(matrix)
+    return lambda right: np.asarray(factors.solve(right))
+
+
+class PivotedLU(Backend):
+    """L U with partial pivoting, which does not keep the inertia."""
+
+    _factors: SuperLU | None = None
 
     def factorize(self, values: Array) -> None:
         """Factorize the matrix with these values of its upper triangle; LinAlgError if it is singular."""
-        upper = csc_array((values, self._rows, self._start), shape=(self._size, self._size))
-        self._factors = None
-        try:
-            self._factors = splu(csc_array(upper + triu(upper, k=1).T))
-        except RuntimeError as error:
-            raise np.linalg.LinAlgError("matrix is singular") from error
+        upper, self._factors = self._upper(values), None
+        self._factors = _factors(csc_array(upper + triu(upper, k=1).T))
 
     def solve(self, right: Array) -> Array:
         """Solve for one right-hand side, shape (size,)."""
         if self._factors is None:
             raise np.linalg.LinAlgError("no matrix has been factorized")
         return np.asarray(self._factors.solve(right))
-
-    def negative_pivots(self) -> None:
-        """A pivoted LU does not keep the inertia."""
-        return
 
     @property
     def fill(self) -> int:
