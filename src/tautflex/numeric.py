@@ -29,7 +29,7 @@ def within_arithmetic() -> Iterator[None]:
     A number that overflowed inside a norm or a comparison may not show in the result.
     """
     try:
-        with np.errstate(over="raise", invalid="raise"):
+        with np.errstate(over="raise", invalid="raise", divide="raise"):
             yield
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         text = f"numbers: expected ones that arithmetic can hold, got none ({error})"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import random
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -107,6 +108,14 @@ def generated(seed: int, samples: object = None, *, binary: bool = False) -> byt
     for _ in range(chance.choice((0, 1, 1, 1, 2, 2, 3, 5))):
         _spoil(chance, case)
     return tomli_w.dumps(case).encode()
+
+
+def warm_up() -> list[bytes]:
+    """Compile what the cases will need, which takes its time once."""
+    for seed in range(60):
+        with suppress(tf.TautflexError):
+            tf.run_case(tf.Case(**_sensible(random.Random(seed))))
+    return []
 
 
 def _sensible(chance: random.Random) -> dict[str, Any]:

@@ -95,7 +95,7 @@ TARGETS = {
     "abaqus": Target(".inp", _meshes(mesh_files.abaqus), read_mesh),
     "nastran": Target(".bdf", _meshes(mesh_files.nastran), read_mesh),
     "gmsh": Target(".msh", _meshes(mesh_files.msh), read_mesh),
-    "runs": Target(".toml", list, case_generator.run, make=case_generator.generated, slow=10.0),
+    "runs": Target(".toml", case_generator.warm_up, case_generator.run, make=case_generator.generated, slow=10.0),
     "results": Target(".nc", result_files, tf.load, binary=True),
 }
 
