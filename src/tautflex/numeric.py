@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from tautflex.errors import InputError
 
 Array: TypeAlias = NDArray[np.float64]
 Complex: TypeAlias = NDArray[np.complex128]
@@ -17,6 +20,22 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 # Re-association lets reductions vectorise; NaN and infinity keep their meaning.
 FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
+
+
+@contextmanager
+def within_arithmetic() -> Iterator[None]:
+    """Make one InputError, also as a decorator, of numbers that overflow, of warnings about them, of singular matrices.
+
+    A number that overflowed inside a norm or a comparison may not show in the result.
+    """
+    try:
+        with np.errstate(over="raise", invalid="raise", divide="raise"):
+            yield
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        text = f"numbers: expected ones that arithmetic can hold, got none ({error})"
+        raise InputError(
+            f"{text}; compare sizes, stiffnesses, densities, tensions and rates, and their units"
+        ) from None
 
 
 def jit(function: Callable[..., Any]) -> Any:

@@ -1,7 +1,7 @@
 """Feed damaged files to a reader and count what happens; each batch runs in a limited process of its own.
 
-By hand: ``python tests/regression/fuzz_campaign.py abaqus --count 20000`` (targets: case, abaqus, nastran, gmsh,
-results). A batch that dies or hangs is reported with the seed it was at.
+By hand: ``python tests/regression/fuzz_campaign.py abaqus --count 20000`` (targets: case, runs, abaqus, nastran,
+gmsh, results). A batch that dies or hangs is reported with the seed it was at.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from tautflex import read_mesh
 sys.path.insert(0, str(Path(__file__).absolute().parents[1]))
 
 import tautflex as tf
-from regression import mesh_files
+from regression import case_generator, mesh_files
 from regression.mutations import mutated
 from regression.small_result import result_files
 from tautflex.case import parse_case, template
@@ -33,7 +33,7 @@ from verification.builders import antenna
 M2_TEMPLATE = template("m2-nearest-node")
 
 MEMORY = 3 * 1024**3  # [B] of address space; the readers' samples are some kilobytes
-SLOW = 20.0  # [s] one small file may take at most
+SLOW = 20.0  # [s] of computing one small file may take at most
 
 
 @dataclass
@@ -63,6 +63,8 @@ class Target:
     samples: Callable[[], list[bytes]]
     read: Callable[[Path], object]
     binary: bool = False
+    make: Callable[..., bytes] = mutated
+    slow: float = SLOW
 
 
 def _meshes(*writers: Callable[..., str]) -> Callable[[], list[bytes]]:
@@ -95,6 +97,7 @@ TARGETS = {
     "abaqus": Target(".inp", _meshes(mesh_files.abaqus), read_mesh),
     "nastran": Target(".bdf", _meshes(mesh_files.nastran), read_mesh),
     "gmsh": Target(".msh", _meshes(mesh_files.msh), read_mesh),
+    "runs": Target(".toml", case_generator.warm_up, case_generator.run, make=case_generator.generated, slow=10.0),
     "results": Target(".nc", result_files, tf.load, binary=True),
 }
 
@@ -155,9 +158,9 @@ def _child(name: str, first: int, count: int) -> None:
         path = Path(folder, "input").with_suffix(target.suffix)
         for seed in range(first, first + count):
             outcome = Outcome(inputs=1)
-            content = mutated(seed, samples, binary=target.binary)
-            signal.alarm(int(SLOW))  # ends this process even inside a C library
-            started = time.perf_counter()
+            content = target.make(seed, samples, binary=target.binary)
+            signal.setitimer(signal.ITIMER_PROF, target.slow)  # ends this process even inside a C library
+            started = time.process_time()
             try:
                 outcome.accepted = int(attempt(target, content, path))
                 outcome.refused = 1 - outcome.accepted
@@ -165,8 +168,8 @@ def _child(name: str, first: int, count: int) -> None:
                 if isinstance(error, KeyboardInterrupt):
                     raise
                 outcome.failures = [f"{name} seed {seed}: {type(error).__name__}: {str(error)[:200]}"]
-            outcome.slowest = time.perf_counter() - started
-            if outcome.slowest > SLOW:
+            outcome.slowest = time.process_time() - started
+            if outcome.slowest > target.slow:
                 outcome.failures.append(f"{name} seed {seed}: took {outcome.slowest:.1f} s")
             sys.stdout.write(json.dumps(vars(outcome)) + "\n")
             sys.stdout.flush()

@@ -14,6 +14,7 @@ from tautflex.files.mesh import read_mesh
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.motion.kinematics import Maneuver
+from tautflex.numeric import within_arithmetic
 from tautflex.reduction.on_basis import require_forces
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
@@ -22,6 +23,7 @@ from tautflex.structure.mesh import blend_by_direction
 from tautflex.structure.model import Model
 
 
+@within_arithmetic()
 def build_model(case: Case) -> Model:
     """Build the structure of a case.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from collections.abc import Sequence
 
@@ -37,6 +38,8 @@ for one in (init, check, keys, modes, tune, run, reproduce, export):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code: 0 done, 1 not converged, 2 bad input."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="surrogateescape")  # names of files may be in any encoding
     try:
         outcome = app(sys.argv[1:] if arguments is None else list(arguments))
     except CycloptsError as error:

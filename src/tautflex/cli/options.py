@@ -120,8 +120,8 @@ def require_new_file(path: Path, *, force: bool) -> None:
         raise CaseError(f"{path}: cannot write there (permission denied); choose another place")
 
 
-def require_output_directory(path: Path) -> None:
-    """Raise CaseError unless results can be written into ``path``; nothing is created."""
+def require_output_directory(path: Path) -> Path:
+    """Raise CaseError unless results can be written into ``path``; its nearest folder that is there, nothing new."""
     nearest = path
     while not nearest.exists() and nearest != nearest.parent:
         nearest = nearest.parent
@@ -129,3 +129,4 @@ def require_output_directory(path: Path) -> None:
         raise CaseError(f"{path}: expected an output directory, got the file {nearest}; choose another with -o")
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise CaseError(f"{path}: cannot write there (permission denied); choose another directory with -o")
+    return nearest

@@ -11,8 +11,10 @@ from pathlib import Path
 import xarray as xr
 
 from tautflex.errors import InputError
+from tautflex.files.results import results_of_a_run
 
 
+@results_of_a_run()
 def write_csv(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     """Write everything a run stores over time as a table: one row per step, one column per quantity and probe.
 

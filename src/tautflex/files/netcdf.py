@@ -207,6 +207,11 @@ def _decode(raw: xr.Dataset) -> xr.Dataset:
     return result
 
 
+def _is_utf8(text: str) -> bool:
+    """Whether no name of a file in another encoding is part of a text."""
+    return text.encode(errors="ignore").decode() == text
+
+
 def _encoded(owner: str, attributes: dict[Any, Any]) -> dict[str, Any]:
     """Attributes as NetCDF can hold them."""
     found: dict[str, Any] = {}
@@ -216,7 +221,7 @@ def _encoded(owner: str, attributes: dict[Any, Any]) -> dict[str, Any]:
         as_it_is = (
             (array and value.ndim == 1 and value.size > 1 and value.dtype.kind in "if")
             or (isinstance(value, int | float) and not isinstance(value, bool))
-            or (isinstance(value, str) and value and not value.startswith(_JSON))
+            or (isinstance(value, str) and value and not value.startswith(_JSON) and _is_utf8(value))
         )
         try:
             found[str(key)] = value if as_it_is else _JSON + json.dumps(value.tolist() if array else value)

@@ -13,7 +13,9 @@ import xarray as xr
 from numpy.typing import NDArray
 from pyevtk.vtk import VtkFile, VtkUnstructuredGrid, np_to_vtk
 
+from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.files.results import results_of_a_run
 from tautflex.numeric import Array, Indices
 from tautflex.solvers.variables import MESH
 
@@ -27,6 +29,7 @@ CELL_TYPES = {"triangle": 5, "cable": 3, "beam": 3}
 _SERIES = ("field_time", "mode")
 
 
+@results_of_a_run()
 def write_vtu(dataset: xr.Dataset, directory: str | os.PathLike[str], name: str = "run") -> list[Path]:
     """Write the stored fields of a run, or mode shapes, for ParaView.
 
@@ -58,8 +61,8 @@ def write_vtu(dataset: xr.Dataset, directory: str | os.PathLike[str], name: str 
     """
     series = _require_fields(dataset)
     steps = dataset[series].values
-    points = np.asarray(dataset["node_position"].values, dtype=float)
-    parts = [_cells_of(dataset, kind) for kind in CELL_TYPES]
+    points = checks.float_array("node_position", dataset["node_position"].values, (None, 3))
+    parts = [_cells_of(dataset, kind, len(points)) for kind in CELL_TYPES]
     cells = [group for part in parts for group in part]
     counts = [sum(len(corners) for corners, _ in part) for part in parts]
     kinds = np.repeat(np.arange(len(parts), dtype=np.int32), counts)
@@ -81,14 +84,16 @@ def write_vtu(dataset: xr.Dataset, directory: str | os.PathLike[str], name: str 
     return [collection, *files]
 
 
-def _cells_of(dataset: xr.Dataset, kind: str) -> list[Cells]:
+def _cells_of(dataset: xr.Dataset, kind: str, points: int) -> list[Cells]:
     """Groups of like cells of one kind, in the order of its elements."""
     if kind != "triangle" or "membrane" not in dataset:
-        return [(np.asarray(dataset[kind].values, dtype=np.int64), CELL_TYPES[kind])]
+        corners = 3 if kind == "triangle" else 2
+        return [(checks.index_array(kind, dataset[kind].values, corners, points), CELL_TYPES[kind])]
     types = dataset["membrane_cell"].values
     cuts = np.flatnonzero(np.diff(types)) + 1
     rows = np.split(dataset["membrane"].values, cuts)
-    return [(nodes[:, nodes[0] >= 0], int(own[0])) for nodes, own in zip(rows, np.split(types, cuts), strict=True)]
+    groups = [(nodes[:, nodes[0] >= 0], int(own[0])) for nodes, own in zip(rows, np.split(types, cuts), strict=True)]
+    return [(checks.index_array("membrane", nodes, nodes.shape[1], points), cell) for nodes, cell in groups]
 
 
 def write_grid(path: Path, points: Array, cells: Sequence[Cells], point_data: Fields, cell_data: Fields) -> None:

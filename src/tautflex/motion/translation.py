@@ -24,7 +24,7 @@ class BaseAcceleration(Maneuver):
     acceleration
         Acceleration, the largest one of a pulse [m/s^2].
     duration
-        When it ends [s], > 0; None: never (profile ``"constant"``).
+        Time at which it ends [s], > 0; None: never (profile ``"constant"``).
     profile
         ``"constant"``: switched on at t = 0, off at ``duration``; ``"half-sine"``: the pulse
         ``acceleration sin(pi t/duration)``; ``"cut-off"``: steady before t = 0, where the structure is in equilibrium

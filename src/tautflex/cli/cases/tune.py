@@ -50,6 +50,7 @@ def tune(
         require_new_file(output, force=force)
 
     from tautflex.case.build import build_model
+    from tautflex.case.messages import one_line
     from tautflex.solvers.modal.tuning import tune_pretension
 
     with about(case):
@@ -66,7 +67,7 @@ def tune(
         "files": {},
     }
     if output is not None:
-        output.write_text(f"# {case.name}, tuned by `tautflex tune`\n\n{tuned.to_toml()}", encoding="utf-8")
+        output.write_text(f"# {one_line(case.name)}, tuned by `tautflex tune`\n\n{tuned.to_toml()}", encoding="utf-8")
         answer["files"] = {"case": output}
     return Answer(answer, partial(show_tuning, case, answer))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
@@ -29,18 +30,21 @@ def export(
     Example: tautflex export m2/run.nc --to vtu -o m2/paraview
     """
     directory = output if output is not None else run.parent
-    require_output_directory(directory)
+    nearest = require_output_directory(directory)
 
     from tautflex.files import netcdf
     from tautflex.files.csv import write_csv
     from tautflex.files.vtu import write_vtu
 
     data = netcdf.load(run)
-    directory.mkdir(parents=True, exist_ok=True)
-    with about(run):
-        if to == "csv":
-            files = [write_csv(data, directory / f"{run.stem}.csv")]
-        else:
-            files = write_vtu(data, directory, run.stem)
+    with tempfile.TemporaryDirectory(prefix=".tautflex-", dir=nearest) as folder:  # whole or not at all
+        with about(run):
+            made = (
+                [write_csv(data, Path(folder, f"{run.stem}.csv"))] if to == "csv" else write_vtu(data, folder, run.stem)
+            )
+        files = [directory / file.relative_to(folder) for file in made]
+        for before, after in zip(made, files, strict=True):
+            after.parent.mkdir(parents=True, exist_ok=True)
+            before.replace(after)
     more = f" and {len(files) - 1} files in {files[1].parent}" if len(files) > 1 else ""
     return Answer({"files": files}, partial(say, f"Wrote {files[0]}{more}."))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tautflex import checks
-from tautflex.errors import InputError
+from tautflex.errors import InputError, UnsupportedError
 from tautflex.reduction.bases.static_derivatives import TREATMENTS, add_static_derivatives
 from tautflex.reduction.bases.vectors import Basis, BasisVectors, ReferenceSolver, ritz
 from tautflex.solvers.modal.natural import solve_modes
@@ -73,6 +73,9 @@ class ModalBasis(Basis):
         static = np.array([solver.solve(load) for load in loads])
         modes = solve_modes(state, n=min(self.candidates, state.system.size - 1))
         values = (2.0 * np.pi * modes.frequencies) ** 2
+        if not values.all():
+            text = f"candidates: expected modes with stiffness, got {np.sum(values == 0.0)} of frequency zero"
+            raise UnsupportedError(f"{text}; hold the structure against rigid motion")
         participation = (modes.vectors @ loads.T).T
         shares = participation**2 / values / np.einsum("di,di->d", loads, static)[:, None]
         best = shares.max(axis=0)  # parts of the static strain energy

@@ -13,7 +13,7 @@ import numpy as np
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.numeric import Array
+from tautflex.numeric import Array, within_arithmetic
 from tautflex.reduction.bases.modal_basis import ModalBasis
 from tautflex.reduction.bases.vectors import Basis, BasisVectors
 from tautflex.reduction.marching.simulation import solve_reduced
@@ -146,6 +146,7 @@ class ReducedModel(OnBasis):
         )
 
 
+@within_arithmetic()
 def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: float = WEAK_FIELD) -> ReducedModel:
     """Reduce a prestressed structure to a few coordinates.
 

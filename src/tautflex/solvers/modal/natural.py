@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tautflex.errors import InputError
-from tautflex.numeric import Array
+from tautflex.numeric import Array, within_arithmetic
 from tautflex.solvers.linear.eigenpairs import lowest_eigenpairs
 from tautflex.solvers.modal.labels import FilmSampler, half_wave_labels, symmetry_class
 from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads
@@ -83,6 +83,7 @@ class Modes:
         )
 
 
+@within_arithmetic()
 def solve_modes(state: PrestressedState, n: int = 10) -> Modes:
     """Lowest natural modes by sparse shift-invert Lanczos.
 

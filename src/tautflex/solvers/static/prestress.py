@@ -18,7 +18,7 @@ from tautflex.mechanics.membrane import (
     survey_at,
 )
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.numeric import Array
+from tautflex.numeric import Array, within_arithmetic
 from tautflex.solvers.linear.eigenpairs import NaturalModes, count_below, resolution
 from tautflex.solvers.nonlinear.newton import relative_error
 from tautflex.solvers.plausibility import IMBALANCE, doubts_about_prestress, doubts_about_structure, imbalance_text
@@ -141,6 +141,7 @@ class PrestressedState:
         return LinearStructure(self.system, self.tangent_entries, modes)
 
 
+@within_arithmetic()
 def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     """Find the prestressed reference state of a model.
 

@@ -157,7 +157,8 @@ class AdaptiveDriver(GridDriver):
         while True:
             nominal = self._size
             size = _landing(nominal, left)
-            smallest = size <= self._smallest * (1.0 + 1e-9)
+            # A landing may stretch the smallest step a little: it stays the smallest there is.
+            smallest = min(size, nominal) <= self._smallest * (1.0 + 1e-9)
             reached = self._attempt(at, size)
             if reached is None:
                 if smallest:
@@ -168,7 +169,8 @@ class AdaptiveDriver(GridDriver):
             ratio = self._error_ratio(at, reached, size)
             if ratio > 1.0 and not smallest:
                 self._statistics.rejected += 1
-                self._level = self._quantised(max(size * self._factor(ratio, None), self._smallest))
+                wanted = self._quantised(max(size * self._factor(ratio, None), self._smallest))
+                self._level = min(wanted, self._level - 1)  # a landing may have stretched the step
                 continue
             self._statistics.beyond_tolerance += ratio > 1.0
             self._statistics.steps += 1

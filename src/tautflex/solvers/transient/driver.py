@@ -109,8 +109,9 @@ class GridDriver:
     def _attempt(self, at: MotionState, size: float) -> MotionState | None:
         """One step of the stepper; None if it fails."""
         try:
-            reached, outcome = self._stepper.step(at, size, self.segment)
-        except np.linalg.LinAlgError:
+            with np.errstate(over="raise", invalid="raise"):
+                reached, outcome = self._stepper.step(at, size, self.segment)
+        except (np.linalg.LinAlgError, FloatingPointError):
             return None
         self.failure = outcome.history
         return reached if outcome.converged else None

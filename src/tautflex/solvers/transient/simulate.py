@@ -10,7 +10,7 @@ from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
-from tautflex.numeric import Array
+from tautflex.numeric import Array, within_arithmetic
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.static.stability import find_start
 from tautflex.solvers.transient.adaptive import AdaptiveDriver
@@ -26,6 +26,7 @@ from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.transient.status import Run, Status
 
 
+@within_arithmetic()
 def simulate(
     state: PrestressedState | SteppingModel,
     maneuver: Maneuver | FreeHub | None = None,
