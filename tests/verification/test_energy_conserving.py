@@ -28,7 +28,7 @@ from tautflex import (
     simulate,
     solve_prestress,
 )
-from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.case import parse_case, template
 from tautflex.elements.laws import Law, TensionField
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.simulate import Run
@@ -280,7 +280,9 @@ def test_a_law_from_outside_moves_as_the_same_one_from_inside():
 def test_antenna_whose_laws_give_way_only_in_compression(laws):
     """The package's own antenna stops as with a dissipative method that asks for far less of its steps."""
     runs = [
-        run_case(parse_case(M2_TEMPLATE, [*laws, *method, "solver.end_time=0.05", "output.fields=none"]))
+        run_case(
+            parse_case(template("m2-nearest-node"), [*laws, *method, "solver.end_time=0.05", "output.fields=none"])
+        )
         for method in (["solver.method=generalized-alpha", "solver.rho_inf=1.0"], ["solver.method=energy-conserving"])
     ]
     assert runs[1].stats.halvings == 0

@@ -19,7 +19,7 @@ from tautflex import (
     solve_prestress,
     solve_static,
 )
-from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.case import parse_case, template
 from tautflex.errors import MeshError, NotConvergedError
 from tautflex.mechanics.membrane import principal_resultants
 from tautflex.mechanics.system import StructuralSystem
@@ -272,7 +272,7 @@ ANTENNA = ((9e-6, 3.9459e-07), (1e-3, 4.3843e-05), (0.1, 4.0588e-03), (1.0, 1.73
 
 def test_antenna_under_pressure(verification_row):
     """Its film's edges hang in cables: free edges, on which the follower force has no potential."""
-    state = solve_prestress(build_model(parse_case(M2_TEMPLATE, ["prestress.mode=equilibrium"])))
+    state = solve_prestress(build_model(parse_case(template("m2-nearest-node"), ["prestress.mode=equilibrium"])))
     for pressure, expected in ANTENNA:
         q = solve_static(state, pressure=PressureLoad(state.system, pressure))
         found = float(np.abs(state.system.translations(q)[:, 2]).max())
