@@ -145,7 +145,7 @@ class AdaptiveDriver(GridDriver):
                 return None
             # The state before a jump ends the step; the one behind it starts the next.
             self._last_step = self._now, reached
-            self._now = self._enter_next_segment(reached, slack)
+            self._now = self.last = self._enter_next_segment(reached, slack)
         if abs(self._now.time - target) <= slack:
             return self._now
         assert self._last_step is not None, "an instant between two states has a step around it"

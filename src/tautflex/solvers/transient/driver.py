@@ -67,6 +67,13 @@ class GridDriver:
         Nominal step [s].
     halvings
         Times a step may be halved.
+
+    Attributes
+    ----------
+    failure
+        Residual norms of the last step that was tried.
+    last
+        State at the end of the last step, whatever instant of the grid was reached; None before the first.
     """
 
     def __init__(self, stepper: AnyStepper, segments: tuple[Segment, ...], step: float, halvings: int) -> None:
@@ -74,6 +81,7 @@ class GridDriver:
         self._statistics = stepper.equation.statistics
         self._current = 0
         self.failure: list[float] = []
+        self.last: MotionState | None = None
 
     @property
     def segment(self) -> Segment:
@@ -95,7 +103,7 @@ class GridDriver:
             if reached is None:
                 return None
             reached.time = end
-            at = self._enter_next_segment(reached, slack)
+            at = self.last = self._enter_next_segment(reached, slack)
         return at
 
     def _enter_next_segment(self, at: MotionState, slack: float) -> MotionState:

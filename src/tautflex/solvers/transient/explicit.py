@@ -12,6 +12,7 @@ from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
+from tautflex.solvers.transient.books import NONE, STRESS, Books, written
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, MotionTerms
 from tautflex.solvers.transient.stability import largest_eigenvalue
 
@@ -19,6 +20,8 @@ from tautflex.solvers.transient.stability import largest_eigenvalue
 _CHECK_INTERVAL, _STRESS_GROWTH = 100, 1.1
 # Stiffness that changes from step to step can feed energy into steps close to the limit (parametric excitation).
 _STIFFENED_SHARE = 0.5
+# Factors of (increment, velocity, acceleration) in the acceleration and in the velocity that balance.
+_AT_END = np.array([0.0, 0.0, 1.0, 0.0, 1.0, 0.0])
 # Step sizes whose factors are kept.
 _MOST_FACTORS = 16
 
@@ -109,7 +112,17 @@ class ExplicitStepper:
         terms = self.equation.motion_terms(segment.motion(at.time + size))
         a = self._acceleration(force, q, half, at.a, terms, size)
         end = MotionState(at.time + size, q, half + 0.5 * size * a, a, internal=force)
+        end.books = self._books(at, end, terms, size)
+        mean = 0.5 * (at.q + q)
+        end.books.work[STRESS] += self.equation.restressing_work(mean, at.time, end.time, segment.end)
         return end, NewtonOutcome(q, bool(np.isfinite(a).all()), history=[size / self._limit])
+
+    def _books(self, at: MotionState, end: MotionState, terms: MotionTerms, size: float) -> Books:
+        """Books at the end of a step, where all forces balance."""
+        equation, none = self.equation, np.zeros_like(end.q)
+        internal = end.internal + equation.state.reference_force
+        parts = internal, terms.load, equation.input_load, none, end.q, end.v, end.a
+        return written(at.books, equation.by_kind(_AT_END, terms, *parts), NONE, 1.0, (size, size), at.q, end.q)
 
     def _stable_at(self, q: Array, size: float) -> bool:
         """Whether a step that ends at ``q``, where the force was just evaluated, keeps the limit of its end."""

@@ -15,6 +15,7 @@ from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.adaptive import AdaptiveDriver
 from tautflex.solvers.transient.driver import AnyStepper, GridDriver, StagedStepper
+from tautflex.solvers.transient.energy import run_balance
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
 from tautflex.solvers.transient.explicit import ExplicitStepper
 from tautflex.solvers.transient.free_hub.equation import HubEquation
@@ -105,7 +106,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
             recorder.store(at, driver.segment_at(at.time))
 
     try:
-        at = begin(equation, maneuver, problem.velocity)
+        at = first = begin(equation, maneuver, problem.velocity)
         if isinstance(stepper, ExplicitStepper):
             stepper.check(at, step)
         record(0)
@@ -124,7 +125,9 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     statistics = equation.statistics
     statistics.seconds = clock.perf_counter() - began
     ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
-    return Run(recorder.to_dataset(problem.attributes | ended), status, statistics, reached, history)
+    balance = run_balance(equation, maneuver, segments, first, driver.last or first)
+    data = recorder.to_dataset(problem.attributes | ended)
+    return Run(data, status, statistics, reached, history, energy_balance=balance)
 
 
 def begin(equation: EquationOfMotion, maneuver: Maneuver | FreeHub, velocity: Array) -> MotionState:
