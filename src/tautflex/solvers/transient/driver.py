@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -41,9 +41,9 @@ class StagedStepper:
                 break
         return reached, outcome
 
-    def errors(self, at: MotionState, end: MotionState, share: float) -> Array:
-        """Norms of ``share`` times the change of the accelerations, less what the last stage could not resolve."""
-        return self._steppers[self._numbers[-1]].errors(at, end, share)
+    def resolved(self, end: MotionState, error: Array) -> Array:
+        """Part of a vector that the last stage resolves, shape (size,)."""
+        return self._steppers[self._numbers[-1]].resolved(end, error)
 
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
@@ -52,6 +52,7 @@ class StagedStepper:
 
 ImplicitStepper = Stepper | StagedStepper
 AnyStepper = ImplicitStepper | ExplicitStepper
+Watch = Callable[[MotionState, MotionState, Segment], None]
 
 
 class GridDriver:
@@ -67,6 +68,8 @@ class GridDriver:
         Nominal step [s].
     halvings
         Times a step may be halved.
+    watch
+        Sees the start, the end and the segment of every accepted step.
 
     Attributes
     ----------
@@ -76,8 +79,11 @@ class GridDriver:
         State at the end of the last step, whatever instant of the grid was reached; None before the first.
     """
 
-    def __init__(self, stepper: AnyStepper, segments: tuple[Segment, ...], step: float, halvings: int) -> None:
+    def __init__(
+        self, stepper: AnyStepper, segments: tuple[Segment, ...], step: float, halvings: int, watch: Watch | None = None
+    ) -> None:
         self._stepper, self._segments, self._step, self._halvings = stepper, segments, step, halvings
+        self._watch = watch
         self._statistics = stepper.equation.statistics
         self._current = 0
         self.failure: list[float] = []
@@ -123,10 +129,15 @@ class GridDriver:
         self.failure = outcome.history
         return reached if outcome.converged else None
 
+    def _accept(self, at: MotionState, reached: MotionState) -> None:
+        self._statistics.steps += 1
+        if self._watch is not None:
+            self._watch(at, reached, self.segment)
+
     def _halving_step(self, at: MotionState, size: float, left: int) -> MotionState | None:
         reached = self._attempt(at, size)
         if reached is not None:
-            self._statistics.steps += 1
+            self._accept(at, reached)
             return reached
         if left == 0:
             return None

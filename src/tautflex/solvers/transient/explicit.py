@@ -174,6 +174,10 @@ class ExplicitStepper:
             self._factors[key] = factors, update
         return self._factors[key][1]
 
+    def resolved(self, end: MotionState, error: Array) -> Array:
+        """The whole vector: a stable step resolves everything."""
+        return error
+
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
         self.equation.count(*(factors for factors, _ in self._factors.values()))

@@ -83,7 +83,7 @@ class Recorder:
         """Store one sample, of an instant in this stretch of the maneuver."""
         equation, row = self._equation, self._count
         equation.set_time(at.time)
-        strain = equation.workspace.strain_energy(at.q) - float(equation.state.reference_force @ at.q)
+        strain = equation.strain_energy(at.q)
         motion, film = equation.motion(at, segment), self._survey.membrane()
         self._time[row] = at.time
         self._probe[row] = self._probes.read(at.q), self._probes.read(at.v)

@@ -6,6 +6,8 @@ import time as clock
 from inspect import Parameter, signature
 from typing import Any
 
+import numpy as np
+
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
@@ -13,8 +15,9 @@ from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
 from tautflex.numeric import Array
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.accuracy import judge
 from tautflex.solvers.transient.adaptive import AdaptiveDriver
-from tautflex.solvers.transient.driver import AnyStepper, GridDriver, StagedStepper
+from tautflex.solvers.transient.driver import AnyStepper, GridDriver, StagedStepper, Watch
 from tautflex.solvers.transient.energy import run_balance
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
 from tautflex.solvers.transient.explicit import ExplicitStepper
@@ -25,6 +28,7 @@ from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, SteppingModel, TransientProblem
 from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.transient.status import Run, Status
+from tautflex.solvers.transient.time_error import TimeError
 
 
 def simulate(
@@ -96,7 +100,8 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
         segments = split_segments(maneuver.segments(), driven.breaks)
     stepper = _stepper(problem, equation)
     recorder = kind(equation, problem.placed, count // problem.every + 1, problem.field_steps)
-    driver = _driver(problem, stepper, segments)
+    errors = TimeError(equation, stepper.resolved) if problem.time_error else None
+    driver = _driver(problem, stepper, segments, None if errors is None else errors.step)
     began = clock.perf_counter()
     status, history, reached = Status.COMPLETED, tuple[float, ...](), 0.0
 
@@ -125,9 +130,14 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     statistics = equation.statistics
     statistics.seconds = clock.perf_counter() - began
     ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
-    balance = run_balance(equation, maneuver, segments, first, driver.last or first)
-    data = recorder.to_dataset(problem.attributes | ended)
-    return Run(data, status, statistics, reached, history, energy_balance=balance)
+    data, last = recorder.to_dataset(problem.attributes | ended), driver.last or first
+    # On a free hub the recorded kinetic energy is that of the whole spacecraft.
+    stored, hub = data["strain_energy"].values, isinstance(maneuver, FreeHub)
+    energy = float(np.max(stored + (stored if hub else data["kinetic_energy"].values)))
+    balance = run_balance(equation, maneuver, segments, first, last)
+    accuracy = judge(problem, errors, balance, energy, last.time / max(statistics.steps, 1))
+    data.attrs |= accuracy.attributes | {"warnings": data.attrs["warnings"] + accuracy.warnings}
+    return Run(data, status, statistics, reached, history, accuracy.error, balance)
 
 
 def begin(equation: EquationOfMotion, maneuver: Maneuver | FreeHub, velocity: Array) -> MotionState:
@@ -151,14 +161,16 @@ def _stepper(problem: TransientProblem, equation: EquationOfMotion) -> AnySteppe
     return steppers[0] if len(method.tangents) == 1 else StagedStepper(method, steppers)
 
 
-def _driver(problem: TransientProblem, stepper: AnyStepper, segments: tuple[Segment, ...]) -> GridDriver:
+def _driver(
+    problem: TransientProblem, stepper: AnyStepper, segments: tuple[Segment, ...], watch: Watch | None
+) -> GridDriver:
     """Driver of a run."""
     step = problem.time_step
     if problem.adaptive is None:
-        return GridDriver(stepper, segments, step, problem.max_halvings)
+        return GridDriver(stepper, segments, step, problem.max_halvings, watch)
     if isinstance(stepper, ExplicitStepper):
         raise InputError(
             "adaptive: expected an implicit method, got an explicit one, whose step is limited by stability; "
             "leave adaptive out or use GeneralizedAlpha()"
         )
-    return AdaptiveDriver(stepper, segments, step, problem.count * step, problem.adaptive)
+    return AdaptiveDriver(stepper, segments, step, problem.count * step, problem.adaptive, watch)
