@@ -44,32 +44,40 @@ class Books(NamedTuple):
 
 @jit
 def forces_by_kind(
-    start: Indices, column: Places, mass: Array, damping: Array, vectors: Array, coefficients: Array, pairs: Any,
-    numbers: Array, gyroscopic: Array, displacement: Array, internal: Array, reference: Array, frame: Array,
-    load: Array, x: Array, q: Array, v: Array, a: Array,
+    start: Indices, column: Places, mass: Array, damping: Array, damped: bool, vectors: Array, coefficients: Array,
+    pairs: Any, numbers: Array, gyroscopic: Array, displacement: Array, internal: Array, reference: Array,
+    frame: Array, load: Array, x: Array, q: Array, v: Array, a: Array,
 ) -> Array:  # fmt: skip
-    """Forces of a stage at its evaluation instant by kind, shape (5, size).
+    """Forces of a stage at its evaluation instant by kind, shape (5, size), or (3, size) if the others are none.
 
     ``numbers`` holds the factors of (x, v, a) in the inertia's acceleration and in the velocity, shape (6,);
-    ``gyroscopic`` and ``displacement`` are the matrices Z of the frame's forces, ``frame`` the rest of them.
+    ``gyroscopic`` and ``displacement`` are the matrices Z of the frame's forces, ``frame`` the rest of them; an empty
+    ``frame`` is one at rest without loads.
     """
-    size = x.size
-    rows = np.empty((5, size))
-    place, velocity, acceleration = np.empty(size), np.empty(size), np.empty(size)
+    size, moving = x.size, frame.size > 0
+    rows = np.empty((5 if moving else 3, size))
+    inertia, inside, loss = rows[0], rows[1], rows[2]
+    velocity, acceleration = np.empty(size), np.empty(size)
     for i in range(size):
-        place[i] = q[i] + x[i]
         acceleration[i] = numbers[0] * x[i] + numbers[1] * v[i] + numbers[2] * a[i]
         velocity[i] = numbers[3] * x[i] + numbers[4] * v[i] + numbers[5] * a[i]
+        inside[i] = internal[i] - reference[i]
     for i in range(size):
-        inertia, loss = 0.0, 0.0
+        first, second = 0.0, 0.0
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
-            inertia += mass[k] * acceleration[column[k]]
-            loss += damping[k] * velocity[column[k]]
-        rows[0, i], rows[1, i], rows[2, i] = inertia, internal[i] - reference[i], loss
-        rows[3, i], rows[4, i] = frame[i], -load[i]
-    add_low_rank(vectors, coefficients, 1.0, velocity, rows[2])
-    add_pair_products(pairs, gyroscopic, 1.0, velocity, rows[3])
-    add_pair_products(pairs, displacement, 1.0, place, rows[3])
+            j = column[k]
+            first += mass[k] * acceleration[j]
+            second += damping[k] * velocity[j]
+        inertia[i], loss[i] = first, second
+    if damped:
+        add_low_rank(vectors, coefficients, 1.0, velocity, loss)
+    if moving:
+        place = np.empty(size)
+        for i in range(size):
+            place[i] = q[i] + x[i]
+            rows[3, i], rows[4, i] = frame[i], -load[i]
+        add_pair_products(pairs, gyroscopic, 1.0, velocity, rows[3])
+        add_pair_products(pairs, displacement, 1.0, place, rows[3])
     return rows
 
 
@@ -78,15 +86,17 @@ def add_works(share: float, own: Array, before: Array, start: Array, end: Array,
     """Work on the way from ``start`` to ``end`` of ``share own + (1 - share) before``, added to that so far."""
     total = work.copy()
     for kind in range(own.shape[0]):
-        last, done = own[kind], 0.0
-        for i in range(last.size):
-            done += last[i] * (end[i] - start[i])
+        last, done, other = own[kind], 0.0, 0.0
         if before.size:
-            first, other = before[kind], 0.0
+            first = before[kind]
             for i in range(last.size):
-                other += first[i] * (end[i] - start[i])
-            done = share * done + (1.0 - share) * other
-        total[kind] += done
+                move = end[i] - start[i]
+                done += last[i] * move
+                other += first[i] * move
+        else:
+            for i in range(last.size):
+                done += last[i] * (end[i] - start[i])
+        total[kind] += share * done + (1.0 - share) * other
     return total
 
 
@@ -100,7 +110,7 @@ def written(
     books
         Before it.
     now, then
-        Forces by kind at its evaluation instant, and those that it weighs at its start, shape (5, size).
+        Forces by kind at its evaluation instant, and those that it weighs at its start.
     weight
         Of the former.
     instants
@@ -108,11 +118,21 @@ def written(
     start, end
         Displacement at its start and end, shape (size,).
     """
-    own = now
+    own, (at, size) = now, instants
     if weight < 1.0:
-        own = weight * now + (1.0 - weight) * then
+        wide = max(len(now), len(then))
+        own = weight * _widened(now, wide) + (1.0 - weight) * _widened(then, wide)
         own[INERTIA] = now[INERTIA]
-    at, size = instants
-    share = (0.5 * size - books.late) / (at - books.late) if books.own.size else 1.0
-    work = add_works(share, own, books.own, start, end, books.work)
+    before, share = books.own, 1.0
+    if before.size:
+        share = (0.5 * size - books.late) / (at - books.late)
+        before = _widened(before, len(own))
+    work = add_works(share, _widened(own, len(before)), before, start, end, books.work)
     return Books(work, own, now if weight < 1.0 else NONE, at - size)
+
+
+def _widened(rows: Array, kinds: int) -> Array:
+    """Forces with zeros for those of a frame at rest without loads, as many kinds as given at least."""
+    if len(rows) >= kinds:
+        return rows
+    return np.concatenate([rows, np.zeros((kinds - len(rows), rows.shape[1]))])

@@ -62,12 +62,17 @@ class MotionState:
 
 @dataclass(frozen=True)
 class MotionTerms:
-    """Rotating-frame terms at one instant: G = M(velocity), K_T = M(displacement), Q_T = load."""
+    """Rotating-frame terms at one instant: G = M(velocity), K_T = M(displacement), Q_T = load; ``moving``: not all 0."""
 
     key: tuple[float, ...]
+    moving: bool = field(init=False)
     velocity: Array
     displacement: Array
     load: Array
+
+    def __post_init__(self) -> None:
+        parts = (self.velocity, self.displacement, self.load)
+        object.__setattr__(self, "moving", any(bool(part.any()) for part in parts))
 
 
 @dataclass
@@ -187,13 +192,12 @@ class EquationOfMotion:
         """The same where inputs change it, else zero."""
         return self.strain_energy(q) if self.restressed else 0.0
 
-    def restressing_work(self, q: Array, start: float, end: float, before: float) -> float:
-        """What inputs add to the strain energy at ``q`` between two instants [J]; the later one is then set."""
-        if not self.restressed:
-            return 0.0
-        self.set_time(start)
+    def restressing_work(self, at: MotionState, end: MotionState, before: float) -> float:
+        """What inputs add to the strain energy over a step [J]; its end is then set."""
+        q = 0.5 * (at.q + end.q)
+        self.set_time(at.time)
         stored = self.strain_energy(q)
-        self.set_time(end, before)
+        self.set_time(end.time, before)
         return self.strain_energy(q) - stored
 
     def books_behind_jump(self, at: MotionState, stored: float) -> Books:
@@ -206,12 +210,12 @@ class EquationOfMotion:
         self, numbers: Array, terms: MotionTerms, internal: Array, frame: Array, load: Array,
         x: Array, q: Array, v: Array, a: Array,
     ) -> Array:  # fmt: skip
-        """Forces at the increment ``x`` from q, v, a by kind, shape (5, size), see `forces_by_kind`."""
+        """Forces at the increment ``x`` from q, v, a by kind, see `forces_by_kind`."""
         products = self.products
         rows: Array = forces_by_kind(
-            products.start, products.column, products.mass, products.damping, products.vectors, products.coefficients,
-            self.inertia.pairs, numbers, terms.velocity, terms.displacement, internal, self.state.reference_force,
-            frame, load, x, q, v, a,
+            products.start, products.column, products.mass, products.damping, products.damped, products.vectors,
+            products.coefficients, self.inertia.pairs, numbers, terms.velocity, terms.displacement, internal,
+            self.state.reference_force, frame, load, x, q, v, a,
         )  # fmt: skip
         return rows
 
@@ -329,7 +333,8 @@ class StepForces:
     ) -> None:  # fmt: skip
         self.equation, self.numbers, self.at, self.size = equation, numbers, at, size
         self.displacement, self.before = terms.displacement, before
-        self._terms, self._then, self._input, self._frame = terms, then, equation.input_load, terms.load
+        self._terms, self._then, self._input = terms, then, equation.input_load
+        self._frame = terms.load if terms.moving or equation.inputs else _NONE
         self._scheme = scheme = numbers.scheme
         products, pairs = equation.products, equation.inertia.pairs
         load = terms.load - equation.input_load if equation.inputs else terms.load
@@ -378,7 +383,8 @@ class StepForces:
             end.forces = (residual - now[INERTIA] - (1.0 - scheme.weight) * at.forces) / scheme.weight
         instants = scheme.weight * scheme.evaluation * self.size, self.size
         end.books = written(at.books, now, self._then, scheme.weight, instants, at.q, q)
-        end.books.work[STRESS] += self.equation.restressing_work(0.5 * (at.q + q), at.time, end.time, self.before)
+        if self.equation.restressed:
+            end.books.work[STRESS] += self.equation.restressing_work(at, end, self.before)
         return end
 
 

@@ -113,8 +113,8 @@ class ExplicitStepper:
         a = self._acceleration(force, q, half, at.a, terms, size)
         end = MotionState(at.time + size, q, half + 0.5 * size * a, a, internal=force)
         end.books = self._books(at, end, terms, size)
-        mean = 0.5 * (at.q + q)
-        end.books.work[STRESS] += self.equation.restressing_work(mean, at.time, end.time, segment.end)
+        if self.equation.restressed:
+            end.books.work[STRESS] += self.equation.restressing_work(at, end, segment.end)
         return end, NewtonOutcome(q, bool(np.isfinite(a).all()), history=[size / self._limit])
 
     def _books(self, at: MotionState, end: MotionState, terms: MotionTerms, size: float) -> Books:

@@ -38,14 +38,8 @@ def begin_step(
     for i in range(size):
         total = 0.0
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
-            total += mass[k] * acceleration[column[k]]
+            total += mass[k] * acceleration[column[k]] + damping[k] * velocity[column[k]]
         known[i] += total
-    if damped:
-        for i in range(size):
-            total = 0.0
-            for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
-                total += damping[k] * velocity[column[k]]
-            known[i] += total
     add_pair_products(pairs, gyroscopic, 1.0, velocity, known)
     add_pair_products(pairs, displacement, weight, q, known)
     # Gyroscopic and K_T forces are both M(Z) times something, so one product serves the increment.

@@ -30,7 +30,7 @@ from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
 # Mean of |cos|, and what measured errors exceed the sum by where the frequency depends on the amplitude.
 _MEAN, _SAFETY = 0.5 * np.pi, 1.5
 # Steps between two samples at most, and what a sample forgets of those before.
-_LONGEST, _MEMORY = 32, 0.8
+_LONGEST, _MEMORY = 64, 0.8
 # Growth of errors over angular frequency, and the exponent from which motions have parted.
 _GROWTH, PARTED = 0.05, 5.5
 # Twice the largest displacement: that is how far two motions can be apart.
@@ -44,51 +44,52 @@ NOTABLE = 0.05
 
 
 @jit
-def _squares(measured: Array, q: Array, before: Array, after: Array) -> tuple[float, float, float]:
-    """Sums of q^2 over the unknowns in the rows of ``measured`` (1, else 0), and of (after - before)^2 over the first."""
+def _travel(state: Array, local: float, time: float, size: float, decay: float, growth: float) -> None:
+    state[0] = state[0] * np.exp(-decay * size) + local
+    state[1] = max(state[1], state[0])
+    state[2] = max(state[2] + growth * size, 0.0)
+    state[3] = max(state[3], state[2])
+    if local > state[4]:
+        state[4], state[5] = local, time
+
+
+@jit
+def travelled(state: Array, local: Array, times: Array, sizes: Array, decay: float, growth: float) -> None:
+    """Sum up local errors of steps that end at these times, with rates of decay and growth [1/s].
+
+    ``state`` holds error, its largest value, exponent of the growth and its largest value, the largest local error and
+    its time, the largest sums of squares of all displacements and of those across.
+    """
+    for n in range(local.size):
+        _travel(state, local[n], times[n], sizes[n], decay, growth)
+
+
+@jit
+def _seen(
+    state: Array, rates: Array, measured: Array, q: Array, before: Array, after: Array, time: float, size: float
+) -> None:
+    """Take in a step from its end and its accelerations.
+
+    ``rates`` holds the part of the local error that is resolved, decay and growth; ``measured`` tells the unknowns that
+    count for all displacements and for those across (1, else 0), shape (2, size).
+    """
     place, across, change = 0.0, 0.0, 0.0
     for i in range(q.size):
         square, d = q[i] * q[i], after[i] - before[i]
         place += measured[0, i] * square
         across += measured[1, i] * square
         change += measured[0, i] * d * d
-    return place, across, change
-
-
-@jit
-def travelled(state: Array, local: Array, sizes: Array, decay: Array, growth: Array) -> int:
-    """Sum up local errors; ``state`` holds error, its largest value, exponent of the growth and its largest value.
-
-    ``decay`` and ``growth`` are rates [1/s]; arrays of one value hold for all steps. Returns the step with the largest
-    local error over its size.
-    """
-    worst = 0
-    for n in range(local.size):
-        h = sizes[n % sizes.size]
-        state[0] = state[0] * np.exp(-decay[n % decay.size] * h) + local[n]
-        state[1] = max(state[1], state[0])
-        state[2] = max(state[2] + growth[n % growth.size] * h, 0.0)
-        state[3] = max(state[3], state[2])
-        if local[n] > local[worst]:
-            worst = n
-    return worst
+    state[6], state[7] = max(state[6], place), max(state[7], across)
+    raw = size * size * np.sqrt(change)
+    _travel(state, raw * rates[0], time, size, rates[1], rates[2])
 
 
 class ErrorSum:
     """What all plants sum up."""
 
     def __init__(self) -> None:
-        self.state = np.zeros(4)
-        # Largest displacement of all, and the largest across the antenna.
-        self.sizes, self.missed = np.zeros(2), 0.0
-        self._worst, self.time = 0.0, 0.0
+        self.state, self.missed = np.zeros(8), 0.0
         self._squares = np.zeros(2)
-
-    def add(self, times: Array, local: Array, sizes: Array, decay: Array, growth: Array) -> None:
-        """Take in local errors over c of steps that end at these times, see `travelled`."""
-        worst = travelled(self.state, local, sizes, decay, growth)
-        if local[worst] > self._worst:
-            self._worst, self.time = float(local[worst]), float(times[worst])
 
     def add_speeds(self, acceleration: float, velocity: float) -> None:
         """Take in squares of accelerations and velocities in the mass norm."""
@@ -106,7 +107,8 @@ class ErrorSum:
 
     def value(self, constant: float) -> float:
         """Estimated error over the largest displacement, for a method's constant c."""
-        scale = max(self.sizes[1] if self.sizes[1] > _ACROSS * self.sizes[0] else self.sizes[0], 1e-300)
+        all_of_it, across = np.sqrt(self.state[6:])
+        scale = max(float(across if across > _ACROSS * all_of_it else all_of_it), 1e-300)
         error = min(_SAFETY * _MEAN * constant * float(self.state[1]) / scale, _APART)
         return (_APART if self.parted and error > 0.0 else error) + self.missed / scale
 
@@ -124,7 +126,7 @@ class ErrorSum:
         better = step * min(np.sqrt(0.5 * NOTABLE / error), 0.5)
         return [
             f"the time steps leave an estimated error of {told} of the largest displacement, most of it from about t = "
-            f"{self.time:.3g} s on; set time_step = {rounded_down(better):.2g} s or less"
+            f"{self.state[5]:.3g} s on; set time_step = {rounded_down(better):.2g} s or less"
         ]
 
 
@@ -157,46 +159,43 @@ class TimeError(ErrorSum):
         # Local errors as they are and resolved; v'Mv, a'Ma; energies that are not and that are quadratic; samples, and
         # their v'Mv / v'Cv [s].
         self._pooled = np.zeros(8)
-        self._decay = self._growth = np.zeros(1)
+        self._rates = np.array([1.0, 0.0, 0.0])
 
     def step(self, at: MotionState, end: MotionState, segment: Segment) -> None:
         """See an accepted step."""
         size = end.time - at.time
-        place, across, change = _squares(self._measured, end.q, at.a, end.a)
-        self.sizes = np.maximum(self.sizes, np.sqrt((place, across)))
-        raw = size * size * np.sqrt(change)
         if at.jerk is None:
             self._wait, self._gap = 0, 1
         self._wait -= 1
         if self._wait < 0:
-            self._sample(at, end, size, raw)
-        known = self._pooled
-        local = raw * known[1] / known[0] if known[0] > 0.0 else raw
-        self.add(np.array([end.time]), np.array([local]), np.array([size]), self._decay, self._growth)
+            self._sample(at, end, size)
+        _seen(self.state, self._rates, self._measured, end.q, at.a, end.a, end.time, size)
         if segment.end - segment.start < _FEW_STEPS * size:
             self.missed += self._between(at.time, size, segment)
 
-    def _sample(self, at: MotionState, end: MotionState, size: float, raw: float) -> None:
+    def _sample(self, at: MotionState, end: MotionState, size: float) -> None:
         """Look at what the step resolves, at damping and at how far from quadratic the energy is."""
         self._samples += 1
         # Uneven, so that no vibration keeps step with the samples.
         self._wait = int(self._gap * (0.75 + 0.5 * (0.618 * self._samples % 1.0)))
-        self._gap = min(_LONGEST, self._gap + self._gap // 2 + 1)
+        self._gap = min(_LONGEST, 2 * self._gap)
         equation, products = self._equation, self._equation.products
-        error = self._resolved(end, end.a - at.a)
-        found = size * size * float(np.linalg.norm(self._measured[0] * error))
+        change = end.a - at.a
+        error = self._resolved(end, change)
+        raw, found = (size * size * float(np.linalg.norm(self._measured[0] * each)) for each in (change, error))
         velocity, acceleration = products.mass_norm(end.v), products.mass_norm(end.a)
         damped = products.damped
         loss = float(end.v @ products.damping_product(end.v)) if damped else 0.0
         self._pooled *= _MEMORY
         self._pooled[:4] += raw, found, velocity, acceleration
         self.add_speeds(acceleration, velocity)
+        self._rates[0] = self._pooled[1] / self._pooled[0] if self._pooled[0] > 0.0 else 1.0
         if not velocity > 0.0:
             return
         if loss > 0.0:
             # Times are averaged, not rates: stiff waves that are gone at once say nothing about the error that stays.
             self._pooled[6:] += 1.0, velocity / loss
-            self._decay = np.array([0.5 * self._pooled[6] / self._pooled[7]])
+            self._rates[1] = 0.5 * self._pooled[6] / self._pooled[7]
         fastest = _GROWTH * np.sqrt(self._pooled[3] / self._pooled[2])
         lost = 0.5 * float(error @ products.damping_product(error)) / max(products.mass_norm(error), 1e-300) if damped else 0.0
         if lost < fastest:
@@ -204,7 +203,7 @@ class TimeError(ErrorSum):
             linear = 0.5 * float(end.q @ (equation.stiffness @ end.q))
             self._pooled[4:6] += abs(energy - linear), min(abs(energy), abs(linear))
             fastest *= self._pooled[4] / max(self._pooled[4] + self._pooled[5], 1e-300)
-        self._growth = np.array([fastest - lost])
+        self._rates[2] = fastest - lost
 
     def _between(self, start: float, size: float, segment: Segment) -> float:
         """Displacement that the motion of the frame makes between the ends of a step, beside what they tell [m]."""
