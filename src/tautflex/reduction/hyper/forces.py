@@ -56,6 +56,7 @@ def element_force(arrays: HyperArrays, q: Array, v: Array, given: Array, force: 
     place, total = np.zeros(r + 1), np.zeros(r + 1)
     place[:r] = q
     add_forces(arrays.store, place, total, arrays.stresses, True, False)
+    force.fill(0.0)
     for i in range(r):
         force[i] = total[i] - arrays.reference[i]
 
@@ -67,6 +68,7 @@ def element_average(arrays: HyperArrays, start: Array, end: Array, v: Array, giv
     before, after, total = np.zeros(r + 1), np.zeros(r + 1), np.zeros(r + 1)
     before[:r], after[:r] = start, end
     add_average_forces(arrays.store, before, after, total)
+    force.fill(0.0)
     for i in range(r):
         force[i] = total[i] - arrays.reference[i]
 

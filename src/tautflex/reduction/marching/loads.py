@@ -6,7 +6,7 @@ import numpy as np
 
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.loads.inputs import InputSet
-from tautflex.numeric import Array
+from tautflex.numeric import Array, Indices
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import FrameTerms
 
@@ -36,7 +36,25 @@ class InputLoads:
         """FrameTerms terms less the inputs at the given instants; a jump at ``before`` is not met yet."""
         if not self._inputs:
             return frame
+        load, stress = self._projected(times, before)
+        return frame._replace(load=frame.load - load, stress=frame.stress - stress)
+
+    def __bool__(self) -> bool:
+        return bool(self._inputs)
+
+    def on_coordinates(self, times: Array, before: float, places: Array, pairs: tuple[Indices, Indices]) -> Array:
+        """Forces of the inputs on the left-hand side at instants and coordinates there, shape (time, r).
+
+        ``pairs`` are the indices of the monomials' coordinates.
+        """
+        load, stress = self._projected(times, before)
+        result, (first, second) = -load.T, pairs
+        np.subtract.at(result, first, (stress * places[:, second]).T)
+        np.subtract.at(result, second, (stress * places[:, first]).T)
+        return result.T
+
+    def _projected(self, times: Array, before: float) -> tuple[Array, Array]:
+        """Forces on coordinates and monomials at instants; a jump at ``before`` is not met yet."""
         last = float(np.nextafter(before, -np.inf))
         loads = np.array([self._inputs.load(min(float(time), last)) for time in times]) @ self._vectors.T
-        load, stress = loads[:, : self._count], loads[:, self._count :]
-        return frame._replace(load=frame.load - load, stress=frame.stress - stress)
+        return loads[:, : self._count], loads[:, self._count :]

@@ -13,6 +13,7 @@ from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, Indices, cross_matrices
+from tautflex.reduction.marching.books import ReducedBooks, Start
 from tautflex.reduction.marching.dispatch import internal_force, tangent
 from tautflex.reduction.marching.frame_terms import ReducedMoments, frame_at, frame_terms, sample
 from tautflex.reduction.marching.loads import InputLoads
@@ -21,7 +22,9 @@ from tautflex.reduction.marching.steps import march, march_explicit
 from tautflex.reduction.marching.work import EXPLICIT, StageNumbers, new_work, stage_numbers
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.condensation import load_moments
-from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, rows_from, total_force
+from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, energies, rows_from, total_force
+from tautflex.solvers.transient.energy import Energies, energy_balance, frame_twist
+from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
@@ -74,6 +77,26 @@ class ReducedRun:
         self._work = new_work(rom.size, (0,) if self._method is None else self._method.tangents)
         self._march = march_explicit if self._method is None else march
         self._halvings = 0
+        self.books = ReducedBooks(rom, self.arrays, self.inputs, problem.time_error)
+        self.first: tuple[Array, Array]
+        self._trace = np.empty((0, 8, rom.size))
+
+    @property
+    def time(self) -> float:
+        """Instant that the steps have come to [s]."""
+        return self.reached * self.problem.time_step
+
+    def balance(self) -> dict[str, float]:
+        """Energy balance from the start to where the steps have come [J]."""
+        rom, energies_of = self.rom, []
+        body = tuple(Body.of(rom.state.system.inertia, None))
+        for time, eta, rate in ((0.0, *self.first), (self.time, self._work.q, self._work.v)):
+            offset = self.prescribed_offset(self.motions(np.array([time])))[0]
+            q, v, _ = rom.motion(eta, rate, rate, offset)
+            twist = frame_twist(self.problem.maneuver, self.segments, time)
+            elastic, strain = energies(self.arrays, eta[None], rate[None])[0]
+            energies_of.append(Energies(elastic, carried_energy(body, q, v, twist), strain))
+        return energy_balance(energies_of[0], energies_of[1], self.books.work, free=False)
 
     @property
     def statistics(self) -> Statistics:
@@ -87,7 +110,7 @@ class ReducedRun:
         work.q[:] = self._equilibrium(self._began)
         work.v[:] = self.rom.coordinates(self.problem.velocity)
         self._balance(self._frame(self.segments[0], 0.0))
-        self.eta[0], self.rate[0] = work.q, work.v
+        self.eta[0], self.rate[0] = self.first = work.q.copy(), work.v.copy()
         if self._method is None:
             self._check_step(self.problem.time_step)
 
@@ -112,10 +135,10 @@ class ReducedRun:
         stages = self._stages(stretch.size)
         frame = self._frames(segment, stretch.starts, stages)
         rows = self._rows(stretch.grid)
-        first, stored = 0, (self.eta, self.rate)
+        first = 0
         while first < len(rows):
             part = rows_from(frame, first * len(stages))
-            first += self._march(self.arrays, part, stages, self._work, rows[first:], stored, self._tolerance)
+            first += self._steps(part, stages, rows[first:], stretch.starts[first:], segment)
             if first < len(rows):
                 start = float(stretch.starts[first])
                 if not self._halve(segment, start, stretch.size, self.problem.max_halvings):
@@ -126,6 +149,19 @@ class ReducedRun:
                 first += 1
         self._note(stretch.grid)
         return True
+
+    def _steps(
+        self, frame: FrameTerms, stages: tuple[StageNumbers, ...], rows: Indices, starts: Array, segment: Segment
+    ) -> int:
+        """Steps of equal size from these instants on, and their books; how many converged."""
+        start, count = Start.of(self._work), len(rows) * len(stages)
+        if len(self._trace) < count:
+            self._trace = np.empty((count, 8, self.rom.size))
+        trace = self._trace[:count]
+        stored = self.eta, self.rate
+        done = self._march(self.arrays, frame, stages, self._work, rows, stored, self._tolerance, trace)
+        self.books.take(trace[: done * len(stages)], start, stages, starts, segment)
+        return int(done)
 
     def _note(self, grid: Indices) -> None:
         self.reached = max(self.reached, int(grid.max(initial=0)))
@@ -140,11 +176,10 @@ class ReducedRun:
         if left == 0:
             return False
         self._halvings += 1
-        stages, stored = self._stages(0.5 * size), (self.eta, self.rate)
-        nowhere = np.full(1, -1)
+        stages, nowhere = self._stages(0.5 * size), np.full(1, -1)
         for begin in (start, start + 0.5 * size):
-            frame = self._frames(segment, np.array([begin]), stages)
-            done = self._march(self.arrays, frame, stages, self._work, nowhere, stored, self._tolerance)
+            starts = np.array([begin])
+            done = self._steps(self._frames(segment, starts, stages), stages, nowhere, starts, segment)
             if not done and not self._halve(segment, begin, 0.5 * size, left - 1):
                 return False
         return True
@@ -201,6 +236,7 @@ class ReducedRun:
                 work.forces[:] += change
             work.a[:] -= np.linalg.solve(self.arrays.mass, change)
             work.jerk[:] = 0.0
+            self.books.restart()
 
     def _equilibrium(self, motion: RigidMotion) -> Array:
         """Steady equilibrium of the coordinates under a constant motion, by Newton's method, shape (r,)."""

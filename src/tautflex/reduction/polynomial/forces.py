@@ -101,10 +101,11 @@ def add_product(factor: Array, vector: Array, result: Array) -> None:
 def internal_force(arrays: ReducedArrays, q: Array, v: Array, given: Array, force: Array) -> None:
     """Fill ``force`` with linear, second- and third-degree forces, and those of a given stress per monomial.
 
-    The static derivatives' damping belongs here: at large deflections it is stiff, and a step has to solve for it.
+    The static derivatives' damping belongs here: at large deflections it is stiff, and a step has to solve for it. Where
+    ``force`` has room for 2 r numbers, the second half is filled with the part that is not elastic.
     """
     r, m = q.size, arrays.first.size
-    y, stress = np.empty(m), given.copy()
+    y, stress = np.empty(m), np.zeros(m)
     for k in range(m):
         y[k] = q[arrays.first[k]] * q[arrays.second[k]]
     for i in range(r):
@@ -118,15 +119,23 @@ def internal_force(arrays: ReducedArrays, q: Array, v: Array, given: Array, forc
             total += arrays.quadratic[i, k] * y[k]
         force[i] += total
     add_product(arrays.fields, y, stress)
+    other = given.copy()
     if arrays.viscous.shape[0]:
         for k in range(m):
             i, j = arrays.first[k], arrays.second[k]
             y[k] = q[i] * v[j] + v[i] * q[j]
-        add_product(arrays.viscous, y, stress)
+        add_product(arrays.viscous, y, other)
+    if force.size > r:
+        for i in range(r):
+            force[r + i] = 0.0
+        for k in range(m):
+            i, j = arrays.first[k], arrays.second[k]
+            force[r + i] += other[k] * q[j]
+            force[r + j] += other[k] * q[i]
     for k in range(m):
         i, j = arrays.first[k], arrays.second[k]
-        force[i] += stress[k] * q[j]
-        force[j] += stress[k] * q[i]
+        force[i] += (stress[k] + other[k]) * q[j]
+        force[j] += (stress[k] + other[k]) * q[i]
 
 
 @jit
@@ -135,14 +144,14 @@ def average_force(arrays: ReducedArrays, start: Array, end: Array, v: Array, giv
 
     Two Gauss points are exact for a force of third degree [average vector field, Quispel & McLaren 2008].
     """
-    own, place = np.empty(start.size), np.empty(start.size)
+    own, place = np.empty(force.size), np.empty(start.size)
     force.fill(0.0)
     for side in (-1.0, 1.0):
         share = 0.5 + side * 0.5 / np.sqrt(3.0)
         for i in range(start.size):
             place[i] = start[i] + share * (end[i] - start[i])
         internal_force(arrays, place, v, given, own)
-        for i in range(start.size):
+        for i in range(force.size):
             force[i] += 0.5 * own[i]
 
 

@@ -32,7 +32,7 @@ _MEAN, _SAFETY = 0.5 * np.pi, 1.5
 # Steps between two samples at most, and what a sample forgets of those before.
 _LONGEST, _MEMORY = 64, 0.8
 # Growth of errors over angular frequency, and the exponent from which motions have parted.
-_GROWTH, PARTED = 0.05, 5.5
+GROWTH, PARTED = 0.05, 5.5
 # Twice the largest displacement: that is how far two motions can be apart.
 _APART = 2.0
 # Stretches of a maneuver with fewer steps are looked at between the steps' ends, at so many instants.
@@ -54,14 +54,14 @@ def _travel(state: Array, local: float, time: float, size: float, decay: float, 
 
 
 @jit
-def travelled(state: Array, local: Array, times: Array, sizes: Array, decay: float, growth: float) -> None:
-    """Sum up local errors of steps that end at these times, with rates of decay and growth [1/s].
+def travelled(state: Array, local: Array, times: Array, size: float, decay: float, growth: float) -> None:
+    """Sum up local errors of steps of a size [s] that end at these times, with rates of decay and growth [1/s].
 
     ``state`` holds error, its largest value, exponent of the growth and its largest value, the largest local error and
     its time, the largest sums of squares of all displacements and of those across.
     """
     for n in range(local.size):
-        _travel(state, local[n], times[n], sizes[n], decay, growth)
+        _travel(state, local[n], times[n], size, decay, growth)
 
 
 @jit
@@ -90,6 +90,10 @@ class ErrorSum:
     def __init__(self) -> None:
         self.state, self.missed = np.zeros(8), 0.0
         self._squares = np.zeros(2)
+
+    def add(self, local: Array, times: Array, size: float, decay: float, growth: float) -> None:
+        """Take in local errors over c of steps, see `travelled`."""
+        travelled(self.state, local, times, size, decay, growth)
 
     def add_speeds(self, acceleration: float, velocity: float) -> None:
         """Take in squares of accelerations and velocities in the mass norm."""
@@ -170,8 +174,7 @@ class TimeError(ErrorSum):
         if self._wait < 0:
             self._sample(at, end, size)
         _seen(self.state, self._rates, self._measured, end.q, at.a, end.a, end.time, size)
-        if segment.end - segment.start < _FEW_STEPS * size:
-            self.missed += self._between(at.time, size, segment)
+        self.missed += missed_between(self._equation.system.model.nodes, at.time, size, segment)
 
     def _sample(self, at: MotionState, end: MotionState, size: float) -> None:
         """Look at what the step resolves, at damping and at how far from quadratic the energy is."""
@@ -196,7 +199,7 @@ class TimeError(ErrorSum):
             # Times are averaged, not rates: stiff waves that are gone at once say nothing about the error that stays.
             self._pooled[6:] += 1.0, velocity / loss
             self._rates[1] = 0.5 * self._pooled[6] / self._pooled[7]
-        fastest = _GROWTH * np.sqrt(self._pooled[3] / self._pooled[2])
+        fastest = GROWTH * np.sqrt(self._pooled[3] / self._pooled[2])
         lost = 0.5 * float(error @ products.damping_product(error)) / max(products.mass_norm(error), 1e-300) if damped else 0.0
         if lost < fastest:
             energy = equation.strain_energy(end.q)
@@ -205,15 +208,17 @@ class TimeError(ErrorSum):
             fastest *= self._pooled[4] / max(self._pooled[4] + self._pooled[5], 1e-300)
         self._rates[2] = fastest - lost
 
-    def _between(self, start: float, size: float, segment: Segment) -> float:
-        """Displacement that the motion of the frame makes between the ends of a step, beside what they tell [m]."""
-        nodes = self._equation.system.model.nodes
 
-        def push(time: float) -> Array:
-            motion = segment.motion(time)
-            return nodes @ (motion.euler + motion.centrifugal).T + motion.origin_acceleration
+def missed_between(nodes: Array, start: float, size: float, segment: Segment) -> float:
+    """Displacement that a short motion of the frame makes between the ends of a step, beside what they tell [m]."""
+    if segment.end - segment.start > _FEW_STEPS * size:
+        return 0.0
 
-        first, last = push(start), push(start + size)
-        shares = (np.arange(_BETWEEN) + 0.5) / _BETWEEN
-        missed = [np.linalg.norm(push(start + s * size) - (1.0 - s) * first - s * last) for s in shares]
-        return 0.25 * size * size * float(max(missed))
+    def push(time: float) -> Array:
+        motion = segment.motion(time)
+        return nodes @ (motion.euler + motion.centrifugal).T + motion.origin_acceleration
+
+    first, last = push(start), push(start + size)
+    shares = (np.arange(_BETWEEN) + 0.5) / _BETWEEN
+    missed = [np.linalg.norm(push(start + s * size) - (1.0 - s) * first - s * last) for s in shares]
+    return 0.25 * size * size * float(max(missed))
