@@ -93,6 +93,7 @@ def write_case_run(
         ``status``, ``message``, ``maneuver``, ``probes`` (amplitude [m] of the whole record, dominant_frequency [Hz]
         after the maneuver, bin_width [Hz]),
         ``natural_frequencies`` [Hz], ``steps``, ``seconds`` [s], ``back_substitutions``, ``factorizations``,
+        ``time_error`` (of the largest displacement; None where it was switched off), ``energy_balance`` [J],
         ``warnings`` (sentences), ``files``; the content of ``summary.json``.
 
     Raises
@@ -126,6 +127,8 @@ def write_case_run(
         "back_substitutions": int(run.stats.back_substitutions),
         "factorizations": int(run.stats.factorizations),
         **({"reduced_model": data.attrs["reduced_model"]} if case.reduction is not None else {}),
+        "time_error": run.error if math.isfinite(run.error) else None,
+        "energy_balance": dict(run.energy_balance),
         "warnings": [*state.warnings, *data.attrs["warnings"]],
         "files": {name: str(path) for name, path in files.items()},
     }
@@ -152,6 +155,7 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
         time_step=solver.time_step,
         end_time=solver.end_time,
         adaptive=solver.adaptive(),
+        time_error=solver.time_error,
         damping=case.damping.build(),
         coupling=case.coupling.build(),
         inputs=build.build_inputs(case, state),

@@ -68,6 +68,10 @@ class Solver(Chosen):
         default=None, description="largest adaptive step [s], 16 time_step if not given", examples=[1e-2]
     )
 
+    time_error: Annotated[bool, Strict()] = Field(
+        default=True, description="estimate the time error, which costs a few per cent of a run", examples=[True]
+    )
+
     def check_values(self) -> None:
         """Raise CaseError if the class refuses the values, or they contradict each other."""
         super().check_values()

@@ -13,7 +13,7 @@ from tautflex.reduction.marching.loads import InputLoads
 from tautflex.reduction.marching.work import StageNumbers, Work
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import energies
-from tautflex.solvers.transient.time_error import GROWTH, ErrorSum, missed_between
+from tautflex.solvers.transient.accuracy.time_error import GROWTH, ErrorSum, missed_between
 
 # One of so many steps is looked at for more than its local error; steps of a stretch that may be too long for it.
 _SAMPLED, _FEW = 8, 20

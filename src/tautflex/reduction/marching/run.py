@@ -23,7 +23,7 @@ from tautflex.reduction.marching.work import EXPLICIT, StageNumbers, new_work, s
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.condensation import load_moments
 from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, energies, rows_from, total_force
-from tautflex.solvers.transient.energy import Energies, energy_balance, frame_twist
+from tautflex.solvers.transient.accuracy.energy import Energies, energy_balance, frame_twist
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.scheme import Method

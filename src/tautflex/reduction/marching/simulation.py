@@ -14,7 +14,7 @@ from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.validity import check_validity
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import energies
-from tautflex.solvers.transient.accuracy import judge
+from tautflex.solvers.transient.accuracy.verdict import judge
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.recorder import Samples, run_dataset
 from tautflex.solvers.transient.status import Run, Status

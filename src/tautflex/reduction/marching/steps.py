@@ -213,9 +213,7 @@ def _note(
 
 
 @jit
-def explicit_step(
-    arrays: ReducedArrays, frame: FrameTerms, row: int, size: float, work: Work, trace: Array
-) -> bool:
+def explicit_step(arrays: ReducedArrays, frame: FrameTerms, row: int, size: float, work: Work, trace: Array) -> bool:
     """One step of central differences, ``M a + (C + G) v + ... = 0`` at its end; False where it is not stable.
 
     Damping and gyroscopic force at the end are solved for, as in the full model; the static derivatives'

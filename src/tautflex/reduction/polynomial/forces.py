@@ -101,8 +101,8 @@ def add_product(factor: Array, vector: Array, result: Array) -> None:
 def internal_force(arrays: ReducedArrays, q: Array, v: Array, given: Array, force: Array) -> None:
     """Fill ``force`` with linear, second- and third-degree forces, and those of a given stress per monomial.
 
-    The static derivatives' damping belongs here: at large deflections it is stiff, and a step has to solve for it. Where
-    ``force`` has room for 2 r numbers, the second half is filled with the part that is not elastic.
+    The static derivatives' damping belongs here: at large deflections it is stiff, and a step has to solve for it.
+    Where ``force`` has room for 2 r numbers, the second half is filled with the part that is not elastic.
     """
     r, m = q.size, arrays.first.size
     y, stress = np.empty(m), np.zeros(m)

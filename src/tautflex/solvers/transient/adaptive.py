@@ -10,8 +10,8 @@ from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.motion.kinematics import Segment
 from tautflex.solvers.transient.driver import GridDriver, ImplicitStepper, Watch
-from tautflex.solvers.transient.equation import MotionState
 from tautflex.solvers.transient.methods.scheme import Method, amplification
+from tautflex.solvers.transient.state import MotionState
 
 # Step sizes are time_step times powers of this, so that a size comes back and its factors with it.
 _QUANTUM = np.sqrt(2.0)

@@ -9,10 +9,10 @@ import numpy as np
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
-from tautflex.solvers.transient.equation import MotionState
 from tautflex.solvers.transient.explicit import ExplicitStepper
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.scheme import Method
+from tautflex.solvers.transient.state import MotionState
 
 
 class StagedStepper:

@@ -22,57 +22,23 @@ from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.transient.books import DAMPING, FRAME, INERTIA, INTERNAL, LOAD, STRESS, Books, forces_by_kind, written
+from tautflex.solvers.transient.accuracy.books import (
+    DAMPING,
+    FRAME,
+    INERTIA,
+    INTERNAL,
+    LOAD,
+    STRESS,
+    Books,
+    forces_by_kind,
+    written,
+)
 from tautflex.solvers.transient.methods.scheme import Stage, StepScheme
+from tautflex.solvers.transient.state import MotionState, MotionTerms, earlier, hermite
 from tautflex.solvers.transient.status import Statistics
 from tautflex.solvers.transient.step_kernel import assemble_residual, begin_step, end_of_step, step_residual
 
 _NONE = np.zeros(0)
-
-
-@dataclass
-class MotionState:
-    """State of the structure at one instant.
-
-    Parameters
-    ----------
-    time
-        [s].
-    q, v, a
-        Free unknowns, their velocities and accelerations, shape (size,).
-    forces
-        All forces but inertia at this instant, shape (size,); None until a method asks for them.
-    jerk
-        Difference quotient of the acceleration over the last step, shape (size,); None after a jump.
-    internal
-        Internal forces at this instant, shape (size,); None until a method asks for them.
-    books
-        Work done since the start of the run.
-    """
-
-    time: float
-    q: Array
-    v: Array
-    a: Array
-    forces: Array | None = None
-    jerk: Array | None = None
-    internal: Array | None = None
-    books: Books = field(default_factory=lambda: Books(np.zeros(7)))
-
-
-@dataclass(frozen=True)
-class MotionTerms:
-    """Rotating-frame terms at one instant: G = M(velocity), K_T = M(displacement), Q_T = load; ``moving``: not all 0."""
-
-    key: tuple[float, ...]
-    moving: bool = field(init=False)
-    velocity: Array
-    displacement: Array
-    load: Array
-
-    def __post_init__(self) -> None:
-        parts = (self.velocity, self.displacement, self.load)
-        object.__setattr__(self, "moving", any(bool(part.any()) for part in parts))
 
 
 @dataclass
@@ -242,7 +208,11 @@ class EquationOfMotion:
             raise RuntimeError("the method needs the forces at the start of the step")
         self.set_time(at.time)
         rows = np.zeros((5, at.q.size))
-        rows[INTERNAL], rows[DAMPING], rows[LOAD] = self.force(at.q), self.products.damping_product(at.v), -self.input_load
+        rows[INTERNAL], rows[DAMPING], rows[LOAD] = (
+            self.force(at.q),
+            self.products.damping_product(at.v),
+            -self.input_load,
+        )
         rows[FRAME] = at.forces - rows.sum(axis=0)
         return rows
 
@@ -346,8 +316,10 @@ class StepForces:
             velocity = scheme.velocity
             products.add_low_rank(scheme.weight, velocity.v * at.v + velocity.a * at.a, known)
             self.known_norm = float(np.linalg.norm(known))
-        self._internal = _NONE
+        self._internal = self._history = _NONE
         if scheme.weight < 1.0:
+            assert at.forces is not None
+            self._history = at.forces
             known += (1.0 - scheme.weight) * at.forces
             self.known_norm = float(np.linalg.norm(known))
         self._fixed: Any = (
@@ -380,27 +352,9 @@ class StepForces:
             self.numbers.factors, self._terms, self._internal, self._frame, self._input, x, at.q, at.v, at.a
         )
         if scheme.weight < 1.0:
-            end.forces = (residual - now[INERTIA] - (1.0 - scheme.weight) * at.forces) / scheme.weight
+            end.forces = (residual - now[INERTIA] - (1.0 - scheme.weight) * self._history) / scheme.weight
         instants = scheme.weight * scheme.evaluation * self.size, self.size
         end.books = written(at.books, now, self._then, scheme.weight, instants, at.q, q)
         if self.equation.restressed:
             end.books.work[STRESS] += self.equation.restressing_work(at, end, self.before)
         return end
-
-
-def earlier(time: float, jump: float) -> float:
-    """The time, or the last one before a jump that is not met yet."""
-    return min(time, float(np.nextafter(jump, -np.inf)))
-
-
-def hermite(
-    start: float, end: float, time: float, values: tuple[Array, Array], slopes: tuple[Array, Array]
-) -> tuple[Array, Array]:
-    """Value and slope at ``time`` of the cubic that has these values and slopes at both ends."""
-    step = end - start
-    s = (time - start) / step
-    mean = (values[1] - values[0]) / step
-    first, last = slopes
-    value = values[0] + s * step * (mean + (1.0 - s) * ((1.0 - s) * (first - mean) - s * (last - mean)))
-    slope = mean + (1.0 - s) * (1.0 - 3.0 * s) * (first - mean) + s * (3.0 * s - 2.0) * (last - mean)
-    return value, slope

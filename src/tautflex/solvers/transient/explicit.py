@@ -12,9 +12,10 @@ from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
-from tautflex.solvers.transient.books import NONE, STRESS, Books, written
-from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, MotionTerms
+from tautflex.solvers.transient.accuracy.books import NONE, STRESS, Books, written
+from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.stability import largest_eigenvalue
+from tautflex.solvers.transient.state import MotionState, MotionTerms
 
 # The limit is estimated anew after so many steps, or as soon as the largest stress has grown by this factor.
 _CHECK_INTERVAL, _STRESS_GROWTH = 100, 1.1
@@ -120,6 +121,7 @@ class ExplicitStepper:
     def _books(self, at: MotionState, end: MotionState, terms: MotionTerms, size: float) -> Books:
         """Books at the end of a step, where all forces balance."""
         equation, none = self.equation, np.zeros_like(end.q)
+        assert end.internal is not None
         internal = end.internal + equation.state.reference_force
         parts = internal, terms.load, equation.input_load, none, end.q, end.v, end.a
         return written(at.books, equation.by_kind(_AT_END, terms, *parts), NONE, 1.0, (size, size), at.q, end.q)

@@ -13,8 +13,9 @@ from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.anderson import AndersonAcceleration
 from tautflex.solvers.nonlinear.newton import NewtonOutcome, relative_error, solve_newton
 from tautflex.solvers.transient.corotation import Corotation
-from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, StepForces, StepNumbers
+from tautflex.solvers.transient.equation import EquationOfMotion, StepForces, StepNumbers
 from tautflex.solvers.transient.methods.scheme import Method
+from tautflex.solvers.transient.state import MotionState
 from tautflex.solvers.transient.step_kernel import first_guess
 
 # The force scale of a step never falls below this part of the largest one met so far: after the motion has died

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from tautflex.mechanics.membrane import MEMBRANE_STATES, MembraneSurvey, StressSurvey
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array
-from tautflex.solvers.transient.compression import CompressionWatch
-from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
+from tautflex.solvers.transient.accuracy.compression import CompressionWatch
+from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.probes import ProbeSet
+from tautflex.solvers.transient.state import MotionState
 from tautflex.solvers.variables import COMPONENTS, RUN, SCALARS, described, mesh_variables
 from tautflex.structure.model import Model
 

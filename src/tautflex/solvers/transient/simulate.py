@@ -15,11 +15,12 @@ from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
 from tautflex.numeric import Array
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.transient.accuracy import judge
+from tautflex.solvers.transient.accuracy.energy import run_balance
+from tautflex.solvers.transient.accuracy.time_error import TimeError
+from tautflex.solvers.transient.accuracy.verdict import judge
 from tautflex.solvers.transient.adaptive import AdaptiveDriver
 from tautflex.solvers.transient.driver import AnyStepper, GridDriver, StagedStepper, Watch
-from tautflex.solvers.transient.energy import run_balance
-from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
+from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.explicit import ExplicitStepper
 from tautflex.solvers.transient.free_hub.equation import HubEquation
 from tautflex.solvers.transient.free_hub.record import HubRecorder, check_coupling, steady_motion
@@ -27,8 +28,8 @@ from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, SteppingModel, TransientProblem
 from tautflex.solvers.transient.recorder import Recorder
+from tautflex.solvers.transient.state import MotionState
 from tautflex.solvers.transient.status import Run, Status
-from tautflex.solvers.transient.time_error import TimeError
 
 
 def simulate(

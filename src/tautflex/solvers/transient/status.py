@@ -88,11 +88,11 @@ class Run:
         Residual norms of the step that failed, newest last; empty if none did, or a reduced model's did.
     error
         Estimated time error of the displacements, relative to the largest one of the run, see
-        :mod:`tautflex.solvers.transient.time_error`; NaN where it was not asked for.
+        :mod:`tautflex.solvers.transient.accuracy.time_error`; NaN where it was not asked for.
     energy_balance
-        Energies at the start and the end and what came and went between [J], seen from inertial space, see
-        :mod:`tautflex.solvers.transient.energy`: ``initial``, ``kinetic``, ``strain``, ``damping``, ``method``,
-        ``loads``, ``maneuver`` and ``residual``.
+        Energies at the start and the end and what came and went between [J], seen from inertial space: ``initial``,
+        ``kinetic``, ``strain``, ``damping``, ``method``, ``loads``, ``maneuver`` and ``residual``, see
+        :mod:`tautflex.solvers.transient.accuracy.energy`.
     """
 
     data: xr.Dataset

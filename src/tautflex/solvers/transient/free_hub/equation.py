@@ -37,15 +37,8 @@ from tautflex.motion.hub import FreeHub, HubState
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array, cross_matrix
 from tautflex.solvers.linear.low_rank import LowRankUpdate
-from tautflex.solvers.transient.books import RIGID
-from tautflex.solvers.transient.equation import (
-    EquationOfMotion,
-    MotionState,
-    StepForces,
-    StepNumbers,
-    earlier,
-    hermite,
-)
+from tautflex.solvers.transient.accuracy.books import RIGID
+from tautflex.solvers.transient.equation import EquationOfMotion, StepForces, StepNumbers
 from tautflex.solvers.transient.free_hub.balance import (
     RigidState,
     add_forces_at_rates,
@@ -58,6 +51,7 @@ from tautflex.solvers.transient.free_hub.balance import (
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy, rigid_blocks
 from tautflex.solvers.transient.methods.scheme import StepScheme
 from tautflex.solvers.transient.probes import ProbeSet
+from tautflex.solvers.transient.state import MotionState, earlier, hermite
 
 _NONE = np.zeros(0)
 
@@ -183,8 +177,8 @@ class HubEquation(EquationOfMotion):
         forces = None if at.forces is None else at.forces - self.products.mass_product(change)
         balanced = at.balanced + change if at.balanced.size else _NONE
         books = self.books_behind_jump(at, stored)
-        kept = {"forces": forces, "jerk": None, "rigid": rigid, "balanced": balanced, "books": books}
-        return replace(at, a=at.a + change, power=new.power, **kept)
+        moved = replace(at, a=at.a + change, forces=forces, jerk=None, books=books)
+        return replace(moved, rigid=rigid, balanced=balanced, power=new.power)
 
     def _balanced(self, at: HubMotion) -> HubMotion:
         """The state with the accelerations that balance all forces of the instant that is set."""

@@ -242,6 +242,6 @@ def rigid_blocks(body: tuple[Any, ...], q: Array) -> tuple[Array, Array]:
 
 
 def carried_energy(body: tuple[Any, ...], q: Array, v: Array, twist: Array) -> float:
-    """Kinetic energy in the inertial frame beside that of the elastic motion alone, ``(R twist / 2 + B dq) . twist``."""
+    """Kinetic energy in the inertial frame beside that of the elastic motion, ``twist . (R twist / 2 + B dq)`` [J]."""
     momenta = momenta_of(body, q, v, v)
     return float(twist @ (0.5 * momenta.mass @ twist + momenta.relative))

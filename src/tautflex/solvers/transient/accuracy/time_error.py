@@ -25,7 +25,8 @@ import numpy as np
 
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array, jit
-from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
+from tautflex.solvers.transient.equation import EquationOfMotion
+from tautflex.solvers.transient.state import MotionState
 
 # Mean of |cos|, and what measured errors exceed the sum by where the frequency depends on the amplitude.
 _MEAN, _SAFETY = 0.5 * np.pi, 1.5
@@ -200,7 +201,11 @@ class TimeError(ErrorSum):
             self._pooled[6:] += 1.0, velocity / loss
             self._rates[1] = 0.5 * self._pooled[6] / self._pooled[7]
         fastest = GROWTH * np.sqrt(self._pooled[3] / self._pooled[2])
-        lost = 0.5 * float(error @ products.damping_product(error)) / max(products.mass_norm(error), 1e-300) if damped else 0.0
+        lost = (
+            0.5 * float(error @ products.damping_product(error)) / max(products.mass_norm(error), 1e-300)
+            if damped
+            else 0.0
+        )
         if lost < fastest:
             energy = equation.strain_energy(end.q)
             linear = 0.5 * float(end.q @ (equation.stiffness @ end.q))

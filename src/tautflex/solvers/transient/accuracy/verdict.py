@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from tautflex.motion.hub import FreeHub
+from tautflex.solvers.transient.accuracy.time_error import ErrorSum, rounded_down
 from tautflex.solvers.transient.adaptive import error_constant
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import TransientProblem
-from tautflex.solvers.transient.time_error import ErrorSum, rounded_down
 
 # Central differences turn a vibration by (phase)^3 / 24 too far in a step.
 _EXPLICIT_CONSTANT = 1.0 / 24.0
@@ -81,8 +81,8 @@ def _about_maneuver(problem: TransientProblem) -> list[str]:
     if problem.time_step <= shortest / _FEW_STEPS * (1.0 + 1e-9):
         return []
     return [
-        f"the maneuver of {shortest:g} s has fewer than {_FEW_STEPS} steps of {problem.time_step:g} s: the run may have "
-        f"missed it; set time_step = {rounded_down(shortest / 20.0):.2g} s or less"
+        f"the maneuver of {shortest:g} s has fewer than {_FEW_STEPS} steps of {problem.time_step:g} s: the run may "
+        f"have missed it; set time_step = {rounded_down(shortest / 20.0):.2g} s or less"
     ]
 
 
@@ -93,7 +93,7 @@ def _about_energy(problem: TransientProblem, balance: Mapping[str, float], large
         return []
     what = "took out" if taken > 0.0 else "fed in"
     return [
-        f"the method {what} {abs(taken):.3g} J by itself, {abs(taken) / energy:.1%} of all that the elastic motion had: "
-        f"its damping is numerical; take a smaller time_step than {problem.time_step:g} s, or EnergyConserving() "
+        f"the method {what} {abs(taken):.3g} J by itself, {abs(taken) / energy:.1%} of all that the elastic motion "
+        f"had: its damping is numerical; take a smaller time_step than {problem.time_step:g} s, or EnergyConserving() "
         "('energy-conserving')"
     ]

@@ -22,10 +22,11 @@ from scipy.integrate import solve_ivp
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import Maneuver, RigidMotion, Segment
 from tautflex.numeric import Array, cross
-from tautflex.solvers.transient.books import DAMPING, FRAME, INERTIA, INTERNAL, LOAD, RIGID, STRESS
-from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
+from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, INTERNAL, LOAD, RIGID, STRESS
+from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.free_hub.equation import HubEquation, HubMotion
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy
+from tautflex.solvers.transient.state import MotionState
 
 TERMS = ("initial", "kinetic", "strain", "damping", "method", "loads", "maneuver", "residual")
 
@@ -63,8 +64,8 @@ def energy_balance(first: Energies, last: Energies, work: Array, free: bool) -> 
     Returns
     -------
     dict
-        ``initial + loads + maneuver = kinetic + strain + damping + method + residual``; damping and method are what they
-        took out.
+        ``initial + loads + maneuver = kinetic + strain + damping + method + residual``; damping and method are what
+        they took out.
     """
     gained = [after - before for before, after in zip(first, last, strict=True)]
     terms = {
@@ -104,12 +105,13 @@ def run_balance(
     return energy_balance(energies[0], energies[1], last.books.work, isinstance(equation, HubEquation))
 
 
-def frame_twist(maneuver: Maneuver, segments: tuple[Segment, ...], time: float) -> Array:
+def frame_twist(maneuver: Maneuver | FreeHub, segments: tuple[Segment, ...], time: float) -> Array:
     """Velocity of the frame's origin and angular velocity in its own axes at an instant, shape (6,).
 
     Before the start the frame turns steadily about a line that rests, or does not turn and rests; from then on
     ``dv0 = a0 - w x v0``.
     """
+    assert isinstance(maneuver, Maneuver)
     steady = maneuver.start()
     spin, square = steady.angular_velocity, float(np.sum(steady.angular_velocity**2))
     velocity = cross(steady.origin_acceleration, spin) / square if square > 0.0 else np.zeros(3)
