@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from tautflex.checks import whole
 from tautflex.errors import InputError
 from tautflex.numeric import Array
 from tautflex.solvers.variables import MAC, described
@@ -72,8 +73,7 @@ def mac_table(shape: xr.DataArray | ArrayLike, modes: xr.Dataset, count: int = 5
             "modes: expected a variable 'shape' (mode, node, component), got "
             f"{sorted(map(str, modes.data_vars))}; pass solve_modes(state).to_dataset()"
         )
-    if count < 1:
-        raise InputError(f"count: expected a whole number of at least 1, got {count!r}")
+    whole("count", count, 1)
     shapes = modes["shape"].transpose("mode", ...)
     values = mac(np.asarray(shape, dtype=np.float64).reshape(1, -1), shapes.values.reshape(shapes.shape[0], -1))[0]
     order = np.argsort(-values, kind="stable")[:count]

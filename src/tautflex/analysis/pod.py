@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
-from tautflex.checks import between, float_array
+from tautflex.checks import between, float_array, whole
 from tautflex.errors import InputError
 from tautflex.numeric import Array
 from tautflex.solvers.variables import MESH, POD, about, described
@@ -118,8 +118,7 @@ def dominant_shape(pod_data: xr.Dataset, energy: float = 0.99) -> xr.DataArray:
             f"energy: expected at most the {cumulative[-1]:.4f} that the {cumulative.size} kept modes reach, "
             f"got {energy:g}; call pod with energy={energy:g}"
         )
-    count = int(np.searchsorted(cumulative, energy - 1e-12)) + 1
-    count = min(count, cumulative.size)
+    count = min(int(np.searchsorted(cumulative, energy - 1e-12)) + 1, cumulative.size)
     coefficient = pod_data["coefficient"].values
     largest = int(np.sum(coefficient**2, axis=1).argmax())
     weight = pod_data["participation"].values[:count] * np.sign(coefficient[largest, :count])
@@ -127,11 +126,7 @@ def dominant_shape(pod_data: xr.Dataset, energy: float = 0.99) -> xr.DataArray:
     combined = np.tensordot(weight, shapes.values[:count], axes=1)
     combined = combined / combined.flat[np.abs(combined).argmax()]
     result = shapes.isel(mode=0, drop=True).copy(data=combined)
-    result.attrs = {
-        **about(POD["dominant_shape"]),
-        "modes": count,
-        "cumulative": float(cumulative[count - 1]),
-    }
+    result.attrs = {**about(POD["dominant_shape"]), "modes": count, "cumulative": float(cumulative[count - 1])}
     return result.rename("dominant_shape")
 
 
@@ -185,9 +180,7 @@ def _weighted(snapshots: Array, mass: Mass) -> Array:
 def _mode_count(modes: int | None, energy: float, cumulative: Array, rank: int) -> int:
     if modes is None:
         return min(int(np.searchsorted(cumulative, energy - 1e-12)) + 1, rank)
-    if isinstance(modes, bool) or not isinstance(modes, int | np.integer) or modes < 1:
-        raise InputError(f"modes: expected a whole number of at least 1, got {modes!r}; None keeps what energy needs")
-    return min(int(modes), rank)
+    return min(whole("modes", modes, 1, remedy="None keeps what energy needs"), rank)
 
 
 def _to_dataset(field: xr.DataArray, shapes: Array, coefficients: Array, numbers: dict[str, Array]) -> xr.Dataset:

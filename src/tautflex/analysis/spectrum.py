@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from tautflex.analysis.record import Record, UniformRecord, uniform_record
+from tautflex.analysis.record import Record, uniform_record
 from tautflex.checks import float_array, one_of, positive
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Complex
@@ -115,7 +115,17 @@ def spectrum(
     values = data.values - data.values.mean() if remove_mean else data.values
     transform = _transform(values, padded)
     frequency = np.arange(transform.size) / (padded * data.time_step)
-    return _to_dataset(data, transform, frequency, padded)
+    sides = np.full(frequency.size, 2.0)  # every line stands for +f and -f, but zero and Nyquist stand alone
+    sides[0] = 1.0
+    if abs(frequency[-1] * data.time_step - 0.5) < 1e-12:
+        sides[-1] = 1.0
+    magnitude = np.abs(transform)
+    arrays = {"amplitude": sides * magnitude / values.size, "energy": sides * (magnitude * data.time_step) ** 2}
+    return xr.Dataset(
+        described(SPECTRUM, arrays, units=data.units or "1", name=data.name),
+        described(SPECTRUM, {"frequency": frequency}),
+        {"bin_width": 1.0 / (padded * data.time_step), "samples": values.size, "time_step": data.time_step},
+    )
 
 
 def dominant_frequency(
@@ -165,27 +175,6 @@ def _transform(values: Array, padded: float) -> Complex:
 
     lines = int(np.floor(padded / 2)) + 1
     return np.asarray(CZT(values.size, lines, w=np.exp(-2j * np.pi / padded))(values), dtype=complex)
-
-
-def _to_dataset(data: UniformRecord, transform: Complex, frequency: Array, padded: float) -> xr.Dataset:
-    sides = np.full(frequency.size, 2.0)  # every line stands for +f and -f, but zero and Nyquist stand alone
-    sides[0] = 1.0
-    if abs(frequency[-1] * data.time_step - 0.5) < 1e-12:
-        sides[-1] = 1.0
-    magnitude = np.abs(transform)
-    arrays = {
-        "amplitude": sides * magnitude / data.values.size,
-        "energy": sides * (magnitude * data.time_step) ** 2,
-    }
-    return xr.Dataset(
-        described(SPECTRUM, arrays, units=data.units or "1", name=data.name),
-        described(SPECTRUM, {"frequency": frequency}),
-        {
-            "bin_width": 1.0 / (padded * data.time_step),
-            "samples": data.values.size,
-            "time_step": data.time_step,
-        },
-    )
 
 
 def _vertex(height: Array, peak: int) -> float:

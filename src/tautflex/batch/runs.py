@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from tautflex import checks
 from tautflex.batch.chunks import ChunkRunner, usual_chunk
 from tautflex.batch.damping import BatchDamping
-from tautflex.batch.equations.equation import STORED, EachRun, Plant
+from tautflex.batch.equations.equation import STORED, EachRun
 from tautflex.batch.equations.full import FullPlant
 from tautflex.batch.equations.rate_history import rate_history
 from tautflex.batch.equations.reduced import ReducedPlant
@@ -58,7 +58,7 @@ class Batch:
         if not isinstance(plant, PrestressedState | ReducedModel):
             raise InputError(f"plant: expected a prestressed state or a reduced model, got {plant!r}")
         self._model = plant
-        self._plant: Plant = ReducedPlant(plant) if isinstance(plant, ReducedModel) else FullPlant(plant)
+        self._plant = ReducedPlant(plant) if isinstance(plant, ReducedModel) else FullPlant(plant)
         self._run = ChunkRunner(self._plant.side_by_side)
 
     def response(
@@ -181,7 +181,7 @@ class Batch:
 class _Asked:
     """A problem as functions of its numbers; raises as `Batch.simulate` for what has no batched form."""
 
-    def __init__(self, plant: Plant, problem: TransientProblem, store: tuple[str, ...]) -> None:
+    def __init__(self, plant: FullPlant | ReducedPlant, problem: TransientProblem, store: tuple[str, ...]) -> None:
         march_of = _march_of(plant, problem)
         for name in store:
             checks.one_of("store", name, STORED)
@@ -207,7 +207,7 @@ class _Asked:
         )
 
 
-def _march_of(plant: Plant, problem: TransientProblem) -> Callable[[Any], March]:
+def _march_of(plant: FullPlant | ReducedPlant, problem: TransientProblem) -> Callable[[Any], March]:
     """What makes the steps of an equation."""
     method, step = problem.method, problem.time_step
     if isinstance(method, CentralDifference):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import xarray as xr
 
@@ -13,34 +13,26 @@ from tautflex.paper.cases.catalogue import VARIANTS, RunSpec, catalogue
 from tautflex.paper.cases.normal_modes import antenna_name
 from tautflex.paper.cases.run_names import MODELS
 from tautflex.paper.tables import published
-from tautflex.paper.tables.convergence import convergence_table
-from tautflex.paper.tables.extras import ablation_table, compression_table
-from tautflex.paper.tables.paper_tables import TABLES, PaperTable
+from tautflex.paper.tables.convergence import CONVERGENCE
+from tautflex.paper.tables.extras import ABLATION, COMPRESSION
+from tautflex.paper.tables.paper_tables import TABLES
 from tautflex.paper.tables.rows import Row, mean_difference, mean_log_ratio
 
-EXTRA_TABLES = ("ablation", "compression", "convergence")
-TABLE_NAMES = (*TABLES, *EXTRA_TABLES)
+_TABLES = TABLES | {"ablation": ABLATION, "compression": COMPRESSION, "convergence": CONVERGENCE}
+TABLE_NAMES = tuple(_TABLES)
 """What ``--table`` accepts."""
 QUICK_TABLES = (*TABLES, "compression")
 """What a quick reproduction makes if nothing else is asked: the ablation would double its runs."""
 _BOTH = QUICK_TABLES  # tables made for both variants; the ablation is for the published reading alone
 
 
-@dataclass(frozen=True)
-class Plan:
-    """What is to be made, and what it takes.
+class Plan(NamedTuple):
+    """What is to be made, in the order of printing; the runs it takes, each once, and the antennas' modes.
 
-    Attributes
-    ----------
-    tables
-        (variant, table) in the order of printing.
-    specs
-        Runs to perform, each once.
-    antennas
-        Antennas whose modes are needed.
+    A table stands under (variant, name).
     """
 
-    tables: tuple[tuple[str, PaperTable], ...]
+    tables: tuple[tuple[str, str], ...]
     specs: tuple[RunSpec, ...]
     antennas: tuple[str, ...]
 
@@ -69,16 +61,16 @@ def make_plan(
     InputError
         If a table is unknown, the message lists the choices; or if it has no quick form.
     """
-    chosen: list[tuple[str, PaperTable]] = []
+    chosen: list[tuple[str, str]] = []
     for name in dict.fromkeys(tables):
         one_of("table", name, TABLE_NAMES)
         if quick and name == "convergence":
             text = "table: expected one of the published reading, got 'convergence' of the consistent variant"
             raise InputError(f"{text}; leave out quick")
         variants = VARIANTS if name in _BOTH else ("consistent",) if name == "convergence" else ("published",)
-        chosen += [(variant, _table(name)) for variant in variants if not (quick and variant == "consistent")]
-    names = [run for variant, table in chosen for run in table.runs(variant)]
-    antennas = [antenna for variant, table in chosen for antenna in table.antennas(variant)]
+        chosen += [(variant, name) for variant in variants if not (quick and variant == "consistent")]
+    names = [run for variant, table in chosen for run in _TABLES[table].runs(variant)]
+    antennas = [antenna for variant, table in chosen for antenna in _TABLES[table].antennas(variant)]
     known = catalogue("published", quick) | ({} if quick else catalogue("consistent"))
     return Plan(
         tuple(chosen),
@@ -91,7 +83,7 @@ def build_rows(
     plan: Plan, runs: Mapping[str, xr.Dataset], modes: Mapping[str, xr.Dataset]
 ) -> dict[tuple[str, str], list[Row]]:
     """Rows of every table of a plan, by (variant, table), from the runs and modes that it names."""
-    return {(variant, table.number): table.build(variant, runs, modes) for variant, table in plan.tables}
+    return {(variant, name): list(_TABLES[name].build(variant, runs, modes)) for variant, name in plan.tables}
 
 
 def summarize(rows: Mapping[tuple[str, str], Sequence[Row]]) -> list[Row]:
@@ -115,8 +107,3 @@ def summarize(rows: Mapping[tuple[str, str], Sequence[Row]]) -> list[Row]:
             note = "ten natural frequencies of M2"
             scores.append(Row("summary", "Table 2", "mean |difference|", None, score, "%", note, variant))
     return scores
-
-
-def _table(name: str) -> PaperTable:
-    extra = {"ablation": ablation_table, "compression": compression_table, "convergence": convergence_table}
-    return TABLES[name] if name in TABLES else extra[name]()

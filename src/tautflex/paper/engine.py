@@ -80,27 +80,39 @@ def perform(
         text = f"directory: expected a place that can be written, got {str(place)!r} ({error.strerror})"
         raise InputError(f"{text}; choose another one") from error
     sweep_leftovers(place)
-    tell = _Teller(wanted, progress)
+    total, done = sum(map(_cost, wanted)) or 1.0, 0.0
+
+    def tell(spec: RunSpec) -> None:
+        nonlocal done
+        done += _cost(spec)
+        if progress is not None:
+            progress(min(done / total, 1.0), spec.name)
+
     missing = {}
     for spec in wanted:
         if stored(spec, place) is None:
             missing[spec.case.to_toml()] = spec
         else:
-            tell.done(spec)
+            tell(spec)
     # Longest first, so that no core is left alone with a long run at the end.
     todo = sorted(missing.values(), key=_cost, reverse=True)
     count = min(workers or os.cpu_count() or 1, len(todo))
-    performed = _in_processes(todo, place, count) if count > 1 else _here(todo, place)
+    here = ((spec, perform_one(spec, place)) for spec in todo)
+    performed = _in_processes(todo, place, count) if count > 1 else here
     failed = {}
     for spec, (status, message) in performed:
         if status == Status.INTERRUPTED.value:
             raise KeyboardInterrupt
         if status != Status.COMPLETED.value:
             failed[spec.name] = message
-        tell.done(spec)
+        tell(spec)
     if failed:
         raise NotConvergedError("; ".join(f"{name}: {message}" for name, message in failed.items()))
-    return {spec.name: _file(spec, place) for spec in wanted}
+    files = {spec.name: stored(spec, place) for spec in wanted}
+    if lost := [name for name, path in files.items() if path is None]:
+        text = f"directory: expected the result of {lost[0]} just written in {place}, found none or a damaged one"
+        raise InputError(f"{text}; keep other programs out of this directory and call again")
+    return {name: path for name, path in files.items() if path is not None}
 
 
 def load_results(paths: Mapping[str, str | os.PathLike[str]]) -> dict[str, xr.Dataset]:
@@ -114,20 +126,13 @@ def load_results(paths: Mapping[str, str | os.PathLike[str]]) -> dict[str, xr.Da
     return {name: netcdf.load(path) for name, path in paths.items()}
 
 
-def _here(specs: list[RunSpec], directory: Path) -> Iterator[tuple[RunSpec, tuple[str, str]]]:
-    for spec in specs:
-        yield spec, perform_one(spec, directory)
-
-
 def _in_processes(specs: list[RunSpec], directory: Path, count: int) -> Iterator[tuple[RunSpec, tuple[str, str]]]:
     context = multiprocessing.get_context("spawn")
     stop = context.Event()
     with _one_thread_each():
         pool = ProcessPoolExecutor(count, mp_context=context, initializer=start_worker, initargs=(stop,))
         try:
-            pending: dict[Future[tuple[str, str]], RunSpec] = {}
-            for spec in specs:
-                pending[pool.submit(work, spec, directory)] = spec
+            pending: dict[Future[tuple[str, str]], RunSpec] = {pool.submit(work, one, directory): one for one in specs}
             while pending:
                 finished, _ = wait(pending, return_when=FIRST_COMPLETED)
                 for future in finished:
@@ -155,29 +160,7 @@ def _one_thread_each() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _file(spec: RunSpec, directory: Path) -> Path:
-    path = stored(spec, directory)
-    if path is None:
-        text = f"{directory}: expected the result of {spec.name} just written, found none or a damaged one"
-        raise InputError(f"{text}; keep other programs out of this directory and call again")
-    return path
-
-
 def _cost(spec: RunSpec) -> float:
     """Estimate the relative cost of a run: steps times cells."""
     cells = spec.case.mesh.divisions
     return spec.case.solver.end_time / spec.case.solver.time_step * cells[0] * cells[1]
-
-
-class _Teller:
-    """Turns finished runs into a fraction of all work."""
-
-    def __init__(self, specs: list[RunSpec], progress: Progress | None) -> None:
-        self._total = sum(map(_cost, specs)) or 1.0
-        self._done = 0.0
-        self._progress = progress
-
-    def done(self, spec: RunSpec) -> None:
-        self._done += _cost(spec)
-        if self._progress is not None:
-            self._progress(min(self._done / self._total, 1.0), spec.name)

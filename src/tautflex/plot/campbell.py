@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
+from functools import partial
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from matplotlib.figure import Figure
 
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Mask
-from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, new_figure, save_figure, styled
+from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, new_axes, saving, styled
 
 _NAME_HEIGHT = 0.125  # [inch] a line of branch names needs
 _HEIGHT = 3.6  # [inch]
@@ -55,8 +54,8 @@ def plot_campbell(table: xr.Dataset, orders: Sequence[int] = (1, 2, 3), highest:
         raise InputError(f"orders: expected whole numbers of at least 1, got {tuple(orders)}")
     rate, frequency = table["rate"].values, table["frequency"].values
     top = highest or 1.06 * float(frequency.max(initial=0.0)) or 1.0
-    figure = new_figure(DOUBLE_COLUMN * 0.8, _HEIGHT)
-    axes = figure.add_subplot()
+    about = f"angular rate about {_direction(np.asarray(table.attrs.get('axis', (np.nan,) * 3), dtype=float))} [rad/s]"
+    figure, axes = new_axes(DOUBLE_COLUMN * 0.8, _HEIGHT, about, "frequency in the rotating frame [Hz]")
     axes.set_xlim(float(rate.min()), float(rate.max()) if len(rate) > 1 else float(rate.min()) + 1.0)
     axes.set_ylim(0.0, top)
     _draw_orders(axes, orders, top)
@@ -70,10 +69,8 @@ def plot_campbell(table: xr.Dataset, orders: Sequence[int] = (1, 2, 3), highest:
         if grows.any():
             axes.plot(rate[grows], frequency[grows, k], "x", color=color, markersize=5, clip_on=False, zorder=4)
     _name_branches(axes, table, top)
-    axis = np.asarray(table.attrs.get("axis", (np.nan,) * 3), dtype=float)
-    axes.set_xlabel(f"angular rate about {_direction(axis)} [rad/s]")
-    axes.set_ylabel("frequency in the rotating frame [Hz]")
-    above = axes.secondary_xaxis("top", functions=(_per_minute, _per_second))
+    to_and_fro = (partial(np.multiply, 30.0 / np.pi), partial(np.multiply, np.pi / 30.0))
+    above = axes.secondary_xaxis("top", functions=to_and_fro)
     above.set_xlabel("revolutions per minute")
     if growth.any():
         axes.plot([], [], "x", color=GREY, markersize=5, label="unstable")
@@ -81,14 +78,7 @@ def plot_campbell(table: xr.Dataset, orders: Sequence[int] = (1, 2, 3), highest:
     return figure
 
 
-def save_campbell(
-    table: xr.Dataset,
-    stem: str | os.PathLike[str],
-    orders: Sequence[int] = (1, 2, 3),
-    formats: Sequence[str] = ("png", "pdf"),
-) -> list[Path]:
-    """Write the figure of :func:`plot_campbell` as ``stem.png`` and ``stem.pdf``; return the files written."""
-    return save_figure(plot_campbell(table, orders), stem, formats)
+save_campbell = saving(plot_campbell)
 
 
 def branch_name(table: xr.Dataset, index: int) -> str:
@@ -102,14 +92,6 @@ def branch_name(table: xr.Dataset, index: int) -> str:
     if words == ["-", "-"]:
         return name
     return f"{name} {words[0]}" if words[0] == words[1] else f"{name} {words[0]} to {words[1]}"
-
-
-def _per_minute(rate: Any) -> Any:
-    return rate * 30.0 / np.pi
-
-
-def _per_second(revolutions: Any) -> Any:
-    return revolutions * np.pi / 30.0
 
 
 def _unbroken(table: xr.Dataset, branch: int) -> list[slice]:
@@ -137,17 +119,9 @@ def _draw_orders(axes: Axes, orders: Sequence[int], top: float) -> None:
         axes.plot(corners, order * np.abs(corners) / (2.0 * np.pi), color=GREY, linewidth=0.8, linestyle=":", zorder=1)
         end = np.sign(largest) * min(abs(largest), 2.0 * np.pi * top / order)
         at = end - (0.06 + 0.08 * (place % 3)) * np.sign(largest) * (high - low)
-        axes.text(
-            at,
-            order * abs(at) / (2.0 * np.pi),
-            f"{order}/rev",
-            ha="center",
-            va="center",
-            color=GREY,
-            size=7,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
-            zorder=1.5,
-        )
+        look: dict[str, Any] = {"color": GREY, "size": 7, "ha": "center", "va": "center", "zorder": 1.5}
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+        axes.text(at, order * abs(at) / (2.0 * np.pi), f"{order}/rev", bbox=box, **look)
 
 
 def _name_branches(axes: Axes, table: xr.Dataset, top: float) -> None:
@@ -178,7 +152,7 @@ def _spread(values: Array, gap: float) -> Array:
 
 def _direction(axis: Array) -> str:
     """Return "z" for a coordinate axis, else its components."""
-    for k, name in enumerate("xyz"):
-        if np.allclose(axis, np.eye(3)[k], atol=1e-12):
+    for name, direction in zip("xyz", np.eye(3), strict=True):
+        if np.allclose(axis, direction, atol=1e-12):
             return f"${name}$"
     return "(" + ", ".join(f"{value:.3g}" for value in axis) + ")"

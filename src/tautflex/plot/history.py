@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tautflex.analysis import maneuver_end
 from tautflex.checks import one_of
 from tautflex.errors import InputError
-from tautflex.plot.style import DOUBLE_COLUMN, GREY, LINES, length_unit, new_figure, save_figure, styled
+from tautflex.plot.style import DOUBLE_COLUMN, GREY, LINES, length_unit, new_axes, saving, styled
 
 
 @styled
@@ -52,20 +49,15 @@ def plot_time_history(
         raise InputError("runs: expected at least one run, got none")
     records = {name: probe_records(run, probes, component) for name, run in cases.items()}
     scale, unit = length_unit(np.concatenate([record.values.ravel() for record in records.values()]))
-    figure = new_figure(DOUBLE_COLUMN * 0.75, 2.7)
-    axes = figure.add_subplot()
+    figure, axes = new_axes(DOUBLE_COLUMN * 0.75, 2.7, "time $t$ [s]", f"displacement ${component}$ [{unit}]")
     many = sum(record.sizes["probe"] for record in records.values()) > 1
     drawn = 0
     for name, record in records.items():
         for probe in record["probe"].values:
             point = f"point {probe}" if name == "" or record.sizes["probe"] > 1 else ""
             label = ", ".join(part for part in (name, point) if part)
-            axes.plot(
-                record["time"],
-                scale * record.sel(probe=probe),
-                LINES[drawn // 7 % 4] if len(cases) > 1 else LINES[drawn % 4],
-                label=label,
-            )
+            line = LINES[(drawn // 7 if len(cases) > 1 else drawn) % 4]
+            axes.plot(record["time"], scale * record.sel(probe=probe), line, label=label)
             drawn += 1
     ends = {maneuver_end(run) for run in cases.values()}
     end = ends.pop() if len(ends) == 1 else None
@@ -75,25 +67,16 @@ def plot_time_history(
         axes.axvline(end, color=GREY, linewidth=0.8, linestyle=(0, (4, 2)), label=f"maneuver ends at {end:.4g} s")
     axes.axhline(0.0, color=GREY, linewidth=0.5)
     axes.set_xlim(first, last)
-    axes.set_xlabel("time $t$ [s]")
-    axes.set_ylabel(f"displacement ${component}$ [{unit}]")
     if many or end is not None:
-        _add_headroom(axes)
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + 0.16 * (high - low))  # keeps the legend's line free of curves
         axes.legend(loc="upper right", ncols=min(drawn + 1, 3))
-    if not many and end is None:
+    else:
         axes.set_title(f"point {next(iter(records.values()))['probe'].values[0]}")
     return figure
 
 
-def save_time_history(
-    runs: xr.Dataset | Mapping[str, xr.Dataset],
-    stem: str | os.PathLike[str],
-    probes: Sequence[str] | None = None,
-    component: str = "w",
-    formats: Sequence[str] = ("png", "pdf"),
-) -> list[Path]:
-    """Write the figure of :func:`plot_time_history` as ``stem.png`` and ``stem.pdf``; return the files."""
-    return save_figure(plot_time_history(runs, probes, component), stem, formats)
+save_time_history = saving(plot_time_history)
 
 
 def probe_records(run: xr.Dataset, probes: Sequence[str] | None, component: str) -> xr.DataArray:
@@ -104,16 +87,10 @@ def probe_records(run: xr.Dataset, probes: Sequence[str] | None, component: str)
     record = run[component].transpose("time", "probe")
     if probes is None:
         return record
-    known = [str(name) for name in record["probe"].values]
-    for probe in [probes] if isinstance(probes, str) else probes:
-        one_of("probes", probe, known)
-    return record.sel(probe=[probes] if isinstance(probes, str) else list(probes))
-
-
-def _add_headroom(axes: Axes) -> None:
-    """Keep the legend's line free of curves."""
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.16 * (high - low))
+    chosen = [probes] if isinstance(probes, str) else list(probes)
+    for probe in chosen:
+        one_of("probes", probe, [str(name) for name in record["probe"].values])
+    return record.sel(probe=chosen)
 
 
 def _limits(records: Mapping[str, xr.DataArray], span: tuple[float, float] | None) -> tuple[float, float]:

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from tautflex.errors import InputError
-from tautflex.plot.panels import PanelGrid
-from tautflex.plot.style import save_figure, styled
-from tautflex.plot.surface import draw_surface, wireframe
-
-_RISE = 0.1  # largest deflection drawn, as a part of the structure's length
+from tautflex.plot.panels import draw_shapes
+from tautflex.plot.style import saving, styled
+from tautflex.plot.surface import wireframe
 
 
 @styled
@@ -49,23 +45,17 @@ def plot_modes(modes: xr.Dataset, count: int = 6, columns: int = 3) -> Figure:
         )
     if count < 1 or columns < 1:
         raise InputError(f"count, columns: expected whole numbers of at least 1, got {count!r}, {columns!r}")
-    mesh = wireframe(modes)
-    count = min(count, modes.sizes["mode"])
-    titles = [mode_title(modes, k) for k in range(count)]
-    grid = PanelGrid(mesh, _RISE * mesh.span, titles, min(columns, count), of=max(columns, 2))
-    for k, axes in enumerate(grid.axes):
-        shape = modes["shape"].isel(mode=k).values
-        shape = shape / (np.linalg.norm(shape, axis=1).max() or 1.0)
-        draw_surface(axes, mesh, _RISE * mesh.span * shape, shape[:, 2], 1.0)
-    grid.colorbar(1.0, "transverse displacement / largest displacement")
-    return grid.figure
+    return draw_modes(modes, [mode_title(modes, k) for k in range(min(count, modes.sizes["mode"]))], columns)
 
 
-def save_modes(
-    modes: xr.Dataset, stem: str | os.PathLike[str], count: int = 6, formats: Sequence[str] = ("png", "pdf")
-) -> list[Path]:
-    """Write the figure of :func:`plot_modes` as ``stem.png`` and ``stem.pdf``; return the files written."""
-    return save_figure(plot_modes(modes, count), stem, formats)
+save_modes = saving(plot_modes)
+
+
+def draw_modes(modes: xr.Dataset, titles: Sequence[str], columns: int) -> Figure:
+    """Draw as many modes as there are titles."""
+    shapes = modes["shape"].transpose("mode", ...).values[: len(titles)]
+    largest = np.linalg.norm(shapes, axis=2).max(axis=1)
+    return draw_shapes(wireframe(modes), titles, shapes / np.where(largest > 0.0, largest, 1.0)[:, None, None], columns)
 
 
 def mode_title(modes: xr.Dataset, index: int) -> str:

@@ -10,17 +10,43 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
+from numpy.typing import ArrayLike
 
 from tautflex.numeric import Array
-from tautflex.plot.style import DIVERGING, DOUBLE_COLUMN, GREY, SINGLE_COLUMN, new_figure
-from tautflex.plot.surface import VIEW, Wireframe
+from tautflex.plot.style import DIVERGING, DOUBLE_COLUMN, GREY, SINGLE_COLUMN, length_unit, new_figure
+from tautflex.plot.surface import VIEW, Wireframe, draw_surface
 
 _TITLE = 0.22  # [inch] above each drawing
 _BAR = 0.5  # [inch] below all drawings
 _GAP = 0.2  # [inch] between drawings
+_RISE = 0.1  # largest deflection of a shape without a scale, as a part of the structure's length
 
 
-class PanelGrid:
+def draw_shapes(mesh: Wireframe, titles: Sequence[str], shapes: Array, columns: int) -> Figure:
+    """Draw shapes (n, node, 3) without a scale, the largest entry of each being 1."""
+    grid = _PanelGrid(mesh, [_RISE * mesh.span] * len(titles), titles, columns)
+    for axes, shape in zip(grid.axes, shapes, strict=True):
+        draw_surface(axes, mesh, _RISE * mesh.span * shape, shape[:, 2], 1.0)
+    return grid.with_bar(1.0, "transverse displacement / largest displacement")
+
+
+def draw_deflections(
+    mesh: Wireframe, titles: Sequence[str], fields: Array, factor: float, columns: int, level: bool = True
+) -> Figure:
+    """Draw displacements (n, node, 3) [m] times a factor, all to one scale of colours.
+
+    Rows of drawings are equally high if ``level``, else as high as what they show.
+    """
+    rises = np.abs(fields[..., 2]).max(axis=1)
+    scale, unit = length_unit(fields[..., 2])
+    limit = scale * float(rises.max()) or 1.0
+    grid = _PanelGrid(mesh, factor * (np.full_like(rises, rises.max()) if level else rises), titles, columns)
+    for axes, field in zip(grid.axes, fields, strict=True):
+        draw_surface(axes, mesh, factor * field, scale * field[:, 2], limit)
+    return grid.with_bar(limit, f"transverse displacement $w$ [{unit}]  (drawn $\\times$ {factor:g})")
+
+
+class _PanelGrid:
     """Figure with one cell per title; ``axes[k]`` is drawn to fill cell k.
 
     Constrained layout keeps three-dimensional axes square and mostly empty, so the cells are laid out here:
@@ -30,21 +56,17 @@ class PanelGrid:
     ----------
     mesh
         Structure that every cell shows.
-    height
-        Largest deflection drawn, up or down [m]; one for all cells, or one per cell, which makes rows of
-        flat drawings low.
+    heights
+        Largest deflection drawn in each cell, up or down [m].
     titles
         One per cell.
     columns
-        Cells side by side.
-    of
-        Number of cells that would fill the width of the page.
+        Cells side by side, two or more filling the width of the page.
     """
 
-    def __init__(
-        self, mesh: Wireframe, height: float | Sequence[float], titles: Sequence[str], columns: int, of: int
-    ) -> None:
-        heights = np.broadcast_to(np.asarray(height, dtype=np.float64), len(titles))
+    def __init__(self, mesh: Wireframe, heights: ArrayLike, titles: Sequence[str], columns: int) -> None:
+        heights = np.asarray(heights, dtype=np.float64)
+        of, columns = max(columns, 2), min(columns, len(titles))
         low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
         room = np.maximum(0.5 * (high - low), 1e-3 * mesh.span)
         room[2] = 0.5 * (high[2] - low[2]) + max(float(heights.max()), 0.02 * mesh.span)
@@ -72,8 +94,8 @@ class PanelGrid:
             self.axes.append(axes)
         self._directions(self.axes[0])
 
-    def colorbar(self, limit: float, label: str) -> None:
-        """Add the bar of a scale from -limit to limit under the drawings."""
+    def with_bar(self, limit: float, label: str) -> Figure:
+        """Add the bar of a scale from -limit to limit under the drawings; return the figure."""
         width, total = self.figure.get_size_inches()
         long = min(3.2, 0.8 * width)
         place = (0.5 - 0.5 * long / width, (_BAR - 0.12) / total, long / width, 0.09 / total)
@@ -82,6 +104,7 @@ class PanelGrid:
         bar.locator = MaxNLocator(6, steps=[1, 2, 5, 10])
         bar.set_label(label, labelpad=2)
         bar.ax.tick_params(direction="out", pad=1.5)
+        return self.figure
 
     def _fit(self, mesh: Wireframe, height: float, part: float) -> tuple[float, Array, float]:
         """Zoom that makes the drawing ``part`` of the cell wide, its centre off the axes' and its height.

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -13,9 +11,9 @@ from matplotlib.figure import Figure
 from tautflex.checks import positive
 from tautflex.errors import InputError
 from tautflex.numeric import Array
-from tautflex.plot.panels import PanelGrid
-from tautflex.plot.style import length_unit, save_figure, styled
-from tautflex.plot.surface import draw_surface, wireframe
+from tautflex.plot.panels import draw_deflections
+from tautflex.plot.style import saving, styled
+from tautflex.plot.surface import wireframe
 
 _MOST = 12
 
@@ -56,28 +54,14 @@ def plot_shapes(
     mesh = wireframe(run)
     chosen = _nearest(run["field_time"].values, times)
     fields = run["displacement"].isel(field_time=chosen).values
-    across = np.abs(fields[..., 2]).max()
-    factor = _factor(float(across), mesh.span) if magnification is None else magnification
+    across = float(np.abs(fields[..., 2]).max())
+    factor = _factor(across, mesh.span) if magnification is None else magnification
     factor = positive("magnification", factor, remedy="1000 is the paper's")
-    scale, unit = length_unit(fields[..., 2])
-    limit = float(across) * scale or 1.0
     titles = [f"$t$ = {float(run['field_time'][index]):.4g} s" for index in chosen]
-    grid = PanelGrid(mesh, factor * float(across), titles, min(columns, len(chosen)), of=max(columns, 2))
-    for axes, field in zip(grid.axes, fields, strict=True):
-        draw_surface(axes, mesh, factor * field, scale * field[:, 2], limit)
-    grid.colorbar(limit, f"transverse displacement $w$ [{unit}]  (drawn $\\times$ {factor:g})")
-    return grid.figure
+    return draw_deflections(mesh, titles, fields, factor, columns)
 
 
-def save_shapes(
-    run: xr.Dataset,
-    stem: str | os.PathLike[str],
-    times: Sequence[float] | None = None,
-    magnification: float | None = None,
-    formats: Sequence[str] = ("png", "pdf"),
-) -> list[Path]:
-    """Write the figure of :func:`plot_shapes` as ``stem.png`` and ``stem.pdf``; return the files written."""
-    return save_figure(plot_shapes(run, times, magnification), stem, formats)
+save_shapes = saving(plot_shapes)
 
 
 def _nearest(stored: Array, times: Sequence[float] | None) -> list[int]:

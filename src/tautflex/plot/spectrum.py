@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -16,16 +14,7 @@ from tautflex.analysis import dominant_frequency, maneuver_end, spectrum
 from tautflex.checks import float_array
 from tautflex.numeric import Array
 from tautflex.plot.history import probe_records
-from tautflex.plot.style import (
-    COLORS,
-    DOUBLE_COLUMN,
-    GREY,
-    LINES,
-    length_unit,
-    new_figure,
-    save_figure,
-    styled,
-)
+from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, LINES, length_unit, new_axes, saving, styled
 
 
 @styled
@@ -68,8 +57,7 @@ def plot_spectrum(
     lines = [spectrum(record, length=length, after=after) for record in each]
     peaks = [dominant_frequency(record, length=length, after=after) for record in each]
     scale, unit = length_unit(np.concatenate([line["amplitude"].values for line in lines]))
-    figure = new_figure(DOUBLE_COLUMN * 0.75, 2.7)
-    axes = figure.add_subplot()
+    figure, axes = new_axes(DOUBLE_COLUMN * 0.75, 2.7, "frequency $f$ [Hz]", f"amplitude of ${component}$ [{unit}]")
     top = 0.0
     for k, (line, peak) in enumerate(zip(lines, peaks, strict=True)):
         height = scale * line["amplitude"].values
@@ -84,23 +72,13 @@ def plot_spectrum(
     limit = highest or _reach(lines)
     axes.set_xlim(0.0, limit)
     axes.set_ylim(0.0, (1.1 + 0.11 * len(lines)) * top or 1.0)
-    axes.set_xlabel("frequency $f$ [Hz]")
-    axes.set_ylabel(f"amplitude of ${component}$ [{unit}]")
     if natural_frequencies is not None:
         _mark(axes, float_array("natural_frequencies", natural_frequencies, (None,)), limit)
     axes.legend(loc="upper right", title=None if after is None else f"motion after t = {after:g} s")
     return figure
 
 
-def save_spectrum(
-    run: xr.Dataset,
-    stem: str | os.PathLike[str],
-    probes: Sequence[str] | None = None,
-    natural_frequencies: ArrayLike | None = None,
-    formats: Sequence[str] = ("png", "pdf"),
-) -> list[Path]:
-    """Write the figure of :func:`plot_spectrum` as ``stem.png`` and ``stem.pdf``; return the files."""
-    return save_figure(plot_spectrum(run, probes, natural_frequencies=natural_frequencies), stem, formats)
+save_spectrum = saving(plot_spectrum)
 
 
 def _reach(lines: Sequence[xr.Dataset]) -> float:

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import functools
 import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 import matplotlib
 import numpy as np
 from cycler import cycler
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from tautflex.errors import InputError
-
-P = ParamSpec("P")
-R = TypeVar("R")
 
 SINGLE_COLUMN = 3.5  # [inch], one column of a two-column page
 DOUBLE_COLUMN = 7.0  # [inch], the whole page
@@ -57,22 +53,21 @@ _STYLE: Any = {
 }
 
 
-@contextmanager
-def style() -> Iterator[None]:
-    """Use the publication style inside a ``with`` block; global settings come back after it."""
-    with matplotlib.rc_context(_STYLE):
-        yield
+styled = matplotlib.rc_context(_STYLE)
+"""Makes a function draw in the publication style, and a ``with`` block too; global settings come back after it."""
 
 
-def styled(function: Callable[P, R]) -> Callable[P, R]:
-    """Make a plotting function draw in the publication style."""
+def saving(plot: Callable[..., Figure]) -> Callable[..., list[Path]]:
+    """Return the function of (data, stem, what else ``plot`` takes, ``formats``) that writes what ``plot`` draws."""
 
-    @functools.wraps(function)
-    def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
-        with style():
-            return function(*args, **kwargs)
+    def save(
+        data: Any, stem: str | os.PathLike[str], *args: Any, formats: Sequence[str] = ("png", "pdf"), **kwargs: Any
+    ) -> list[Path]:
+        return save_figure(plot(data, *args, **kwargs), stem, formats)
 
-    return wrapper
+    save.__name__ = save.__qualname__ = plot.__name__.replace("plot", "save")
+    save.__doc__ = f"Write the figure of :func:`{plot.__name__}` as ``stem.png`` and ``stem.pdf``; return the files."
+    return save
 
 
 def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
@@ -80,6 +75,14 @@ def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
     figure = Figure(figsize=(width, height), layout="constrained" if constrained else None)
     FigureCanvasAgg(figure)
     return figure
+
+
+def new_axes(width: float, height: float, xlabel: str, ylabel: str) -> tuple[Figure, Axes]:
+    """Return an empty figure of the given size [inch] and its axes."""
+    figure = new_figure(width, height)
+    axes = figure.add_subplot()
+    axes.set(xlabel=xlabel, ylabel=ylabel)
+    return figure, axes
 
 
 def save_figure(figure: Figure, stem: str | os.PathLike[str], formats: Sequence[str] = ("png", "pdf")) -> list[Path]:
@@ -112,7 +115,7 @@ def save_figure(figure: Figure, stem: str | os.PathLike[str], formats: Sequence[
     written = [base.with_name(f"{base.name}.{kind}") for kind in formats]
     try:
         base.parent.mkdir(parents=True, exist_ok=True)
-        with style():
+        with matplotlib.rc_context(_STYLE):
             for path, kind in zip(written, formats, strict=True):
                 figure.savefig(path, dpi=200, metadata=undated[kind])
     except OSError as error:

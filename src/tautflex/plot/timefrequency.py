@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Sequence
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import NullFormatter
 from numpy.typing import ArrayLike
 
 from tautflex.analysis import maneuver_end, scalogram
 from tautflex.errors import InputError
 from tautflex.numeric import Array
 from tautflex.plot.history import probe_records
-from tautflex.plot.style import DOUBLE_COLUMN, SEQUENTIAL, length_unit, new_figure, save_figure, styled
+from tautflex.plot.style import DOUBLE_COLUMN, SEQUENTIAL, length_unit, new_axes, saving, styled
 
 _FADED = 0.05  # the ridge is drawn where it is above this part of its largest value
 _COLUMNS = 600  # a page cannot show more
@@ -63,19 +61,10 @@ def plot_scalogram(
     stride = -(-data.sizes["time"] // _COLUMNS)
     shown = data.isel(time=slice(None, None, stride))
     time, frequency = shown["time"].values, shown["frequency"].values
-    figure = new_figure(DOUBLE_COLUMN * 0.75, 3.0)
-    axes = figure.add_subplot()
+    figure, axes = new_axes(DOUBLE_COLUMN * 0.75, 3.0, "time $t$ [s]", "frequency $f$ [Hz]")
     axes.grid(False)
-    image = axes.pcolormesh(
-        time,
-        frequency,
-        image_values[:, ::stride],
-        cmap=SEQUENTIAL,
-        vmin=limits[0],
-        vmax=limits[1],
-        shading="gouraud",
-        rasterized=True,
-    )
+    look: dict[str, Any] = {"cmap": SEQUENTIAL, "vmin": limits[0], "vmax": limits[1], "shading": "gouraud"}
+    image = axes.pcolormesh(time, frequency, image_values[:, ::stride], rasterized=True, **look)
     faded = _FADED if floor is None else 10.0 ** (floor / 20.0)
     visible = shown["ridge_magnitude"].values > faded * float(data["ridge_magnitude"].max())
     free = shown["ridge"].values >= shown["cone_of_influence"].values
@@ -92,24 +81,18 @@ def plot_scalogram(
     if end is not None:
         axes.axvline(end, color="white", linewidth=0.8, linestyle=(0, (4, 2)), label="maneuver ends")
     axes.set_yscale("log")
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_minor_formatter(NullFormatter())
     ticks = [tick for tick in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100) if frequency[0] <= tick <= frequency[-1]]
     axes.set_yticks(ticks)
     axes.set_ylim(frequency[0], frequency[-1])
     axes.set_xlim(time[0], time[-1])
-    axes.set_xlabel("time $t$ [s]")
-    axes.set_ylabel("frequency $f$ [Hz]")
     figure.colorbar(image, ax=axes, pad=0.02).set_label(label)
     axes.legend(loc="upper right", facecolor="#333333", labelcolor="white", framealpha=0.7)
     return figure
 
 
-def save_scalogram(
-    run: xr.Dataset, stem: str | os.PathLike[str], probe: str, formats: Sequence[str] = ("png", "pdf")
-) -> list[Path]:
-    """Write the figure of :func:`plot_scalogram` as ``stem.png`` and ``stem.pdf``; return the files."""
-    return save_figure(plot_scalogram(run, probe), stem, formats)
+save_scalogram = saving(plot_scalogram)
 
 
 def _levels(magnitude: xr.DataArray, floor: float | None, label: str) -> tuple[Array, tuple[float, float | None], str]:

@@ -72,9 +72,7 @@ class MembraneSection:
     rotational: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        checks.positive("thickness", self.thickness)
-        checks.one_of("strain", self.strain, STRAINS)
-        _check_law(self)
+        _check(self, "thickness")
 
     @property
     def mass_per_measure(self) -> float:
@@ -109,9 +107,7 @@ class CableSection:
     rotational: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        checks.positive("area", self.area)
-        checks.one_of("strain", self.strain, STRAINS)
-        _check_law(self)
+        _check(self, "area")
         if self.slack and self.law not in ("elastic", "slack"):
             raise InputError(f"slack: expected False with a law of its own, got True and law = {self.law!r}")
 
@@ -150,9 +146,7 @@ class BeamSection:
     rotational: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        for name in ("area", "inertia_y", "inertia_z", "torsion_constant"):
-            checks.positive(name, getattr(self, name))
-        checks.one_of("strain", self.strain, STRAINS)
+        _check(self, "area", "inertia_y", "inertia_z", "torsion_constant")
 
     @property
     def mass_per_measure(self) -> float:
@@ -163,8 +157,11 @@ class BeamSection:
 Section = MembraneSection | CableSection | BeamSection
 
 
-def _check_law(section: MembraneSection | CableSection) -> None:
-    if isinstance(section.law, str):
+def _check(section: Section, *sizes: str) -> None:
+    for name in sizes:
+        checks.positive(name, getattr(section, name))
+    checks.one_of("strain", section.strain, STRAINS)
+    if not isinstance(section, BeamSection) and isinstance(section.law, str):
         checks.one_of("law", section.law, LAW_NAMES[section.kind])
 
 

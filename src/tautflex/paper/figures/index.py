@@ -4,121 +4,73 @@ from __future__ import annotations
 
 import gc
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import xarray as xr
-from matplotlib.figure import Figure
 
 from tautflex.checks import one_of
 from tautflex.errors import InputError
-from tautflex.paper.figures import drawings, histories, trends
+from tautflex.paper.cases.run_names import DURATIONS, MODELS, RATE_SYMBOLS, SECTION_3, maneuver_words, run_name
+from tautflex.paper.figures import drawings
+from tautflex.paper.figures.histories import Draw, damped_history, draw_ridge, history
+from tautflex.paper.figures.trends import trend
 from tautflex.plot.style import save_figure
 
-Draw = Callable[[Mapping[str, xr.Dataset], Mapping[str, xr.Dataset]], Figure]
 FORMATS = ("pdf", "svg", "png")
 
 
-@dataclass(frozen=True)
-class PaperFigure:
-    """One figure of the paper.
+class PaperFigure(NamedTuple):
+    """One figure of the paper: what it shows, names of the runs it is drawn from, and the function that draws it."""
 
-    Attributes
-    ----------
-    number
-        As printed, e.g. ``"5a"``.
-    title
-        What it shows, for a heading or a caption.
-    needs
-        Names of the runs it is drawn from, see the catalogue.
-    draw
-        Function of (runs by name, modes by model) that returns the figure.
-    """
-
-    number: str
     title: str
     needs: tuple[str, ...]
     draw: Draw
 
 
-def _listed(trend: Mapping[str, Mapping[float, str]]) -> tuple[str, ...]:
-    return tuple(name for cases in trend.values() for name in cases.values())
-
-
-_RATES, _DURATIONS = _listed(trends.RATE_TREND), _listed(trends.DURATION_TREND)
-
-FIGURES: dict[str, PaperFigure] = {
-    figure.number: figure
-    for figure in (
-        PaperFigure("3", "First four mode shapes of M2", (), drawings.draw_mode_shapes),
-        PaperFigure(
-            "4",
-            "Shape of M2 at twelve instants of the stop from π/5 rad/s in 1 s, damping 0.01",
-            (drawings.SECTION_3_RUN,),
-            drawings.draw_response_shapes,
-        ),
-        PaperFigure(
-            "5a",
-            "Displacement of point A, M2, π/5 rad/s, T = 1 s, damping 0.01",
-            (histories.FIGURE_5["5a"],),
-            histories.draw_5a,
-        ),
-        PaperFigure(
-            "5b",
-            "Displacement of point A, M2, π/5 rad/s, T = 1 s, damping 0.001",
-            (histories.FIGURE_5["5b"],),
-            histories.draw_5b,
-        ),
-        PaperFigure(
-            "5c",
-            "Displacement of point A, M2, π/2 rad/s, T = 1 s, damping 0.001",
-            (histories.FIGURE_5["5c"],),
-            histories.draw_5c,
-        ),
-        PaperFigure(
-            "6",
-            "Frequency of point A against time, M2, π/5 rad/s, T = 1 s, damping 0.01",
-            (histories.FIGURE_5["5a"],),
-            histories.draw_6,
-        ),
-        PaperFigure(
-            "7",
-            "Dominant shape: proper orthogonal modes that reach 99 %",
-            (drawings.SECTION_3_RUN,),
-            drawings.draw_dominant_shape,
-        ),
-        PaperFigure(
-            "8",
-            "Displacement of point A, M1 to M3, π/100 rad/s, T = 0.1 s",
-            tuple(histories.FIGURE_8),
-            histories.draw_8,
-        ),
-        PaperFigure(
-            "9a",
-            "Displacement of point A, M3, π/5 rad/s, stops of 0.1, 1 and 2 s",
-            tuple(histories.FIGURE_9),
-            histories.draw_9a,
-        ),
-        PaperFigure("9b", "Details of Figure 9a", tuple(histories.FIGURE_9), histories.draw_9b),
-        PaperFigure(
-            "10",
-            "Displacement of point A, M1, T = 0.1 s, three initial angular velocities",
-            tuple(histories.FIGURE_10),
-            histories.draw_10,
-        ),
-        PaperFigure(
-            "11",
-            "Displacement of point A, M1, two stops of equal deceleration",
-            tuple(histories.FIGURE_11),
-            histories.draw_11,
-        ),
-        PaperFigure("12a", "Response frequency against initial angular velocity, T = 0.1 s", _RATES, trends.draw_12a),
-        PaperFigure("12b", "Response frequency against duration of the stop, π/5 rad/s", _DURATIONS, trends.draw_12b),
-        PaperFigure("13a", "Amplitude against initial angular velocity, T = 0.1 s", _RATES, trends.draw_13a),
-        PaperFigure("13b", "Amplitude against duration of the stop, π/5 rad/s", _DURATIONS, trends.draw_13b),
-    )
+_SECTION_3 = (drawings.SECTION_3_RUN,)
+_STOPS = {run_name("M3", "pi_5", duration): f"$T$ = {duration:g} s" for duration in DURATIONS}
+_OF_STOPS = rf"M3, $\omega_0$ = {RATE_SYMBOLS['pi_5']} rad/s"
+_FIGURE_10 = {run_name("M1", rate, 0.1): rf"$\omega_0$ = {RATE_SYMBOLS[rate]}" for rate in ("pi_2", "pi_5", "pi_100")}
+_FIGURE_11 = {run_name("M1", *stop): maneuver_words(*stop) for stop in (("pi_5", 1.0), ("pi_50", 0.1))}
+FIGURES = {
+    "3": PaperFigure("First four mode shapes of M2", (), drawings.draw_mode_shapes),
+    "4": PaperFigure(
+        "Shape of M2 at twelve instants of the stop from π/5 rad/s in 1 s, damping 0.01",
+        _SECTION_3,
+        drawings.draw_response_shapes,
+    ),
+    "5a": PaperFigure(
+        "Displacement of point A, M2, π/5 rad/s, T = 1 s, damping 0.01", *damped_history("a", "pi_5", SECTION_3)
+    ),
+    "5b": PaperFigure("Displacement of point A, M2, π/5 rad/s, T = 1 s, damping 0.001", *damped_history("b", "pi_5")),
+    "5c": PaperFigure("Displacement of point A, M2, π/2 rad/s, T = 1 s, damping 0.001", *damped_history("c", "pi_2")),
+    "6": PaperFigure("Frequency of point A against time, M2, π/5 rad/s, T = 1 s, damping 0.01", _SECTION_3, draw_ridge),
+    "7": PaperFigure(
+        "Dominant shape: proper orthogonal modes that reach 99 %", _SECTION_3, drawings.draw_dominant_shape
+    ),
+    "8": PaperFigure(
+        "Displacement of point A, M1 to M3, π/100 rad/s, T = 0.1 s",
+        *history({run_name(model, "pi_100", 0.1): model for model in MODELS}, maneuver_words("pi_100", 0.1)),
+    ),
+    "9a": PaperFigure(
+        "Displacement of point A, M3, π/5 rad/s, stops of 0.1, 1 and 2 s", *history(_STOPS, f"(a)  {_OF_STOPS}")
+    ),
+    "9b": PaperFigure("Details of Figure 9a", *history(_STOPS, f"(b)  details, {_OF_STOPS}", details=True)),
+    "10": PaperFigure(
+        "Displacement of point A, M1, T = 0.1 s, three initial angular velocities",
+        *history(_FIGURE_10, r"M1, $T$ = 0.1 s, $\omega_0$ [rad/s]"),
+    ),
+    "11": PaperFigure(
+        "Displacement of point A, M1, two stops of equal deceleration", *history(_FIGURE_11, "M1, equal deceleration")
+    ),
+    "12a": PaperFigure("Response frequency against initial angular velocity, T = 0.1 s", *trend("frequency", "rate")),
+    "12b": PaperFigure("Response frequency against duration of the stop, π/5 rad/s", *trend("frequency", "duration")),
+    "13a": PaperFigure("Amplitude against initial angular velocity, T = 0.1 s", *trend("amplitude", "rate")),
+    "13b": PaperFigure("Amplitude against duration of the stop, π/5 rad/s", *trend("amplitude", "duration")),
 }
+"""The figures by number as printed, in the paper's order."""
 
 
 def save_figures(
@@ -128,25 +80,9 @@ def save_figures(
     directory: str | os.PathLike[str],
     formats: Sequence[str] = FORMATS,
 ) -> dict[str, list[Path]]:
-    """Draw figures of the paper and write ``figure_5a.pdf``, ``.svg`` and ``.png``.
+    """Draw figures of the paper and write ``figure_5a.pdf``, ``.svg`` and ``.png``; return the files by number.
 
-    Parameters
-    ----------
-    numbers
-        Keys of ``FIGURES``.
-    runs
-        Datasets of runs by name; at least those in ``needs`` of the figures.
-    modes
-        Datasets of modes by model.
-    directory
-        Folder to write to, made if missing.
-    formats
-        As for :func:`tautflex.plot.save_figure`.
-
-    Returns
-    -------
-    dict
-        Files written, in the order of ``formats``, by number.
+    Runs are given by name, at least those that the figures need, and modes by model; a missing folder is made.
 
     Raises
     ------

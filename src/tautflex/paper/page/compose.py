@@ -36,6 +36,7 @@ _EXTRA = {  # tables that the paper does not have: key -> title and words
     ),
 }
 _VARIANTS = (("Published reading", ""), ("Consistent variant", CONSISTENT))
+_SYMBOLS = "Filled: ours; open: printed in Tables 6 to 9"
 _CAPTIONS = {
     "4": "Displacements times 1000. Panel (a) is the steady rotation that the run starts from; in it centrifugal "
     "forces act in the plane only, so that it equals panel (b).",
@@ -44,15 +45,13 @@ _CAPTIONS = {
     "hatched where the ends of the record matter; dotted: natural frequency of the mode (1,2).",
     "7": "Proper orthogonal modes, each with its participation factor, that together reach 99 %.",
     "9b": "The shortest stop runs out of the picture and is drawn faintly.",
-    "12a": "Filled: ours; open: printed in Tables 6 to 9; dotted: natural frequency of the mode (1,2).",
-    "12b": "Filled: ours; open: printed in Tables 6 to 9; dotted: natural frequency of the mode (1,2).",
-    "13a": "Filled: ours; open: printed in Tables 6 to 9.",
-    "13b": "Filled: ours; open: printed in Tables 6 to 9.",
+    **dict.fromkeys(("12a", "12b"), f"{_SYMBOLS}; dotted: natural frequency of the mode (1,2)."),
+    **dict.fromkeys(("13a", "13b"), f"{_SYMBOLS}."),
 }
 
 
 def build_page(
-    rows_by_table: Mapping[str, Sequence[Row]],
+    rows_by_table: Mapping[Any, Sequence[Row]],
     figure_files: Mapping[str, Sequence[Path]],
     summary: Mapping[str, Any],
     directory: str | os.PathLike[str],
@@ -86,14 +85,8 @@ def build_page(
     """
     rows = sorted_rows(row for group in rows_by_table.values() for row in group)
     page, text = Path(directory) / f"{NAME}.html", Path(docs or directory) / f"{NAME}.md"
-    parts = [
-        f"# {TITLE}",
-        *_overview(rows, summary),
-        *_tables(rows),
-        *_figures(figure_files, text.parent),
-        *_end(summary),
-    ]
-    content = "\n\n".join(parts) + "\n"
+    parts = [*_overview(rows, summary), *_tables(rows), *_figures(figure_files, text.parent), *_end(summary)]
+    content = "\n\n".join([f"# {TITLE}", *parts]) + "\n"
     try:
         for path, written in ((page, to_html(content, text.parent)), (text, content)):
             path.parent.mkdir(parents=True, exist_ok=True)

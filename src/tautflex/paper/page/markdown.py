@@ -47,12 +47,7 @@ def quantity_text(value: float | None, unit: str) -> str:
     """Return a number as the paper prints it: four digits after the point, two for percentages."""
     if value is None or value != value:
         return "–"  # noqa: RUF001
-    if unit == "%":
-        text = f"{value:.2f}"
-    elif unit in ("Hz", "mm"):
-        text = f"{value:.4f}"
-    else:
-        text = f"{value:.4g}"
+    text = format(value, {"%": ".2f", "Hz": ".4f", "mm": ".4f"}.get(unit, ".4g"))
     text = text.lstrip("-") if not text.strip("-0.") else text  # no minus before a zero
     return text.replace("-", "−")  # noqa: RUF001
 

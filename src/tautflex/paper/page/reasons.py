@@ -97,10 +97,9 @@ def _wrinkling(rows: Rows) -> str:
 
 
 def _bins() -> str:
-    widths = {number: 1.0 / float(published.about(number)["padded_duration"]) for number in published.RESPONSE_TABLES}
     by_width: dict[float, list[str]] = {}
-    for number, width in widths.items():
-        by_width.setdefault(width, []).append(str(number))
+    for number in published.RESPONSE_TABLES:
+        by_width.setdefault(1.0 / published.about(number)["padded_duration"], []).append(str(number))
     words = "; ".join(f"{width:.7f} Hz in Table{'s' * (len(of) > 1)} {', '.join(of)}" for width, of in by_width.items())
     return (
         "The published frequencies are whole multiples of the distance between the lines of a padded Fourier "
@@ -143,10 +142,9 @@ def _dominant(rows: Rows) -> str:
         f"{second['dominant_frequency']:g} Hz is {scale * second['dominant_frequency']:.3f} Hz."
     )
     for suffix, words in (("", "Ours is"), (CONSISTENT, "The converged consistent variant has")):
-        of_m1 = [
-            row for row in rows.get("4" + suffix, ()) if row.case == "M1" and row.quantity.endswith("dominant mode")
-        ]
-        text += "".join(f" {words} {_hertz(row)}." for row in of_m1)
+        for row in rows.get("4" + suffix, ()):
+            if row.case == "M1" and row.quantity.endswith("dominant mode"):
+                text += f" {words} {_hertz(row)}."
     return text + " The printed value is a misprint or comes from a finer mesh than Table 2."
 
 
@@ -160,13 +158,10 @@ def _fastest(rows: Rows) -> str:
     if not found:
         return text
     worst = max(found, key=lambda row: row.paper or 0.0)
-    compression = [row for row in rows.get("compression", ()) if row.case == worst.case]
-    pressed = "".join(
-        f" The film is in compression for {row.ours:.0f} % of the run."
-        for row in compression
-        if row.quantity == "time compressed" and row.ours
-    )
-    return f"Response frequency {both(worst)}. {text}{pressed}"
+    for row in rows.get("compression", ()):
+        if row.case == worst.case and row.quantity == "time compressed" and row.ours:
+            text += f" The film is in compression for {row.ours:.0f} % of the run."
+    return f"Response frequency {both(worst)}. {text}"
 
 
 def _durations(rows: Rows) -> str:

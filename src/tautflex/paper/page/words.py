@@ -29,16 +29,15 @@ def scores(rows: Rows) -> list[Words]:
     items = []
     if rows.get("2"):
         worst = max(rows["2"], key=_size)
-        text = (
-            f"mean difference {100 * mean_difference(rows['2']):.2f} %, the largest {percent(worst.difference or 0.0)}"
-        )
-        items.append(("Table 2:", f"{text} ({worst.case}, {worst.quantity})."))
+        text = f"mean difference {100 * mean_difference(rows['2']):.2f} %, the largest "
+        text += f"{percent(worst.difference or 0.0)} ({worst.case}, {worst.quantity})."
+        items.append(("Table 2:", text))
     for quantity, name in QUANTITIES.items():
         ours = [row for row in responses(rows, quantity) if not row.repeats]
         other = responses(rows, quantity, CONSISTENT)
         if not ours:
             continue
-        good, fair = _within(ours, GOOD), _within(ours, FAIR)
+        good, fair = (sum(_size(row) <= limit for row in ours) for limit in (GOOD, FAIR))
         text = f"mean |log ratio| {mean_log_ratio(ours, quantity):.3f} over {len(ours)} entries of Tables 6 to 9; "
         text += f"{good} of them within {100 * GOOD:.0f} %, {fair} within {100 * FAIR:.0f} %."
         if other:
@@ -52,10 +51,7 @@ def largest_gaps(rows: Rows) -> list[Words]:
     listed = [row for quantity in QUANTITIES for row in responses(rows, quantity)]
     far = [row for row in listed if _size(row) > FAIR and not row.repeats]
     return [
-        (
-            f"Table {row.table}, {symbols(row.case)}, {row.quantity}:",
-            f"{both(row)} ({percent(row.difference or 0.0)}).",
-        )
+        (f"Table {row.table}, {symbols(row.case)}, {row.quantity}:", f"{both(row)} ({percent(row.difference or 0.0)}).")
         for row in sorted(far, key=_size, reverse=True)
     ]
 
@@ -86,7 +82,3 @@ def _ordering(rows: Sequence[Row]) -> str:
 
 def _size(row: Row) -> float:
     return abs(row.difference or 0.0)
-
-
-def _within(rows: Sequence[Row], limit: float) -> int:
-    return sum(_size(row) <= limit for row in rows)

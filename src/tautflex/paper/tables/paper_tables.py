@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import NamedTuple
 
 import xarray as xr
 
@@ -22,27 +22,15 @@ POINT = "A"
 """The paper's measuring point."""
 
 
-@dataclass(frozen=True)
-class PaperTable:
-    """One table: what it needs and how it is made.
+class PaperTable(NamedTuple):
+    """One table: functions of the variant that name the runs and the antennas whose modes it needs, and its rows.
 
-    Attributes
-    ----------
-    number
-        As printed, or the name of an extra table.
-    title
-        Heading.
-    runs, antennas
-        Functions of the variant that name the runs and the antennas whose modes it needs.
-    build
-        Function (variant, runs by name, modes by antenna) that returns the rows.
+    ``build`` is a function of (variant, runs by name, modes by antenna).
     """
 
-    number: str
-    title: str
     runs: Names
     antennas: Names
-    build: Callable[[str, Data, Data], list[Row]]
+    build: Callable[[str, Data, Data], Iterator[Row]]
 
 
 def response(run: xr.Dataset, padded_duration: float) -> tuple[float, float, float]:
@@ -61,118 +49,89 @@ def case_words(model: str, rate: str, duration: float) -> str:
     return f"{model}, {rate.replace('_', '/')} rad/s, T = {duration:g} s"
 
 
-def _parameters(variant: str, runs: Data, modes: Data) -> list[Row]:
+def of_antennas(*models: str) -> Names:
+    """Return the function of the variant that names the antennas of some models."""
+    return lambda variant: [antenna_name(model, variant) for model in models]
+
+
+def _parameters(variant: str, runs: Data, modes: Data) -> Iterator[Row]:
     case = model_case("M2", variant).model_dump()
-    rows = []
     for row in published.table(1):
         section, _, key = row["key"].partition(".")
         note = "" if section else "a cable's strain is uniaxial: no such parameter"
         ours = float(case[section][key]) if section else None
         if section and ours != row["value"]:
             note = "finer cables: the area per length of edge is that of 11 + 6 cables"
-        quantity = f"{row['component']}: {row['parameter']}"
-        rows.append(Row("1", "M2", quantity, row["value"], ours, row["unit"], note, variant))
-    return rows
+        yield Row("1", "M2", f"{row['component']}: {row['parameter']}", row["value"], ours, row["unit"], note, variant)
 
 
-def _frequencies(variant: str, runs: Data, modes: Data) -> list[Row]:
+def _frequencies(variant: str, runs: Data, modes: Data) -> Iterator[Row]:
     found = modes[antenna_name("M2", variant)]
-    rows = []
     for row in published.table(2):
-        number = row["mode"]
-        label = f"half waves ({int(found['label_m'][number - 1])},{int(found['label_n'][number - 1])})"
-        ours = frequency_of(found, number)
-        rows.append(Row("2", f"mode {number}", "natural frequency", row["frequency"], ours, "Hz", label, variant))
-    return rows
+        number, printed = row["mode"], row["frequency"]
+        ours, label = frequency_of(found, number), _half_waves(found, number)
+        yield Row("2", f"mode {number}", "natural frequency", printed, ours, "Hz", label, variant)
 
 
-def _similarity(variant: str, runs: Data, modes: Data) -> list[Row]:
+def _similarity(variant: str, runs: Data, modes: Data) -> Iterator[Row]:
     found = modes[antenna_name("M2", variant)]
     decomposition = pod(runs[_section_3_run(variant)], energy=0.99)
     ranked = mac_table(dominant_shape(decomposition, energy=0.99), found, count=len(published.table(3)))
-    rows = []
     for k, row in enumerate(published.table(3)):
-        number = int(ranked["mode"][k])
-        label = f"half waves ({int(found['label_m'][number - 1])},{int(found['label_n'][number - 1])})"
-        case = f"rank {k + 1}"
-        rows.append(Row("3", case, "number of the normal mode", row["mode"], number, "1", label, variant))
-        rows.append(Row("3", case, "MAC", row["mac"], 100.0 * float(ranked["mac"][k]), "%", label, variant))
-    total, words = 100.0 * float(ranked["cumulative"][-1]), "cumulative MAC"
+        number, mac, case = int(ranked["mode"][k]), 100.0 * float(ranked["mac"][k]), f"rank {k + 1}"
+        label = _half_waves(found, number)
+        yield Row("3", case, "number of the normal mode", row["mode"], number, "1", label, variant)
+        yield Row("3", case, "MAC", row["mac"], mac, "%", label, variant)
+    printed, total = published.about(3)["cumulative_mac"], 100.0 * float(ranked["cumulative"][-1])
     first, count = 100.0 * float(decomposition["participation"][0]), decomposition.sizes["mode"]
     note = f"of the {count} proper orthogonal modes that reach 99 % the first has {first:.1f} %"
-    rows.append(Row("3", "five modes", words, published.about(3)["cumulative_mac"], total, "%", note, variant))
-    return rows
+    yield Row("3", "five modes", "cumulative MAC", printed, total, "%", note, variant)
 
 
-def _models(variant: str, runs: Data, modes: Data) -> list[Row]:
-    rows = []
+def _models(variant: str, runs: Data, modes: Data) -> Iterator[Row]:
+    quantity = "natural frequency of the dominant mode"
     for row in published.table(4):
         model, found = row["model"], modes[antenna_name(row["model"], variant)]
-        number = dominant_mode(found)
-        quantity = "natural frequency of the dominant mode"
+        number, ours = dominant_mode(found), frequency_of(found, 1)
+        yield Row("4", model, "fundamental frequency", row["fundamental_frequency"], ours, "Hz", "", variant)
         note = "; ".join(filter(None, (f"our mode {number}, (1,2)", note_for(variant, "4", model, quantity))))
-        ours = frequency_of(found, 1)
-        rows.append(Row("4", model, "fundamental frequency", row["fundamental_frequency"], ours, "Hz", "", variant))
-        rows.append(
-            Row("4", model, quantity, row["dominant_frequency"], frequency_of(found, number), "Hz", note, variant)
-        )
-    return rows
+        ours = frequency_of(found, number)
+        yield Row("4", model, quantity, row["dominant_frequency"], ours, "Hz", note, variant)
 
 
-def _responses(number: int) -> Callable[[str, Data, Data], list[Row]]:
-    def build(variant: str, runs: Data, modes: Data) -> list[Row]:
-        rows = []
-        for row in published.table(number):
-            rows += _response_rows(number, row, variant, runs, modes)
-        return rows
+def _responses(table: str, variant: str, runs: Data, modes: Data) -> Iterator[Row]:
+    for row in published.table(int(table)):
+        maneuver = row["model"], row["rate_name"], row["duration"]
+        case, repeats = case_words(*maneuver), str(row.get("repeats", ""))
+        frequency, _, largest = response(runs[run_name(*maneuver, variant)], row["padded_duration"])
+        if "fundamental_frequency" in row:
+            printed, ours = row["fundamental_frequency"], frequency_of(modes[antenna_name(row["model"], variant)], 1)
+            yield Row(table, case, "fundamental frequency", printed, ours, "Hz", "", variant)
+        for quantity, ours, unit in (("response frequency", frequency, "Hz"), ("amplitude", largest, "mm")):
+            note = f"printed in Table {repeats} before" if repeats else note_for(variant, table, case, quantity)
+            yield Row(table, case, quantity, row[quantity.replace(" ", "_")], ours, unit, note, variant, repeats)
 
-    return build
 
-
-def _response_rows(number: int, row: dict[str, Any], variant: str, runs: Data, modes: Data) -> list[Row]:
-    maneuver = row["model"], row["rate_name"], row["duration"]
-    case, table = case_words(*maneuver), str(number)
-    frequency, _, largest = response(runs[run_name(*maneuver, variant)], published.about(number)["padded_duration"])
-    rows = []
-    if "fundamental_frequency" in row:
-        ours = frequency_of(modes[antenna_name(row["model"], variant)], 1)
-        rows.append(Row(table, case, "fundamental frequency", row["fundamental_frequency"], ours, "Hz", "", variant))
-    repeats = str(row.get("repeats", ""))
-    for quantity, value, unit in (("response frequency", frequency, "Hz"), ("amplitude", largest, "mm")):
-        note = f"printed in Table {repeats} before" if repeats else note_for(variant, table, case, quantity)
-        rows.append(Row(table, case, quantity, row[quantity.replace(" ", "_")], value, unit, note, variant, repeats))
-    return rows
+def _half_waves(modes: xr.Dataset, number: int) -> str:
+    return f"half waves ({int(modes['label_m'][number - 1])},{int(modes['label_n'][number - 1])})"
 
 
 def _section_3_run(variant: str) -> str:
     return run_name("M2", "pi_5", 1.0, variant, SECTION_3)
 
 
-def _none(variant: str) -> list[str]:
-    return []
-
-
-def _m2(variant: str) -> list[str]:
-    return [antenna_name("M2", variant)]
-
-
-def _all_models(variant: str) -> list[str]:
-    return [antenna_name(model, variant) for model in MODELS]
-
-
-def _runs_of(number: int) -> Names:
-    return lambda variant: response_runs(variant, (number,))
+def _responses_of(number: int, *models: str) -> PaperTable:
+    return PaperTable(
+        lambda variant: response_runs(variant, (number,)), of_antennas(*models), partial(_responses, str(number))
+    )
 
 
 TABLES: dict[str, PaperTable] = {
-    table.number: table
-    for table in (
-        PaperTable("1", published.about(1)["title"], _none, _none, _parameters),
-        PaperTable("2", published.about(2)["title"], _none, _m2, _frequencies),
-        PaperTable("3", published.about(3)["title"], lambda variant: [_section_3_run(variant)], _m2, _similarity),
-        PaperTable("4", published.about(4)["title"], _none, _all_models, _models),
-        PaperTable("6", published.about(6)["title"], _runs_of(6), _all_models, _responses(6)),
-        *(PaperTable(str(k), published.about(k)["title"], _runs_of(k), _none, _responses(k)) for k in (7, 8, 9)),
-    )
+    "1": PaperTable(lambda variant: [], of_antennas(), _parameters),
+    "2": PaperTable(lambda variant: [], of_antennas("M2"), _frequencies),
+    "3": PaperTable(lambda variant: [_section_3_run(variant)], of_antennas("M2"), _similarity),
+    "4": PaperTable(lambda variant: [], of_antennas(*MODELS), _models),
+    "6": _responses_of(6, *MODELS),
+    **{str(number): _responses_of(number) for number in (7, 8, 9)},
 }
 """The tables of the paper that hold results (2, 3, 4, 6 to 9) and the parameters behind them (1)."""

@@ -27,14 +27,22 @@ def table(number: int) -> list[dict[str, Any]]:
     -------
     list of dict
         Keys and units as the file's comments say. ``rate`` [rad/s] is a number, ``rate_name`` its part of a run's name,
-        e.g. ``"pi_100"``.
+        e.g. ``"pi_100"``; ``padded_duration`` [s] is that of the table, if it has one.
 
     Raises
     ------
     InputError
         If there is no such table.
     """
-    return [_with_rate(row) for row in _content(number)["rows"]]
+    content = _content(number)
+    rows = []
+    for row in map(dict, content["rows"]):
+        if "rate" in row:
+            numerator, _, denominator = row["rate"].partition("/")
+            row |= {"rate": math.pi / float(denominator), "rate_name": f"{numerator}_{denominator}"}
+            row["padded_duration"] = content["padded_duration"]
+        rows.append(row)
+    return rows
 
 
 def about(number: int) -> dict[str, Any]:
@@ -46,13 +54,6 @@ def about(number: int) -> dict[str, Any]:
         If there is no such table.
     """
     return {key: value for key, value in _content(number).items() if key != "rows"}
-
-
-def _with_rate(row: dict[str, Any]) -> dict[str, Any]:
-    if "rate" not in row:
-        return dict(row)
-    numerator, _, denominator = row["rate"].partition("/")
-    return {**row, "rate": math.pi / float(denominator), "rate_name": f"{numerator}_{denominator}"}
 
 
 @cache

@@ -84,11 +84,8 @@ def mean_log_ratio(rows: Iterable[Row], quantity: str) -> float:
     InputError
         If no row compares that quantity.
     """
-    values = [row.log_ratio for row in rows if row.quantity == quantity and not row.repeats]
-    known = [abs(value) for value in values if value is not None]
-    if not known:
-        raise InputError(f"rows: expected some with quantity {quantity!r}, got none; pass those of Tables 6 to 9")
-    return math.fsum(known) / len(known)
+    ratios = (row.log_ratio for row in rows if row.quantity == quantity and not row.repeats)
+    return _mean_size(ratios, f"some with quantity {quantity!r}, got none; pass those of Tables 6 to 9")
 
 
 def mean_difference(rows: Iterable[Row]) -> float:
@@ -99,9 +96,13 @@ def mean_difference(rows: Iterable[Row]) -> float:
     InputError
         If there is nothing to compare.
     """
-    known = [abs(row.difference) for row in rows if row.difference is not None]
+    return _mean_size((row.difference for row in rows), "some with a published and a computed number, got none")
+
+
+def _mean_size(values: Iterable[float | None], expected: str) -> float:
+    known = [abs(value) for value in values if value is not None]
     if not known:
-        raise InputError("rows: expected some with a published and a computed number, got none")
+        raise InputError(f"rows: expected {expected}")
     return math.fsum(known) / len(known)
 
 
@@ -114,15 +115,13 @@ def write_csv(rows: Sequence[Row], path: str | os.PathLike[str]) -> Path:
         If the file cannot be written.
     """
     target = Path(path)
-    temporary = target.with_name(f".{target.name}.part")
     header = ("variant", "table", "case", "quantity", "unit", "paper", "ours", "difference", "log_ratio", "note")
-    with temporary.open("w", encoding="utf-8", newline="") as stream:
+    with target.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(header)
         for row in (row for row in rows if not row.repeats):
             numbers = map(_digits, (row.paper, row.ours, row.difference, row.log_ratio))
             writer.writerow((row.variant, row.table, row.case, row.quantity, row.unit, *numbers, row.note))
-    temporary.replace(target)
     return target
 
 

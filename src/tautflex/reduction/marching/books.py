@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array, jit
 from tautflex.reduction.marching.dispatch import internal_force
-from tautflex.reduction.marching.loads import InputLoads
 from tautflex.reduction.marching.work import StageNumbers, Work
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import energies
@@ -78,8 +78,8 @@ class ReducedBooks:
         Whether local errors are summed up.
     """
 
-    def __init__(self, rom: OnBasis, arrays: Any, inputs: InputLoads, errors: bool) -> None:
-        self._arrays, self._inputs, self._nodes = arrays, inputs, rom.model.nodes
+    def __init__(self, rom: OnBasis, arrays: Any, inputs: InputSet, errors: bool) -> None:
+        self._rom, self._arrays, self._inputs, self._nodes = rom, arrays, inputs, rom.model.nodes
         self.work = np.zeros(7)
         self.errors = ErrorSum() if errors else None
         system = rom.state.system
@@ -101,12 +101,8 @@ class ReducedBooks:
         if not len(trace):
             return
         count, numbers = len(trace) // len(stages), np.array([(c.weight, c.evaluation, c.size) for c in stages])
-        load = np.zeros((0, len(self._own[0])))
-        if self._inputs:
-            offsets = np.cumsum([0.0, *numbers[:-1, 2]]) + numbers[:, 1] * numbers[:, 2]
-            times = (starts[:count, None] + offsets).ravel()
-            pairs = self._arrays.first, self._arrays.second
-            load = self._inputs.on_coordinates(times, segment.end, trace[:, 7], pairs)
+        offsets = np.cumsum([0.0, *numbers[:-1, 2]]) + numbers[:, 1] * numbers[:, 2]
+        load = self._loads((starts[:count, None] + offsets).ravel(), segment.end, trace[:, 7])
         if not self._known and numbers[0, 0] < 1.0:
             self._now = self._at(start)
         self._late = _add_works(
@@ -116,6 +112,19 @@ class ReducedBooks:
         if self.errors is not None:
             ends = trace.reshape(count, len(stages), *trace.shape[1:])[:, -1]
             self._add_errors(self.errors, ends, start, stages[-1], starts[:count], segment)
+
+    def _loads(self, times: Array, before: float, places: Array) -> Array:
+        """Forces of inputs on the left-hand side at instants and coordinates there, shape (time, r); (0, r): none."""
+        if not self._inputs:
+            return np.zeros((0, places.shape[1]))
+        last, basis = float(np.nextafter(before, -np.inf)), self._rom.basis
+        forces = np.array([self._inputs.load(min(float(time), last)) for time in times])
+        result = -basis.kept @ forces.T
+        if len(basis.derivatives):
+            stress, (first, second) = self._rom.monomial_vectors @ forces.T, self._arrays[:2]
+            np.subtract.at(result, first, stress * places[:, second].T)
+            np.subtract.at(result, second, stress * places[:, first].T)
+        return result.T
 
     def _at(self, start: Start) -> Array:
         """Forces at an instant by kind, shape (5, r); those of inputs are left with those of the frame."""

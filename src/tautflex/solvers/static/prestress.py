@@ -155,6 +155,11 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     PrestressError
         If there is no prestress, a cable is slack, a given film stress is compressive, or the state is unstable.
     """
+    if not len(model.free_dofs):
+        raise PrestressError(
+            "prestress: expected nodes that can move, got supports that hold all of them; refine mesh.divisions, or "
+            "hold fewer nodes"
+        )
     given = StructuralSystem.from_model(model)
     needs_tension = any(group.section.kind != "beam" for group in model.groups)
     if check and needs_tension and not any(np.any(stress) for stress in given.initial_stress):
