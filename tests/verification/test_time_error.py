@@ -31,7 +31,7 @@ FILM = [
     (speed, method, step)
     for speed, methods in ((0.01, (W, N, B, FIRST_ORDER)), (0.3, (W, G, H, B)), (2.0, (G, E, N, W)))
     for method in methods
-    for step in (2e-3, 1e-2, 3e-2)
+    for step in (2e-3, 1e-2, 2.5e-2)
 ]
 ANTENNA = [(0.0, method, step) for method in (W, G, H) for step in (1e-3, 2e-3)]
 
