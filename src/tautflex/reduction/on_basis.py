@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
@@ -44,6 +45,10 @@ class OnBasis(SteppingModel):
     @abstractmethod
     def coefficients(self) -> CondensedModel:
         """Equation of motion of the coordinates at the parameters of the state."""
+
+    @abstractmethod
+    def weighed(self, factors: Mapping[str, float]) -> CondensedModel:
+        """The same with the inertial load of each kind of element times its factor."""
 
     @abstractmethod
     def arrays(self, damping: Damping) -> Any:
@@ -107,7 +112,10 @@ def refuse_drifting(state: PrestressedState) -> None:
 
 
 def require_forces(inputs: InputSet) -> None:
-    """Raise UnsupportedError if an input changes stresses: the model holds for one prestress."""
-    if inputs.changes_stress():
-        text = "inputs: expected forces on a reduced model, got a change of tension or temperature"
-        raise UnsupportedError(f"{text}; simulate the full state")
+    """Raise UnsupportedError if an input changes stresses (the model holds for one prestress) or follows the film."""
+    for given, words in (
+        (inputs.changes_stress(), "forces on a reduced model, got a change of tension or temperature"),
+        (inputs.followers(0.0), "dead forces on a reduced model, got pressure, which follows the film"),
+    ):
+        if given:
+            raise UnsupportedError(f"inputs: expected {words}; simulate the full state")

@@ -18,9 +18,13 @@ TimeFunction = Callable[[float], ArrayLike] | ArrayLike
 """Constant, or function of time [s]."""
 
 
-def value_at(function: TimeFunction, time: float) -> Array:
-    """Value of a function of time, or of a constant."""
-    return np.asarray(function(time) if callable(function) else function, dtype=float)
+def value_at(name: str, function: TimeFunction, time: float) -> Array:
+    """Value of a function of time, or of a constant; InputError, with the name of the argument, if it is no number."""
+    value = function(time) if callable(function) else function
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: expected numbers at t = {time:g} s, got {value!r}") from None
 
 
 @dataclass(frozen=True)
@@ -37,11 +41,11 @@ class PatternLoad(PreparedInput):
 
     def load(self, time: float) -> Array:
         """Force on the free unknowns [N, N m], shape (size,)."""
-        return self.pattern @ checks.vector3(self.name, value_at(self.function, time))
+        return self.pattern @ checks.vector3(self.name, value_at(self.name, self.function, time))
 
     def held_wrench(self, time: float) -> Array:
         """Force, and torque about the origin, that supported directions take up [N, N m], shape (6,)."""
-        return self.held @ checks.vector3(self.name, value_at(self.function, time))
+        return self.held @ checks.vector3(self.name, value_at(self.name, self.function, time))
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,7 @@ class StressChange(PreparedInput):
 
     def stress(self, time: float) -> dict[int, Array]:
         """Change of initial stress by block number, shapes (element, strain)."""
-        value = np.atleast_1d(value_at(self.function, time))
+        value = np.atleast_1d(value_at(self.name, self.function, time))
         if value.shape not in ((1,), (self.count,)) or not np.all(np.isfinite(value)):
             several = "" if self.count == 1 else f", or {self.count} of them"
             raise InputError(f"{self.name}: expected one finite number{several}, got {value.tolist()}; correct it")

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.loads.inputs import InputSet
+from tautflex.mechanics.loads.inputs import FollowerForce, InputSet
 from tautflex.mechanics.products import MassDamping
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
@@ -69,18 +69,20 @@ class EquationOfMotion:
         self.system = self.state.system
         self.workspace = self.system.workspace()
         self.inertia = self.system.inertia
+        linear = self.state.linear
+        matrix = self.damping.matrix(linear)
+        kinds = linear.by_kind if matrix.kinds else None
         self.products = MassDamping(
-            self.system.pattern,
-            self.inertia.mass_entries,
-            self.state.tangent_entries,
-            self.damping.matrix(self.state.linear),
+            self.system.pattern, self.inertia.mass_entries, self.state.tangent_entries, matrix, kinds
         )
+        self._load_moments = self.coupling.moments(self.system)
         self._mass_factor = SymmetricFactorization(self.system.pattern)
         self._motion: RigidMotion | None = None
         self.at_rest = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(self.system.size))
         self._terms = self.at_rest
         self.input_load = np.zeros(self.system.size)
         self.restressed = bool(self.inputs and self.inputs.changes_stress())
+        self.followers: list[FollowerForce] = []
 
     def motion_terms(self, motion: RigidMotion) -> MotionTerms:
         """Gyroscopic and K_T matrices and the load of a motion; kept while the motion does not change."""
@@ -94,7 +96,7 @@ class EquationOfMotion:
             key,
             self.coupling.velocity_weight(motion),
             self.coupling.displacement_weight(motion),
-            self.coupling.load(motion, self.inertia),
+            self.coupling.load(motion, self._load_moments),
         )
         return self._terms
 
@@ -102,7 +104,7 @@ class EquationOfMotion:
         """Apply the inputs of an instant; a jump at ``before`` is not met yet."""
         if self.inputs:
             instant = earlier(time, before)
-            self.input_load = self.inputs.load(instant)
+            self.input_load, self.followers = self.inputs.load(instant), self.inputs.followers(instant)
             self.workspace.change_initial_stress(self.inputs.stress(instant))
 
     def force(self, q: Array) -> Array:
@@ -112,9 +114,13 @@ class EquationOfMotion:
         force -= self.state.reference_force
         return force
 
+    def applied(self, q: Array) -> Array:
+        """Force of the inputs at the instant that is set."""
+        return sum((item.force(q) for item in self.followers), self.input_load)
+
     def frame_forces(self, q: Array, v: Array, terms: MotionTerms) -> Array:
-        """Forces of damping and of the moving frame."""
-        total = terms.load - self.input_load
+        """Forces of damping, of the moving frame and of the inputs."""
+        total = terms.load - self.applied(q)
         if self.products.damped:
             total += self.products.damping_product(v)
         if terms.velocity.any():
@@ -211,7 +217,7 @@ class EquationOfMotion:
         rows[INTERNAL], rows[DAMPING], rows[LOAD] = (
             self.force(at.q),
             self.products.damping_product(at.v),
-            -self.input_load,
+            -self.applied(at.q),
         )
         rows[FRAME] = at.forces - rows.sum(axis=0)
         return rows
@@ -317,6 +323,7 @@ class StepForces:
             products.add_low_rank(scheme.weight, velocity.v * at.v + velocity.a * at.a, known)
             self.known_norm = float(np.linalg.norm(known))
         self._internal = self._history = _NONE
+        self._followers, self._followed = equation.followers, _NONE
         if scheme.weight < 1.0:
             assert at.forces is not None
             self._history = at.forces
@@ -337,19 +344,37 @@ class StepForces:
         else:
             force, residual, norm, internal, inertia = step_residual(x, self.at.q, *self._elements, *self._fixed)
         self._internal = force
-        products = self.equation.products
+        products, scale = self.equation.products, max(internal, self._load_norm)
         if products.matrix.rank:
             products.add_low_rank(self._scheme.weight * self._scheme.velocity.d, x, residual)
             norm = float(np.linalg.norm(residual))
-        return residual, norm, max(internal, self._load_norm), inertia
+        if self._followers:
+            norm, push = self._push(x, residual)
+            scale = max(scale, push)
+        return residual, norm, scale, inertia
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _push(self, x: Array, residual: Array) -> tuple[float, float]:
+        """Take the forces that follow the motion from the residual, their mean if stresses are averaged; both norms."""
+        start, push = self.at.q, np.zeros_like(x)
+        for item in self._followers:
+            if self._scheme.average_stress:
+                push += item.mean_force(start, start + x / self._scheme.evaluation)
+            else:
+                push += item.force(start + x)
+        self._followed = push.copy()
+        push *= self._scheme.weight
+        residual -= push
+        return float(np.linalg.norm(residual)), float(np.linalg.norm(push))
 
     def end(self, x: Array, residual: Array) -> MotionState:
         """State at the end of the step whose increment leaves this residual, the last that was computed."""
         at, scheme = self.at, self._scheme
         q, v, a, jerk = end_of_step(self.numbers.end, self.size, x, at.q, at.v, at.a)
         end = MotionState(at.time + self.size, q, v, a, jerk=jerk)
+        load = self._input + self._followed if self._followers else self._input
         now = self.equation.by_kind(
-            self.numbers.factors, self._terms, self._internal, self._frame, self._input, x, at.q, at.v, at.a
+            self.numbers.factors, self._terms, self._internal, self._frame, load, x, at.q, at.v, at.a
         )
         if scheme.weight < 1.0:
             end.forces = (residual - now[INERTIA] - (1.0 - scheme.weight) * self._history) / scheme.weight

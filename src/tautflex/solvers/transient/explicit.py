@@ -123,7 +123,7 @@ class ExplicitStepper:
         equation, none = self.equation, np.zeros_like(end.q)
         assert end.internal is not None
         internal = end.internal + equation.state.reference_force
-        parts = internal, terms.load, equation.input_load, none, end.q, end.v, end.a
+        parts = internal, terms.load, equation.applied(end.q), none, end.q, end.v, end.a
         return written(at.books, equation.by_kind(_AT_END, terms, *parts), NONE, 1.0, (size, size), at.q, end.q)
 
     def _stable_at(self, q: Array, size: float) -> bool:
