@@ -93,9 +93,9 @@ def test_reduced_step_whose_second_stage_fails_leaves_its_start(antenna):
     before = [part.copy() for part in run._work[:3]]
     stages = stage_numbers(tf.Bathe(), 5e-3)
     frame, nowhere = run._frames(run.segments[0], np.zeros(1), stages), np.full(1, -1)
-    fails = stages[0], stages[1]._replace(weight=np.nan)
+    fails, trace = (stages[0], stages[1]._replace(weight=np.nan)), np.empty((2, 8, rom.size))
     for tried, done in ((fails, 0), (stages, 1)):
-        assert march(run.arrays, frame, tried, run._work, nowhere, (run.eta, run.rate), 1e-9) == done
+        assert march(run.arrays, frame, tried, run._work, nowhere, (run.eta, run.rate), 1e-9, trace) == done
         assert run._work.counts[0] == done
         same = [np.array_equal(part, old) for part, old in zip(run._work[:3], before, strict=True)]
         assert same == [not done] * 3

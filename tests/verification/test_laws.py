@@ -282,7 +282,7 @@ def test_m1_stopped_with_both_laws(rate, name, verification_row):
             assert any("cables.slack = true" in text for text in data.attrs["warnings"]) == (name == "pi/2")
         else:
             assert ratio > -1e-3
-            assert data.attrs["warnings"] == []
+            assert not any("compression" in text or "pushed" in text for text in data.attrs["warnings"])
             assert run.stats.halvings == 0
     elastic, field = (f"{amplitude[law]:.4g}" for law in ("elastic", "tension-field"))
     case = f"M1 stopped from {name}, amplitude at A [mm]: tension field beside elastic"

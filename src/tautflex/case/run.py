@@ -105,6 +105,8 @@ def write_case_run(
         "back_substitutions": int(run.stats.back_substitutions),
         "factorizations": int(run.stats.factorizations),
         **({"reduced_model": data.attrs["reduced_model"]} if case.reduction is not None else {}),
+        "time_error": run.error if math.isfinite(run.error) else None,
+        "energy_balance": dict(run.energy_balance),
         "warnings": [*state.warnings, *data.attrs["warnings"]],
         "files": {name: str(path) for name, path in files.items()},
     }
@@ -133,6 +135,7 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
         time_step=solver.time_step,
         end_time=solver.end_time,
         adaptive=solver.adaptive(),
+        time_error=solver.time_error,
         damping=build.build_damping(case, state),
         coupling=case.coupling.build(),
         inputs=build.build_inputs(case, state),

@@ -90,6 +90,11 @@ def show_run(case: Path, summary: Mapping[str, Any]) -> None:
     rows.add_row("natural frequencies", f"{lowest} ... Hz")
     for name, reading in summary["probes"].items():
         rows.add_row(f"probe {name}", _reading(reading))
+    if summary["time_error"] is not None:
+        rows.add_row("time error", f"about {summary['time_error']:.1g} of the largest displacement")
+    balance = summary["energy_balance"]
+    taken = f"{balance['damping']:.3g} J by damping, {balance['method']:.2g} J by the method"
+    rows.add_row("energy", f"{balance['kinetic'] + balance['strain']:.3g} J left, {taken}")
     _card(f"{case.name}: {summary['maneuver']}", rows)
     for warning in summary["warnings"]:
         say(f"warning: {warning}")

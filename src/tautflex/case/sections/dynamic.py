@@ -74,6 +74,10 @@ class Solver(Chosen):
     min_step: Number | None = key("smallest adaptive step [s], time_step/4096 if not given", 1e-6, None)
     max_step: Number | None = key("largest adaptive step [s], 16 time_step if not given", 1e-2, None)
 
+    time_error: Annotated[bool, Strict()] = Field(
+        default=True, description="estimate the time error, which costs a few per cent of a run", examples=[True]
+    )
+
     def check_values(self) -> None:
         """Raise CaseError if the class refuses the values, or they contradict each other."""
         super().check_values()

@@ -62,6 +62,7 @@ def element_force(arrays: HyperArrays, q: Array, v: Array, given: Array, force: 
     """Internal force less that of the reference, as `internal_force`; there is no stress per monomial to be given."""
     total = np.zeros(q.size + 1)
     add_forces(arrays.store, _extended(q), total, arrays.stresses, True, False, False)
+    force.fill(0.0)
     for i in range(q.size):
         force[i] = total[i] - arrays.reference[i]
 
@@ -71,6 +72,7 @@ def element_average(arrays: HyperArrays, start: Array, end: Array, v: Array, giv
     """As `average_force`."""
     total = np.zeros(start.size + 1)
     add_average_forces(arrays.store, _extended(start), _extended(end), total)
+    force.fill(0.0)
     for i in range(start.size):
         force[i] = total[i] - arrays.reference[i]
 

@@ -13,14 +13,17 @@ from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, Indices, cross_matrices
+from tautflex.reduction.marching.books import ReducedBooks, Start
 from tautflex.reduction.marching.dispatch import internal_force, tangent
 from tautflex.reduction.marching.frame_terms import frame_at, frame_terms, sample
 from tautflex.reduction.marching.schedule import Stretch, stretches
 from tautflex.reduction.marching.steps import march, march_explicit
 from tautflex.reduction.marching.work import StageNumbers, new_work, stage_numbers
 from tautflex.reduction.on_basis import OnBasis, require_forces
-from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, rows_from, total_force
+from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, energies, rows_from, total_force
 from tautflex.solvers.static.stability import growth_text
+from tautflex.solvers.transient.accuracy.energy import Energies, energy_balance, frame_twist
+from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.generalized_alpha import Newmark
 from tautflex.solvers.transient.methods.scheme import Method
@@ -74,6 +77,26 @@ class ReducedRun:
         self._march = march_explicit if self._explicit else march
         self._halvings = 0
         self.warnings = problem.doubts
+        self.books = ReducedBooks(rom, self.arrays, self.inputs, problem.time_error)
+        self.first: tuple[Array, Array]
+        self._trace = np.empty((0, 8, rom.size))
+
+    @property
+    def time(self) -> float:
+        """Instant that the steps have come to [s]."""
+        return self.reached * self.problem.time_step
+
+    def balance(self) -> dict[str, float]:
+        """Energy balance from the start to where the steps have come [J]."""
+        rom, energies_of = self.rom, []
+        body = tuple(Body.of(rom.state.system.inertia, None))
+        for time, eta, rate in ((0.0, *self.first), (self.time, self._work.q, self._work.v)):
+            offset = self.prescribed_offset(self.motions(np.array([time])))[0]
+            q, v, _ = rom.motion(eta, rate, rate, offset)
+            twist = frame_twist(self.problem.maneuver, self.segments, time)
+            elastic, strain = energies(self.arrays, eta[None], rate[None])[0]
+            energies_of.append(Energies(elastic, carried_energy(body, q, v, twist), strain))
+        return energy_balance(energies_of[0], energies_of[1], self.books.work, free=False)
 
     @property
     def statistics(self) -> Statistics:
@@ -88,7 +111,7 @@ class ReducedRun:
         work.q[:] += self._imperfection(work.q.copy())
         work.v[:] = self.rom.coordinates(self.problem.velocity)
         self._balance(self._frame(self.segments[0], 0.0))
-        self.eta[0], self.rate[0] = work.q, work.v
+        self.eta[0], self.rate[0] = self.first = work.q.copy(), work.v.copy()
         if self._explicit:
             self._check_step(self.problem.time_step)
 
@@ -113,10 +136,10 @@ class ReducedRun:
         stages = stage_numbers(self._method, stretch.size)
         frame = self._frames(segment, stretch.starts, stages)
         rows = self._rows(stretch.grid)
-        first, stored = 0, (self.eta, self.rate)
+        first = 0
         while first < len(rows):
             part = rows_from(frame, first * len(stages))
-            first += self._march(self.arrays, part, stages, self._work, rows[first:], stored, self._tolerance)
+            first += self._steps(part, stages, rows[first:], stretch.starts[first:], segment)
             if first < len(rows):
                 start = float(stretch.starts[first])
                 if not self._halve(segment, start, stretch.size, self.problem.max_halvings):
@@ -126,6 +149,18 @@ class ReducedRun:
                 first += 1
         self.reached = max(self.reached, int(stretch.grid[:first].max(initial=0)))
         return first == len(rows)
+
+    def _steps(
+        self, frame: FrameTerms, stages: tuple[StageNumbers, ...], rows: Indices, starts: Array, segment: Segment
+    ) -> int:
+        """Steps of equal size from these instants on, and their books; how many converged."""
+        start, count, stored = Start.of(self._work), len(rows) * len(stages), (self.eta, self.rate)
+        if len(self._trace) < count:
+            self._trace = np.empty((count, 8, self.rom.size))
+        trace = self._trace[:count]
+        done = self._march(self.arrays, frame, stages, self._work, rows, stored, self._tolerance, trace)
+        self.books.take(trace[: done * len(stages)], start, stages, starts, segment)
+        return int(done)
 
     def _rows(self, grid: Indices) -> Indices:
         """Where each grid instant is stored; -1: nowhere."""
@@ -137,11 +172,10 @@ class ReducedRun:
         if left == 0:
             return False
         self._halvings += 1
-        stages, stored = stage_numbers(self._method, 0.5 * size), (self.eta, self.rate)
-        nowhere = np.full(1, -1)
+        stages, nowhere = stage_numbers(self._method, 0.5 * size), np.full(1, -1)
         for begin in (start, start + 0.5 * size):
-            frame = self._frames(segment, np.array([begin]), stages)
-            done = self._march(self.arrays, frame, stages, self._work, nowhere, stored, self._tolerance)
+            starts = np.array([begin])
+            done = self._steps(self._frames(segment, starts, stages), stages, nowhere, starts, segment)
             if not done and not self._halve(segment, begin, 0.5 * size, left - 1):
                 return False
         return True
@@ -203,6 +237,7 @@ class ReducedRun:
                 work.forces[:] += change
             work.a[:] -= np.linalg.solve(self.arrays.mass, change)
             work.jerk[:] = 0.0
+            self.books.restart()
 
     def _equilibrium(self, motion: RigidMotion) -> Array:
         """Steady equilibrium of the coordinates under a constant motion, by Newton's method, shape (r,)."""

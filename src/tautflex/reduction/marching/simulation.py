@@ -14,6 +14,7 @@ from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.validity import check_validity
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import energies
+from tautflex.solvers.transient.accuracy.verdict import judge
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.recorder import Samples, run_dataset
 from tautflex.solvers.transient.status import Run, Status
@@ -39,7 +40,11 @@ def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = 
     statistics = run.statistics
     statistics.seconds = clock.perf_counter() - began
     ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
-    return Run(_dataset(run).assign_attrs(ended), status, statistics, run.reached * problem.time_step)
+    data, balance = _dataset(run).assign_attrs(ended), run.balance()
+    energy = float(np.max(data["kinetic_energy"].values + data["strain_energy"].values))
+    accuracy = judge(problem, run.books.errors, balance, energy, problem.time_step)
+    data.attrs |= accuracy.attributes | {"warnings": data.attrs["warnings"] + accuracy.warnings}
+    return Run(data, status, statistics, run.time, error=accuracy.error, energy_balance=balance)
 
 
 def _dataset(run: ReducedRun) -> xr.Dataset:

@@ -93,16 +93,21 @@ def _recall(c: StageNumbers, work: Work) -> tuple[Array, Array]:
 @jit
 def _residual(
     arrays: ReducedArrays, c: StageNumbers, work: Work, start: tuple[Array, Array], d: Array, known: Array,
-    given: Array, forces: Array, result: Array,
+    given: Array, forces: Array, parts: Array, result: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """Fill residual and the part of the forces that depends on d; return norms of residual and internal force."""
+    """Fill residual and the part of the forces that depends on d; return norms of residual and internal force.
+
+    ``parts`` gets the internal force, and the part of it that is not elastic, shape (2 r,).
+    """
     r = d.size
     place = _mix(1.0, work.q, 1.0, d, 0.0, d)
     velocity = _mix(c.velocity[0], d, c.velocity[1], start[0], c.velocity[2], start[1])
     if c.average:
-        average_force(arrays, work.q, _mix(1.0, work.q, 1.0 / c.evaluation, d, 0.0, d), velocity, given, forces)
+        average_force(arrays, work.q, _mix(1.0, work.q, 1.0 / c.evaluation, d, 0.0, d), velocity, given, parts)
     else:
-        internal_force(arrays, place, velocity, given, forces)
+        internal_force(arrays, place, velocity, given, parts)
+    for i in range(r):
+        forces[i] = parts[i]
     work.counts[3] += 1
     inside = _dot(forces, forces)
     add_times(c.velocity[0], work.on_velocity, d, forces)
@@ -115,9 +120,9 @@ def _residual(
 
 @jit
 def implicit_step(
-    arrays: ReducedArrays, frame: FrameTerms, row: int, c: StageNumbers, work: Work, tolerance: float
+    arrays: ReducedArrays, frame: FrameTerms, row: int, c: StageNumbers, work: Work, tolerance: float, trace: Array
 ) -> bool:
-    """One stage; ``work`` holds the new state if it converged and the old one if not."""
+    """One stage; ``work`` holds the new state if it converged and the old one if not, ``trace`` what `_note` says."""
     r = work.q.size
     start = work.v, work.a
     if c.recalled.shape[0] > 0:
@@ -138,7 +143,8 @@ def implicit_step(
     lost = 100.0 * _EPSILON / tolerance * np.sqrt(_dot(known, known))
     floor = max(c.weight * np.sqrt(_dot(load, load)), lost, _SCALE_FLOOR * work.scale[0])
     forces, residual, trial, trial_forces = np.empty(r), np.empty(r), np.empty(r), np.empty(r)
-    norm, size = _residual(arrays, c, work, start, d, known, given, forces, residual)
+    parts, trial_parts = np.empty(2 * r), np.empty(2 * r)
+    norm, size = _residual(arrays, c, work, start, d, known, given, forces, parts, residual)
     fresh, count = False, 0
     while not norm <= tolerance * max(size, floor):
         count += 1
@@ -154,7 +160,7 @@ def implicit_step(
         fraction = 1.0
         while True:
             moved = _mix(1.0, d, fraction, move, 0.0, d)
-            after, after_size = _residual(arrays, c, work, start, moved, known, given, trial_forces, trial)
+            after, after_size = _residual(arrays, c, work, start, moved, known, given, trial_forces, trial_parts, trial)
             done = after <= tolerance * max(after_size, floor)
             if after < norm or done or not fresh or fraction < 1e-3:
                 break
@@ -167,8 +173,11 @@ def implicit_step(
         d, norm, size = moved, after, after_size
         residual, trial = trial, residual
         forces, trial_forces = trial_forces, forces
+        parts, trial_parts = trial_parts, parts
         fresh = False
     work.scale[0] = max(work.scale[0], size, floor if lost < floor else 0.0)
+    acceleration = _mix(c.inertia[0], d, c.inertia[1], start[0], c.inertia[2], start[1])
+    velocity, place = _mix(1.0, speed, c.velocity[0], d, 0.0, d), _mix(1.0, work.q, 1.0, d, 0.0, d)
     for i in range(r):
         q, v, a, before = work.q[i], start[0][i], start[1][i], work.a[i]
         work.q[i] = q + c.end_displacement[0] * d[i] + c.end_displacement[1] * v + c.end_displacement[2] * a
@@ -176,11 +185,36 @@ def implicit_step(
         work.a[i] = c.end_acceleration[0] * d[i] + c.end_acceleration[1] * v + c.end_acceleration[2] * a
         work.jerk[i] = (work.a[i] - before) / c.size
         work.forces[i] = forces[i] + constant[i]
+    # Given stresses are linear in the place, so that their mean over the stage is that of its middle.
+    _note(arrays, acceleration, velocity, place, parts, given, work, trace)
     return True
 
 
 @jit
-def explicit_step(arrays: ReducedArrays, frame: FrameTerms, row: int, size: float, work: Work) -> bool:
+def _note(
+    arrays: ReducedArrays, acceleration: Array, velocity: Array, place: Array, parts: Array, given: Array, work: Work,
+    trace: Array,
+) -> None:  # fmt: skip
+    """Fill the rows of ``trace``, shape (8, r), after a stage.
+
+    They are coordinates, velocities and accelerations at its end, inertia, elastic forces and those of damping of its
+    equilibrium, all forces but inertia of it, and where it holds.
+    """
+    r = place.size
+    for i in range(r):
+        trace[0, i], trace[1, i], trace[2, i] = work.q[i], work.v[i], work.a[i]
+        trace[3, i], trace[4, i], trace[5, i] = 0.0, parts[i] - parts[r + i], parts[r + i]
+        trace[6, i], trace[7, i] = work.forces[i], place[i]
+    add_times(1.0, arrays.mass, acceleration, trace[3])
+    add_times(1.0, arrays.damping, velocity, trace[5])
+    for k in range(given.size):
+        i, j = arrays.first[k], arrays.second[k]
+        trace[5, i] -= given[k] * place[j]
+        trace[5, j] -= given[k] * place[i]
+
+
+@jit
+def explicit_step(arrays: ReducedArrays, frame: FrameTerms, row: int, size: float, work: Work, trace: Array) -> bool:
     """One step of central differences, ``M a + (C + G) v + ... = 0`` at its end; False where it is not stable.
 
     Damping and gyroscopic force at the end are solved for, as in the full model; the static derivatives'
@@ -197,10 +231,11 @@ def explicit_step(arrays: ReducedArrays, frame: FrameTerms, row: int, size: floa
             return False
     half = _mix(1.0, work.v, 0.5 * size, work.a, 0.0, work.a)
     q = _mix(1.0, work.q, size, half, 0.0, half)
-    given, total, internal, inertia = np.empty(arrays.first.size), np.empty(r), np.empty(r), np.zeros(r)
+    given, total, parts, inertia = np.empty(arrays.first.size), np.empty(r), np.empty(2 * r), np.zeros(r)
     predicted = _mix(1.0, half, 0.5 * size, work.a, 0.0, half)
     derivative_forces(arrays, frame, row, q, predicted, given, total)
-    internal_force(arrays, q, predicted, given, internal)
+    internal_force(arrays, q, predicted, given, parts)
+    internal = parts[:r].copy()
     work.counts[3] += 1
     # Stiffness that this very step has felt, against what central differences can follow.
     add_times(1.0, arrays.mass, half, inertia)
@@ -217,6 +252,10 @@ def explicit_step(arrays: ReducedArrays, frame: FrameTerms, row: int, size: floa
     add_times(-1.0, work.inverse[0], total, a)
     for i in range(r):
         work.q[i], work.v[i], work.a[i], work.forces[i] = q[i], half[i] + 0.5 * size * a[i], a[i], internal[i]
+    _note(arrays, a, work.v, q, parts, given, work, trace)
+    for i in range(r):
+        trace[6, i] = total[i]
+    add_times(0.5 * size, work.on_velocity, a, trace[6])
     work.counts[0] += 1
     return True
 
@@ -243,16 +282,18 @@ def march(
     rows: Indices,
     stored: tuple[Array, Array],
     tolerance: float,
+    trace: Array,
 ) -> int:
     """Steps of equal size; state is stored in ``rows[n]`` (-1: not). Returns the number of steps that converged.
 
-    The frame has a row for every stage of every step.
+    The frame has a row for every stage of every step, and so has ``trace``, see `_note`.
     """
     for n in range(rows.size):
         for place in range(len(stages)):
             if len(stages) > 1:
                 work.passed[place] = work.state
-            if not implicit_step(arrays, frame, len(stages) * n + place, stages[place], work, tolerance):
+            row = len(stages) * n + place
+            if not implicit_step(arrays, frame, row, stages[place], work, tolerance, trace[row]):
                 if place > 0:
                     work.state[:] = work.passed[0]
                 return n
@@ -270,12 +311,13 @@ def march_explicit(
     rows: Indices,
     stored: tuple[Array, Array],
     tolerance: float,
+    trace: Array,
 ) -> int:
     """As `march`, by central differences."""
     c = stages[0]
     for n in range(rows.size):
         stable = n % _CHECK_INTERVAL != 0 or _stable(arrays, frame, n, c.size, work)
-        if not (stable and explicit_step(arrays, frame, n, c.size, work)):
+        if not (stable and explicit_step(arrays, frame, n, c.size, work, trace[n])):
             return n
         _store(work, rows[n], stored)
     return rows.size

@@ -12,7 +12,7 @@ from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array, Indices
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.polynomial.forces import total_force
-from tautflex.solvers.transient.compression import CompressionWatch
+from tautflex.solvers.transient.accuracy.compression import CompressionWatch
 from tautflex.solvers.transient.recorder import stress_scalars
 
 # Windows of a run; each is checked where its coordinates store most energy.

@@ -132,18 +132,23 @@ def internal_force(arrays: ReducedArrays, q: Array, v: Array, given: Array, forc
     """Fill ``force`` with linear, second- and third-degree forces, and those of a given stress per monomial.
 
     The static derivatives' damping belongs here: at large deflections it is stiff, and a step has to solve for it.
+    Where ``force`` has room for 2 r numbers, the second half is filled with the part that is not elastic.
     """
-    y, stress = _pair_products(arrays, q, q), given.copy()
+    r, y, other = q.size, _pair_products(arrays, q, q), given.copy()
+    stress = np.zeros(y.size)
     force.fill(0.0)
     add_times(1.0, arrays.linear, q, force)
     add_times(1.0, arrays.quadratic, y, force)
     add_product(arrays.fields, y, stress)
     if arrays.viscous.shape[0]:
-        add_product(arrays.viscous, _rates(arrays, q, v), stress)
+        add_product(arrays.viscous, _rates(arrays, q, v), other)
     for k in range(y.size):
         i, j = arrays.first[k], arrays.second[k]
-        force[i] += stress[k] * q[j]
-        force[j] += stress[k] * q[i]
+        force[i] += (stress[k] + other[k]) * q[j]
+        force[j] += (stress[k] + other[k]) * q[i]
+        if force.size > r:
+            force[r + i] += other[k] * q[j]
+            force[r + j] += other[k] * q[i]
 
 
 @jit
@@ -152,14 +157,14 @@ def average_force(arrays: ReducedArrays, start: Array, end: Array, v: Array, giv
 
     Two Gauss points are exact for a force of third degree [average vector field, Quispel & McLaren 2008].
     """
-    own, place = np.empty(start.size), np.empty(start.size)
+    own, place = np.empty(force.size), np.empty(start.size)
     force.fill(0.0)
     for side in (-1.0, 1.0):
         share = 0.5 + side * 0.5 / np.sqrt(3.0)
         for i in range(start.size):
             place[i] = start[i] + share * (end[i] - start[i])
         internal_force(arrays, place, v, given, own)
-        for i in range(start.size):
+        for i in range(force.size):
             force[i] += 0.5 * own[i]
 
 

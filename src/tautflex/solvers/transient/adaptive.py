@@ -9,9 +9,9 @@ import numpy as np
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.motion.kinematics import Segment
-from tautflex.solvers.transient.driver import GridDriver, ImplicitStepper
-from tautflex.solvers.transient.equation import MotionState
+from tautflex.solvers.transient.driver import GridDriver, ImplicitStepper, Watch
 from tautflex.solvers.transient.methods.scheme import Method, amplification
+from tautflex.solvers.transient.state import MotionState
 
 # Step sizes are time_step times powers of this, so that a size comes back and its factors with it.
 _QUANTUM = np.sqrt(2.0)
@@ -75,21 +75,22 @@ class Adaptive:
         return low, high
 
 
-def error_constant(method: Method) -> float:
+def error_constant(method: Method, phase: float = 0.1) -> float:
     """Local error of a method over ``(angular frequency * step)^3`` for an undamped oscillator.
 
     Parameters
     ----------
     method
         Implicit method.
+    phase
+        Angular frequency times step [rad].
 
     Returns
     -------
     float
-        From the principal root of the method's amplification matrix at 0.1 rad per step, all stages of it, which it
-        should turn by ``exp(0.1 i)``; 1/12 for the trapezoidal rule. For a method of first order it grows like 1/step.
+        From the principal root of the method's amplification matrix at that phase, all stages of it, which should turn
+        by ``exp(i phase)``; 1/12 for the trapezoidal rule. For a method of first order it grows like 1/phase.
     """
-    phase = 0.1
     roots = np.linalg.eigvals(amplification(method, phase))
     exact = np.exp(1j * phase)
     return float(np.abs(roots - exact).min()) / phase**3
@@ -110,12 +111,15 @@ class AdaptiveDriver(GridDriver):
         End of the run [s]; no step goes beyond it.
     control
         Tolerance and limits.
+    watch
+        Sees the start, the end and the segment of every accepted step.
     """
 
     def __init__(
-        self, stepper: ImplicitStepper, segments: tuple[Segment, ...], step: float, end_time: float, control: Adaptive
-    ) -> None:
-        super().__init__(stepper, segments, step, 0)
+        self, stepper: ImplicitStepper, segments: tuple[Segment, ...], step: float, end_time: float, control: Adaptive,
+        watch: Watch | None = None,
+    ) -> None:  # fmt: skip
+        super().__init__(stepper, segments, step, 0, watch)
         self._implicit, self._control, self._end_time = stepper, control, end_time
         self._smallest, self._largest = control.limits(step)
         self._constant = error_constant(stepper.method)
@@ -145,7 +149,7 @@ class AdaptiveDriver(GridDriver):
                 return None
             # The state before a jump ends the step; the one behind it starts the next.
             self._last_step = self._now, reached
-            self._now = self._enter_next_segment(reached, slack)
+            self._now = self.last = self._enter_next_segment(reached, slack)
         if abs(self._now.time - target) <= slack:
             return self._now
         assert self._last_step is not None, "an instant between two states has a step around it"
@@ -173,7 +177,7 @@ class AdaptiveDriver(GridDriver):
                 self._level = min(wanted, self._level - 1)  # a landing may have stretched the step
                 continue
             self._statistics.beyond_tolerance += ratio > 1.0
-            self._statistics.steps += 1
+            self._accept(at, reached)
             self._note_velocity(reached)
             self._choose_next(size, nominal, ratio)
             if abs(left - size) <= slack:
@@ -186,7 +190,8 @@ class AdaptiveDriver(GridDriver):
         The third derivative comes from the accelerations [Zienkiewicz & Xie, Earthq. Eng. Struct. Dyn. 20 (1991)
         871]; the constant is the method's own.
         """
-        found = self._implicit.errors(at, reached, self._constant * size)
+        share, stepper = self._constant * size, self._implicit
+        found = stepper.equation.errors(at, reached, share, lambda error: stepper.resolved(reached, error))
         fastest = np.maximum(self._fastest, self._implicit.equation.speeds(reached, self._first))
         if at.time < self._step:
             fastest = np.maximum(fastest, self._kick)

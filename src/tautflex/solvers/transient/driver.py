@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
-from tautflex.solvers.transient.equation import MotionState
 from tautflex.solvers.transient.explicit import ExplicitStepper
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.scheme import Method
+from tautflex.solvers.transient.state import MotionState
 
 
 class StagedStepper:
@@ -41,9 +41,9 @@ class StagedStepper:
                 break
         return reached, outcome
 
-    def errors(self, at: MotionState, end: MotionState, share: float) -> Array:
-        """Norms of ``share`` times the change of the accelerations, less what the last stage could not resolve."""
-        return self._steppers[self._numbers[-1]].errors(at, end, share)
+    def resolved(self, end: MotionState, error: Array) -> Array:
+        """Part of a vector that the last stage resolves, shape (size,)."""
+        return self._steppers[self._numbers[-1]].resolved(end, error)
 
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
@@ -52,6 +52,7 @@ class StagedStepper:
 
 ImplicitStepper = Stepper | StagedStepper
 AnyStepper = ImplicitStepper | ExplicitStepper
+Watch = Callable[[MotionState, MotionState, Segment], None]
 
 
 class GridDriver:
@@ -67,13 +68,26 @@ class GridDriver:
         Nominal step [s].
     halvings
         Times a step may be halved.
+    watch
+        Sees the start, the end and the segment of every accepted step.
+
+    Attributes
+    ----------
+    failure
+        Residual norms of the last step that was tried.
+    last
+        State at the end of the last step, whatever instant of the grid was reached; None before the first.
     """
 
-    def __init__(self, stepper: AnyStepper, segments: tuple[Segment, ...], step: float, halvings: int) -> None:
+    def __init__(
+        self, stepper: AnyStepper, segments: tuple[Segment, ...], step: float, halvings: int, watch: Watch | None = None
+    ) -> None:
         self._stepper, self._segments, self._step, self._halvings = stepper, segments, step, halvings
+        self._watch = watch
         self._statistics = stepper.equation.statistics
         self._current = 0
         self.failure: list[float] = []
+        self.last: MotionState | None = None
 
     @property
     def segment(self) -> Segment:
@@ -95,7 +109,7 @@ class GridDriver:
             if reached is None:
                 return None
             reached.time = end
-            at = self._enter_next_segment(reached, slack)
+            at = self.last = self._enter_next_segment(reached, slack)
         return at
 
     def _enter_next_segment(self, at: MotionState, slack: float) -> MotionState:
@@ -116,10 +130,15 @@ class GridDriver:
         self.failure = outcome.history
         return reached if outcome.converged else None
 
+    def _accept(self, at: MotionState, reached: MotionState) -> None:
+        self._statistics.steps += 1
+        if self._watch is not None:
+            self._watch(at, reached, self.segment)
+
     def _halving_step(self, at: MotionState, size: float, left: int) -> MotionState | None:
         reached = self._attempt(at, size)
         if reached is not None:
-            self._statistics.steps += 1
+            self._accept(at, reached)
             return reached
         if left == 0:
             return None

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import FollowerForce, InputSet
@@ -20,48 +22,23 @@ from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.accuracy.books import (
+    DAMPING,
+    FRAME,
+    INERTIA,
+    INTERNAL,
+    LOAD,
+    STRESS,
+    Books,
+    forces_by_kind,
+    written,
+)
 from tautflex.solvers.transient.methods.scheme import Stage, StepScheme
+from tautflex.solvers.transient.state import MotionState, MotionTerms, earlier, hermite
 from tautflex.solvers.transient.status import Statistics
 from tautflex.solvers.transient.step_kernel import assemble_residual, begin_step, end_of_step, step_residual
 
 _NONE = np.zeros(0)
-
-
-@dataclass
-class MotionState:
-    """State of the structure at one instant.
-
-    Parameters
-    ----------
-    time
-        [s].
-    q, v, a
-        Free unknowns, their velocities and accelerations, shape (size,).
-    forces
-        All forces but inertia at this instant, shape (size,); None until a method asks for them.
-    jerk
-        Difference quotient of the acceleration over the last step, shape (size,); None after a jump.
-    internal
-        Internal forces at this instant, shape (size,); None until a method asks for them.
-    """
-
-    time: float
-    q: Array
-    v: Array
-    a: Array
-    forces: Array | None = None
-    jerk: Array | None = None
-    internal: Array | None = None
-
-
-@dataclass(frozen=True)
-class MotionTerms:
-    """Rotating-frame terms at one instant: G = M(velocity), K_T = M(displacement), Q_T = load."""
-
-    key: tuple[float, ...]
-    velocity: Array
-    displacement: Array
-    load: Array
 
 
 @dataclass
@@ -104,6 +81,7 @@ class EquationOfMotion:
         self.at_rest = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(self.system.size))
         self._terms = self.at_rest
         self.input_load = np.zeros(self.system.size)
+        self.restressed = bool(self.inputs and self.inputs.changes_stress())
         self.followers: list[FollowerForce] = []
 
     def motion_terms(self, motion: RigidMotion) -> MotionTerms:
@@ -164,13 +142,54 @@ class EquationOfMotion:
         collocation method leaves in the stiff directions into it.
         """
         self.set_time(at.time, at.time)
-        old = self._all_forces(at, before)
+        old, stored = self._all_forces(at, before), self._stored(at.q)
         self.set_time(at.time)
         change = self._all_forces(at, after) - old
         if not change.any():
             return at
         forces = None if at.forces is None else at.forces + change
-        return MotionState(at.time, at.q, at.v, at.a + self.mass_solve(-change), forces)
+        a = at.a + self.mass_solve(-change)
+        return MotionState(at.time, at.q, at.v, a, forces, books=self.books_behind_jump(at, stored))
+
+    @cached_property
+    def stiffness(self) -> csr_array:
+        """Tangent stiffness of the reference, shape (size, size)."""
+        return self.system.pattern.symmetric_matrix(self.state.tangent_entries)
+
+    def strain_energy(self, q: Array) -> float:
+        """Strain energy above the reference at the instant that is set [J]."""
+        return self.workspace.strain_energy(q) - float(self.state.reference_force @ q)
+
+    def _stored(self, q: Array) -> float:
+        """The same where inputs change it, else zero."""
+        return self.strain_energy(q) if self.restressed else 0.0
+
+    def restressing_work(self, at: MotionState, end: MotionState, before: float) -> float:
+        """What inputs add to the strain energy over a step [J]; its end is then set."""
+        q = 0.5 * (at.q + end.q)
+        self.set_time(at.time)
+        stored = self.strain_energy(q)
+        self.set_time(end.time, before)
+        return self.strain_energy(q) - stored
+
+    def books_behind_jump(self, at: MotionState, stored: float) -> Books:
+        """Books of a state behind a jump, before which ``stored`` [J] was its strain energy; that instant is set."""
+        work = at.books.work.copy()
+        work[STRESS] += self._stored(at.q) - stored
+        return Books(work)
+
+    def by_kind(
+        self, numbers: Array, terms: MotionTerms, internal: Array, frame: Array, load: Array,
+        x: Array, q: Array, v: Array, a: Array,
+    ) -> Array:  # fmt: skip
+        """Forces at the increment ``x`` from q, v, a by kind, see `forces_by_kind`."""
+        products = self.products
+        rows: Array = forces_by_kind(
+            products.start, products.column, products.mass, products.damping, products.damped, products.vectors,
+            products.coefficients, self.inertia.pairs, numbers, terms.velocity, terms.displacement, internal,
+            self.state.reference_force, frame, load, x, q, v, a,
+        )  # fmt: skip
+        return rows
 
     def _all_forces(self, at: MotionState, motion: RigidMotion) -> Array:
         """Forces that may jump; the internal ones do where tension or temperature does."""
@@ -183,8 +202,25 @@ class EquationOfMotion:
         """Forces of a step of this size [s] inside one smooth segment, see `StepForces`."""
         instant = at.time + numbers.scheme.evaluation * size
         terms = self.motion_terms(segment.motion(instant))
+        then = self.then(numbers, at)
         self.set_time(instant, segment.end)
-        return StepForces(self, numbers, terms, at, size, diagonal)
+        return StepForces(self, numbers, terms, at, size, diagonal, segment.end, then)
+
+    def then(self, numbers: StepNumbers, at: MotionState) -> Array:
+        """Forces at the start of a step by kind, shape (5, size), if it weighs them; else empty."""
+        if numbers.scheme.weight == 1.0 or at.books.now.size:
+            return at.books.now
+        if at.forces is None:
+            raise RuntimeError("the method needs the forces at the start of the step")
+        self.set_time(at.time)
+        rows = np.zeros((5, at.q.size))
+        rows[INTERNAL], rows[DAMPING], rows[LOAD] = (
+            self.force(at.q),
+            self.products.damping_product(at.v),
+            -self.applied(at.q),
+        )
+        rows[FRAME] = at.forces - rows.sum(axis=0)
+        return rows
 
     def correction(self, q: Array, scheme: StepScheme) -> tuple[Array, Array]:
         """U, shape (rank, size), and D, (rank, rank), of the low-rank part ``U' D U`` of the effective stiffness."""
@@ -249,6 +285,7 @@ class StepNumbers:
         self.end = np.array([(part.d, part.v, part.a) for part in ends])
         inertia, velocity = scheme.inertia, scheme.velocity
         self.known = np.array([scheme.weight, inertia.v, inertia.a, velocity.v, velocity.a, velocity.d])
+        self.factors = np.array([inertia.d, inertia.v, inertia.a, velocity.d, velocity.v, velocity.a])
         self.linear = equation.products.combined(inertia.d, scheme.weight * velocity.d)
         # The same in the pattern's upper triangle, for the effective stiffness.
         constant = inertia.d * equation.inertia.mass_entries
@@ -260,17 +297,20 @@ class StepNumbers:
 class StepForces:
     """All forces of one step from ``at`` as a function of its increment.
 
-    ``terms`` are those of the frame at the evaluation instant, ``diagonal`` is that of the stiffness, shape (size,).
+    ``terms`` are those of the frame at the evaluation instant, ``diagonal`` is that of the stiffness, shape (size,);
+    a jump at ``before`` [s] is not met yet, and ``then`` has the forces at the start by kind if they are weighed.
     ``known_norm`` and ``stiff_norm`` are the norms of the forces that do not depend on the increment and of
     ``diagonal * q`` [N], ``displacement`` is the matrix Z of the frame's stiffness M(Z), shape (3, 3) [1/s^2].
     """
 
     def __init__(
         self, equation: EquationOfMotion, numbers: StepNumbers, terms: MotionTerms, at: MotionState, size: float,
-        diagonal: Array,
+        diagonal: Array, before: float, then: Array,
     ) -> None:  # fmt: skip
         self.equation, self.numbers, self.at, self.size = equation, numbers, at, size
-        self.displacement = terms.displacement
+        self.displacement, self.before = terms.displacement, before
+        self._terms, self._then, self._input = terms, then, equation.input_load
+        self._frame = terms.load if terms.moving or equation.inputs else _NONE
         self._scheme = scheme = numbers.scheme
         products, pairs = equation.products, equation.inertia.pairs
         load = terms.load - equation.input_load if equation.inputs else terms.load
@@ -282,10 +322,10 @@ class StepForces:
             velocity = scheme.velocity
             products.add_low_rank(scheme.weight, velocity.v * at.v + velocity.a * at.a, known)
             self.known_norm = float(np.linalg.norm(known))
-        self._history, self._followers = _NONE, equation.followers
+        self._internal = self._history = _NONE
+        self._followers, self._followed = equation.followers, _NONE
         if scheme.weight < 1.0:
-            if at.forces is None:
-                raise RuntimeError("the method needs the forces at the start of the step")
+            assert at.forces is not None
             self._history = at.forces
             known += (1.0 - scheme.weight) * at.forces
             self.known_norm = float(np.linalg.norm(known))
@@ -302,7 +342,8 @@ class StepForces:
             force = self.equation.workspace.average_force(start, start + x / self._scheme.evaluation)
             residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
         else:
-            residual, norm, internal, inertia = step_residual(x, self.at.q, *self._elements, *self._fixed)
+            force, residual, norm, internal, inertia = step_residual(x, self.at.q, *self._elements, *self._fixed)
+        self._internal = force
         products, scale = self.equation.products, max(internal, self._load_norm)
         if products.matrix.rank:
             products.add_low_rank(self._scheme.weight * self._scheme.velocity.d, x, residual)
@@ -321,40 +362,24 @@ class StepForces:
                 push += item.mean_force(start, start + x / self._scheme.evaluation)
             else:
                 push += item.force(start + x)
+        self._followed = push.copy()
         push *= self._scheme.weight
         residual -= push
         return float(np.linalg.norm(residual)), float(np.linalg.norm(push))
 
     def end(self, x: Array, residual: Array) -> MotionState:
-        """State at the end of the step whose increment leaves this residual."""
-        q, v, a, jerk = end_of_step(self.numbers.end, self.size, x, self.at.q, self.at.v, self.at.a)
-        end = MotionState(self.at.time + self.size, q, v, a, jerk=jerk)
-        if self._scheme.weight < 1.0:
-            end.forces = self._balancing_forces(x, residual)
+        """State at the end of the step whose increment leaves this residual, the last that was computed."""
+        at, scheme = self.at, self._scheme
+        q, v, a, jerk = end_of_step(self.numbers.end, self.size, x, at.q, at.v, at.a)
+        end = MotionState(at.time + self.size, q, v, a, jerk=jerk)
+        load = self._input + self._followed if self._followers else self._input
+        now = self.equation.by_kind(
+            self.numbers.factors, self._terms, self._internal, self._frame, load, x, at.q, at.v, at.a
+        )
+        if scheme.weight < 1.0:
+            end.forces = (residual - now[INERTIA] - (1.0 - scheme.weight) * self._history) / scheme.weight
+        instants = scheme.weight * scheme.evaluation * self.size, self.size
+        end.books = written(at.books, now, self._then, scheme.weight, instants, at.q, q)
+        if self.equation.restressed:
+            end.books.work[STRESS] += self.equation.restressing_work(at, end, self.before)
         return end
-
-    def _balancing_forces(self, x: Array, residual: Array) -> Array:
-        """All forces but inertia at the evaluation instant, shape (size,)."""
-        scheme = self._scheme
-        inertia, at = scheme.inertia, self.at
-        inertia_force = self.equation.products.mass_product(inertia.d * x + inertia.v * at.v + inertia.a * at.a)
-        forces: Array = (residual - inertia_force - (1.0 - scheme.weight) * self._history) / scheme.weight
-        return forces
-
-
-def earlier(time: float, jump: float) -> float:
-    """The time, or the last one before a jump that is not met yet."""
-    return min(time, float(np.nextafter(jump, -np.inf)))
-
-
-def hermite(
-    start: float, end: float, time: float, values: tuple[Array, Array], slopes: tuple[Array, Array]
-) -> tuple[Array, Array]:
-    """Value and slope at ``time`` of the cubic that has these values and slopes at both ends."""
-    step = end - start
-    s = (time - start) / step
-    mean = (values[1] - values[0]) / step
-    first, last = slopes
-    value = values[0] + s * step * (mean + (1.0 - s) * ((1.0 - s) * (first - mean) - s * (last - mean)))
-    slope = mean + (1.0 - s) * (1.0 - 3.0 * s) * (first - mean) + s * (3.0 * s - 2.0) * (last - mean)
-    return value, slope

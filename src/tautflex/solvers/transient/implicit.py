@@ -13,8 +13,9 @@ from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.anderson import AndersonAcceleration
 from tautflex.solvers.nonlinear.newton import NewtonOutcome, relative_error, solve_newton
 from tautflex.solvers.transient.corotation import Corotation
-from tautflex.solvers.transient.equation import EquationOfMotion, MotionState, StepForces, StepNumbers
+from tautflex.solvers.transient.equation import EquationOfMotion, StepForces, StepNumbers
 from tautflex.solvers.transient.methods.scheme import Method
+from tautflex.solvers.transient.state import MotionState
 from tautflex.solvers.transient.step_kernel import first_guess
 
 # The force scale of a step never falls below this part of the largest one met so far: after the motion has died
@@ -148,20 +149,16 @@ class Stepper:
         """Whether the last factors belong to this step size."""
         return self.factor.ready and self._factor_size == size
 
-    def errors(self, at: MotionState, end: MotionState, share: float) -> Array:
-        """Norms of ``share`` times the change of the accelerations over a step, less what it could not resolve anyway.
+    def resolved(self, end: MotionState, error: Array) -> Array:
+        """Part of a vector that the step to ``end`` resolves, shape (size,).
 
-        Elastic ones go through ``(c M + K)^-1 c M`` with the factors at hand: unchanged for motion slower than the
+        It goes through ``(c M + K)^-1 c M`` with the factors at hand: unchanged for motion slower than the
         step, about zero for faster motion, whose accelerations would otherwise pass for displacement errors [Hairer &
         Wanner, Solving Ordinary Differential Equations II, IV.8].
         """
-
-        def smoothed(error: Array) -> Array:
-            if not self.factor.ready:
-                return error
-            return self.solver.solve(self._factor_inertia * self.equation.mobile_mass(end, error))
-
-        return self.equation.errors(at, end, share, smoothed)
+        if not self.factor.ready:
+            return error
+        return self.solver.solve(self._factor_inertia * self.equation.mobile_mass(end, error))
 
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""

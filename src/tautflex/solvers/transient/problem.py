@@ -96,6 +96,8 @@ class TransientProblem:
         Newton tolerance: residual norm over the norm of the forces; None takes what the method needs, 1e-6 for most.
     max_halvings
         Times a step may be halved when Newton fails; an adaptive run goes down to its smallest step instead.
+    time_error
+        Whether the time error is estimated, at a few per cent of the run's cost.
 
     Raises
     ------
@@ -123,6 +125,7 @@ class TransientProblem:
     fields: str | Sequence[float] | None = None
     tolerance: float | None = None
     max_halvings: int = 8
+    time_error: bool = True
 
     @classmethod
     def asked(cls, plant: Any, maneuver: Any, question: Mapping[str, Any]) -> TransientProblem:

@@ -12,9 +12,10 @@ from tautflex.mechanics.membrane import MEMBRANE_STATES, MembraneSurvey, StressS
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array
 from tautflex.solvers.plausibility import MotionWatch
-from tautflex.solvers.transient.compression import CompressionWatch
-from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
+from tautflex.solvers.transient.accuracy.compression import CompressionWatch
+from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.probes import ProbeSet
+from tautflex.solvers.transient.state import MotionState
 from tautflex.solvers.variables import COMPONENTS, RUN, SCALARS, described, mesh_variables
 from tautflex.structure.model import Model
 
@@ -84,7 +85,7 @@ class Recorder:
         """Store one sample, of an instant in this stretch of the maneuver."""
         equation, row = self._equation, self._count
         equation.set_time(at.time)
-        strain = equation.workspace.strain_energy(at.q) - float(equation.state.reference_force @ at.q)
+        strain = equation.strain_energy(at.q)
         motion, film = equation.motion(at, segment), self._survey.membrane()
         self._time[row] = at.time
         self._probe[row] = self._probes.read(at.q), self._probes.read(at.v)

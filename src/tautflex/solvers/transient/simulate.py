@@ -6,6 +6,8 @@ import time as clock
 from inspect import Parameter, signature
 from typing import Any
 
+import numpy as np
+
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
@@ -13,9 +15,12 @@ from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
 from tautflex.numeric import Array, within_arithmetic
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.static.stability import find_start
+from tautflex.solvers.transient.accuracy.energy import run_balance
+from tautflex.solvers.transient.accuracy.time_error import TimeError
+from tautflex.solvers.transient.accuracy.verdict import judge
 from tautflex.solvers.transient.adaptive import AdaptiveDriver
-from tautflex.solvers.transient.driver import AnyStepper, GridDriver, StagedStepper
-from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
+from tautflex.solvers.transient.driver import AnyStepper, GridDriver, StagedStepper, Watch
+from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.explicit import ExplicitStepper
 from tautflex.solvers.transient.free_hub.equation import HubEquation
 from tautflex.solvers.transient.free_hub.record import HubRecorder, check_coupling, steady_motion
@@ -23,6 +28,7 @@ from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, SteppingModel, TransientProblem
 from tautflex.solvers.transient.recorder import Recorder
+from tautflex.solvers.transient.state import MotionState
 from tautflex.solvers.transient.status import Run, Status
 
 
@@ -96,7 +102,8 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
         segments = split_segments(maneuver.segments(), driven.breaks)
     stepper = _stepper(problem, equation)
     recorder = kind(equation, problem.placed, count // problem.every + 1, problem.field_steps)
-    driver = _driver(problem, stepper, segments)
+    errors = TimeError(equation, stepper.resolved) if problem.time_error else None
+    driver = _driver(problem, stepper, segments, None if errors is None else errors.step)
     began = clock.perf_counter()
     status, history, reached, said = Status.COMPLETED, tuple[float, ...](), 0.0, list[str]()
 
@@ -107,6 +114,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
 
     try:
         at, said = begin(equation, maneuver, problem.velocity, problem.initial_imperfection)
+        first = at
         said = [*problem.doubts, *said]
         if isinstance(stepper, ExplicitStepper):
             stepper.check(at, step)
@@ -126,9 +134,14 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     statistics = equation.statistics
     statistics.seconds = clock.perf_counter() - began
     ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
-    return Run(
-        recorder.to_dataset(problem.attributes | ended | {"warnings": said}), status, statistics, reached, history
-    )
+    data, last = recorder.to_dataset(problem.attributes | ended | {"warnings": said}), driver.last or first
+    # On a free hub the recorded kinetic energy is that of the whole spacecraft.
+    stored, hub = data["strain_energy"].values, isinstance(maneuver, FreeHub)
+    energy = float(np.max(stored + (stored if hub else data["kinetic_energy"].values)))
+    balance = run_balance(equation, maneuver, segments, first, last)
+    accuracy = judge(problem, errors, balance, energy, last.time / max(statistics.steps, 1))
+    data.attrs |= accuracy.attributes | {"warnings": data.attrs["warnings"] + accuracy.warnings}
+    return Run(data, status, statistics, reached, history, accuracy.error, balance)
 
 
 def begin(
@@ -155,14 +168,16 @@ def _stepper(problem: TransientProblem, equation: EquationOfMotion) -> AnySteppe
     return steppers[0] if len(method.tangents) == 1 else StagedStepper(method, steppers)
 
 
-def _driver(problem: TransientProblem, stepper: AnyStepper, segments: tuple[Segment, ...]) -> GridDriver:
+def _driver(
+    problem: TransientProblem, stepper: AnyStepper, segments: tuple[Segment, ...], watch: Watch | None
+) -> GridDriver:
     """Driver of a run."""
     step = problem.time_step
     if problem.adaptive is None:
-        return GridDriver(stepper, segments, step, problem.max_halvings)
+        return GridDriver(stepper, segments, step, problem.max_halvings, watch)
     if isinstance(stepper, ExplicitStepper):
         raise InputError(
             "adaptive: expected an implicit method, got an explicit one, whose step is limited by stability; "
             "leave adaptive out or use GeneralizedAlpha()"
         )
-    return AdaptiveDriver(stepper, segments, step, problem.count * step, problem.adaptive)
+    return AdaptiveDriver(stepper, segments, step, problem.count * step, problem.adaptive, watch)

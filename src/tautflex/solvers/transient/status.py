@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
@@ -85,6 +86,13 @@ class Run:
         Last instant that was reached [s].
     history
         Residual norms of the step that failed, newest last; empty if none did, or a reduced model's did.
+    error
+        Estimated time error of the displacements, relative to the largest one of the run, see
+        :mod:`tautflex.solvers.transient.accuracy.time_error`; NaN where it was not asked for.
+    energy_balance
+        Energies at the start and the end and what came and went between [J], seen from inertial space: ``initial``,
+        ``kinetic``, ``strain``, ``damping``, ``method``, ``loads``, ``maneuver`` and ``residual``, see
+        :mod:`tautflex.solvers.transient.accuracy.energy`.
     """
 
     data: xr.Dataset
@@ -92,3 +100,10 @@ class Run:
     stats: Statistics
     reached: float
     history: tuple[float, ...] = ()
+    error: float = float("nan")
+    energy_balance: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user should know, in words."""
+        return list(self.data.attrs["warnings"])

@@ -38,14 +38,8 @@ def begin_step(
     for i in range(size):
         total = 0.0
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
-            total += mass[k] * acceleration[column[k]]
+            total += mass[k] * acceleration[column[k]] + damping[k] * velocity[column[k]]
         known[i] += total
-    if damped:
-        for i in range(size):
-            total = 0.0
-            for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
-                total += damping[k] * velocity[column[k]]
-            known[i] += total
     add_pair_products(pairs, gyroscopic, 1.0, velocity, known)
     add_pair_products(pairs, displacement, weight, q, known)
     # Gyroscopic and K_T forces are both M(Z) times something, so one product serves the increment.
@@ -78,15 +72,18 @@ def assemble_residual(
 def step_residual(
     x: Array, q: Array, store: Any, stresses: Array, start: Indices, column: Places, linear: Array, pairs: Any,
     turning: Array, weight: float, reference: Array, known: Array,
-) -> tuple[Array, float, float, float]:  # fmt: skip
-    """Residual of the increment ``x`` from ``q`` and the norms of `assemble_residual`."""
+) -> tuple[Array, Array, float, float, float]:  # fmt: skip
+    """Internal force and residual of the increment ``x`` from ``q``, and the norms of `assemble_residual`."""
     size = x.size
     extended, force = np.empty(size + 1), np.zeros(size + 1)
     for i in range(size):
         extended[i] = q[i] + x[i]
     extended[size] = 0.0
     add_forces(store, extended, force, stresses, True, False, False)
-    return assemble_residual(x, force, start, column, linear, pairs, turning, weight, reference, known)
+    residual, norm, internal, inertia = assemble_residual(
+        x, force, start, column, linear, pairs, turning, weight, reference, known
+    )
+    return force, residual, norm, internal, inertia
 
 
 @jit

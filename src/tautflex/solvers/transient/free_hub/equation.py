@@ -37,14 +37,8 @@ from tautflex.motion.hub import FreeHub, HubState
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array, cross_matrix
 from tautflex.solvers.linear.low_rank import LowRankUpdate
-from tautflex.solvers.transient.equation import (
-    EquationOfMotion,
-    MotionState,
-    StepForces,
-    StepNumbers,
-    earlier,
-    hermite,
-)
+from tautflex.solvers.transient.accuracy.books import RIGID
+from tautflex.solvers.transient.equation import EquationOfMotion, StepForces, StepNumbers
 from tautflex.solvers.transient.free_hub.balance import (
     RigidState,
     add_forces_at_rates,
@@ -54,9 +48,10 @@ from tautflex.solvers.transient.free_hub.balance import (
     motion_at,
     rigid_parts,
 )
-from tautflex.solvers.transient.free_hub.momentum import Body, rigid_blocks
+from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy, rigid_blocks
 from tautflex.solvers.transient.methods.scheme import StepScheme
 from tautflex.solvers.transient.probes import ProbeSet
+from tautflex.solvers.transient.state import MotionState, earlier, hermite
 
 _NONE = np.zeros(0)
 
@@ -171,7 +166,7 @@ class HubEquation(EquationOfMotion):
         """Same positions and velocities under another wrench or other inputs; only the change is solved for."""
         assert isinstance(at, HubMotion)
         self.set_time(at.time, at.time)
-        old, rigid = self._balanced(at), at.rigid.copy()
+        old, rigid, stored = self._balanced(at), at.rigid.copy(), self._stored(at.q)
         self.set_time(at.time)
         hub = rigid_parts(rigid)
         hub.wrench[:] = self.wrench(at.time, rigid, at.q, at.v)
@@ -182,7 +177,9 @@ class HubEquation(EquationOfMotion):
         hub.rates[:] += new.hub.rates - old.hub.rates
         forces = None if at.forces is None else at.forces - self.products.mass_product(change)
         balanced = at.balanced + change if at.balanced.size else _NONE
-        return replace(at, a=at.a + change, forces=forces, jerk=None, rigid=rigid, balanced=balanced, power=new.power)
+        books = self.books_behind_jump(at, stored)
+        moved = replace(at, a=at.a + change, forces=forces, jerk=None, books=books)
+        return replace(moved, rigid=rigid, balanced=balanced, power=new.power)
 
     def _balanced(self, at: HubMotion) -> HubMotion:
         """The state with the accelerations that balance all forces of the instant that is set."""
@@ -209,8 +206,9 @@ class HubEquation(EquationOfMotion):
     ) -> StepForces:
         """Forces of a step of this size [s] inside one smooth segment, see `HubForces`."""
         assert isinstance(at, HubMotion)
+        then = self.then(numbers, at)
         self.set_time(at.time + numbers.scheme.evaluation * size, segment.end)
-        return HubForces(self, numbers, at, size, diagonal, segment.end)
+        return HubForces(self, numbers, at, size, diagonal, segment.end, then)
 
     def correction(self, q: Array, scheme: StepScheme) -> tuple[Array, Array]:
         """With what the free hub takes from the effective stiffness, ``-c B' R^-1 B``."""
@@ -226,9 +224,7 @@ class HubEquation(EquationOfMotion):
     def kinetic_energy(self, at: MotionState) -> float:
         """Energy of hub and structure in the inertial frame [J]."""
         assert isinstance(at, HubMotion)
-        mass, coupling = self.blocks(at.q)
-        twist = at.hub.twist
-        return float(twist @ (0.5 * mass @ twist + coupling @ at.v)) + super().kinetic_energy(at)
+        return carried_energy(self.body, at.q, at.v, at.hub.twist) + super().kinetic_energy(at)
 
     def between(self, start: MotionState, end: MotionState, time: float) -> MotionState:
         """State at an instant between two states; what has a known rate follows a cubic, the rest a line."""
@@ -294,7 +290,7 @@ def _slopes(at: HubMotion) -> Array:
 
 
 class HubForces(StepForces):
-    """Forces of one step on a free hub as a function of its elastic increment; ``before`` is a jump not met yet [s].
+    """Forces of one step on a free hub as a function of its elastic increment.
 
     The terms of `StepForces` are those of a frame at rest: those of the hub follow from the increment.
     """
@@ -303,12 +299,13 @@ class HubForces(StepForces):
     at: HubMotion
 
     def __init__(
-        self, equation: HubEquation, numbers: StepNumbers, at: HubMotion, size: float, diagonal: Array, before: float
-    ) -> None:
-        super().__init__(equation, numbers, equation.at_rest, at, size, diagonal)
+        self, equation: HubEquation, numbers: StepNumbers, at: HubMotion, size: float, diagonal: Array, before: float,
+        then: Array,
+    ) -> None:  # fmt: skip
+        super().__init__(equation, numbers, equation.at_rest, at, size, diagonal, before, then)
         scheme, spin = numbers.scheme, cross_matrix(at.hub.twist[3:])
         self.displacement = spin @ spin
-        self._before, self._reach = before, scheme.evaluation * size
+        self._reach = scheme.evaluation * size
         velocity, inertia, weight = scheme.velocity, scheme.inertia, scheme.weight
         factors = (velocity.d, velocity.v, velocity.a, inertia.d / weight, inertia.v / weight, inertia.a / weight)
         self._factors = np.array([*factors, 1.0 - 1.0 / weight])
@@ -325,17 +322,18 @@ class HubForces(StepForces):
         """As of `StepForces`, with the forces of the hub's motion that balances the momenta of the increment."""
         residual, _, scale, inertia = super().residual(x)
         q, v, a = motion_at(self._factors, x, *self._start)
+        alone = residual.copy()
         wrench = self._settled(self._reach, q, v, a, self._rigid)
         self._rigid, load, norm = add_hub_forces(
             self.equation.body, q, v, a, self.at.rigid, self._reach, wrench, self._rigid[7:13], self._scheme.weight,
             residual,
         )  # fmt: skip
-        self._point = x
+        self._point, self._frame = x, (residual - alone) / self._scheme.weight
         return residual, norm, max(scale, load), inertia
 
     def _settled(self, reach: float, q: Array, v: Array, a: Array, rigid: Array) -> Array:
         """Wrench at ``reach`` [s] after the start where it agrees with the motion that it leads to, shape (6,)."""
-        equation, time = self.equation, earlier(self.at.time + reach, self._before)
+        equation, time = self.equation, earlier(self.at.time + reach, self.before)
         wrench, last = equation.wrench(time, rigid, q, v), np.inf
         while equation.hub.feedback:
             rigid = end_hub(equation.body, q, v, a, self.at.rigid, reach, wrench, rigid[7:13])
@@ -356,12 +354,13 @@ class HubForces(StepForces):
         if weight < 1.0:
             balanced = a = motion_at(self._factors, x, *self._start)[2]
         if self._scheme.evaluation != 1.0 or x is not self._point:
-            equation.set_time(elastic.time, self._before)
+            equation.set_time(elastic.time, self.before)
             guess = self._guess(size)
             wrench = self._settled(size, q, v, a, guess)
             rigid = end_hub(equation.body, q, v, a, at.rigid, size, wrench, guess[7:13])
-        power = equation.power(rigid, q, v)
+        power, hub = equation.power(rigid, q, v), rigid_parts(rigid)
+        elastic.books.work[RIGID] += 0.5 * size * float(at.hub.wrench @ at.hub.twist + hub.wrench @ hub.twist)
         return HubMotion(
-            elastic.time, q, v, elastic.a, elastic.forces, elastic.jerk, rigid=rigid, balanced=balanced,
-            power=power, work=at.work + 0.5 * size * (at.power + power),
+            elastic.time, q, v, elastic.a, elastic.forces, elastic.jerk, books=elastic.books, rigid=rigid,
+            balanced=balanced, power=power, work=at.work + 0.5 * size * (at.power + power),
         )  # fmt: skip

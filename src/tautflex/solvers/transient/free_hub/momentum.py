@@ -59,8 +59,8 @@ class Body(NamedTuple):
     tensor: Array
 
     @classmethod
-    def of(cls, inertia: InertiaOperator, hub: FreeHub) -> Body:
-        """Moments of a structure with this inertia on a hub."""
+    def of(cls, inertia: InertiaOperator, hub: FreeHub | None) -> Body:
+        """Moments of a structure with this inertia on a hub; None: on one without mass."""
         first, line, start, column, value = inertia.pairs
         seen: dict[bytes, int] = {}
         which, kept = np.empty(line.size, dtype=np.uint32), list[int]()
@@ -70,7 +70,9 @@ class Body(NamedTuple):
             if len(kept) < len(seen):
                 kept.append(k)
         entries = np.concatenate([np.zeros(0, dtype=np.int64), *(np.arange(start[k], start[k + 1]) for k in kept)])
-        center = np.asarray(hub.center, dtype=float)
+        weight, center, tensor = 0.0, np.zeros(3), np.zeros((3, 3))
+        if hub is not None:
+            weight, center, tensor = hub.mass, np.asarray(hub.center, dtype=float), hub.tensor
         moments = np.concatenate([inertia.zeroth_moment[:, None], inertia.first_moment], axis=1)
         places = [np.flatnonzero(np.any(moment != 0.0, axis=0)) for moment in moments]
         return cls(
@@ -83,10 +85,10 @@ class Body(NamedTuple):
             np.cumsum([0, *(place.size for place in places)]),
             np.concatenate(places).astype(np.uint32),
             np.concatenate([moment[:, place].T for moment, place in zip(moments, places, strict=True)]),
-            inertia.mass + hub.mass,
-            inertia.mass_moment + hub.mass * center,
+            inertia.mass + weight,
+            inertia.mass_moment + weight * center,
             inertia.second_moment,
-            hub.tensor + hub.mass * (center @ center * np.eye(3) - np.outer(center, center)),
+            tensor + weight * (center @ center * np.eye(3) - np.outer(center, center)),
         )
 
 
@@ -237,3 +239,9 @@ def rigid_blocks(body: tuple[Any, ...], q: Array) -> tuple[Array, Array]:
     for k in range(6):
         add_frame_forces(body, momenta.products, np.zeros(6), rates[k], 1.0, coupling[k])
     return momenta.mass, coupling
+
+
+def carried_energy(body: tuple[Any, ...], q: Array, v: Array, twist: Array) -> float:
+    """Kinetic energy in the inertial frame beside that of the elastic motion, ``twist . (R twist / 2 + B dq)`` [J]."""
+    momenta = momenta_of(body, q, v, v)
+    return float(twist @ (0.5 * momenta.mass @ twist + momenta.relative))

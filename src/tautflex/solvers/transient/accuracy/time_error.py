@@ -1,0 +1,229 @@
+r"""Estimated time error of a run: local errors of all steps, summed up as they travel [theory.md 13].
+
+A method of second order errs by ``c (w h)^3`` of its amplitude in a step, c its own (`error_constant`). For harmonic
+motion that is ``c h^2`` times the change of the acceleration over the step, at the phases where that is largest; the
+mean over all phases is 2/pi of it [Zienkiewicz & Xie, Earthq. Eng. Struct. Dyn. 20 (1991) 871]. Linear motion keeps an
+error's size but for damping, so their sum bounds the error of the run; what the maneuver does between the ends of a
+step that is long for it comes on top. Displacements are measured by the root of the sum of squares over all nodes.
+
+Accelerations of waves that a step does not resolve say nothing about displacements: one back-substitution takes them
+out (`Stepper.resolved`), at a sample of the steps, and the part that stays is used until the next. The same sample
+gives the rate at which damping lets errors decay, that of the velocity.
+
+Motions that are close part exponentially where the structure hardens and little damping is left. How fast is not
+known without a second run. Measured on films and antennas without damping (8 to 30 1/s at 20 to 30 Hz) it is not less
+than a twentieth of the angular frequency of the velocity times the share of the energy that is not quadratic, less the
+damping of the errors: where that would have multiplied an error by more than `PARTED` the run is said to have parted,
+and its error is that of two motions that know nothing of each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from tautflex.motion.kinematics import Segment
+from tautflex.numeric import Array, jit
+from tautflex.solvers.transient.equation import EquationOfMotion
+from tautflex.solvers.transient.state import MotionState
+
+# Mean of |cos|, and what measured errors exceed the sum by where the frequency depends on the amplitude.
+_MEAN, _SAFETY = 0.5 * np.pi, 1.5
+# Steps between two samples at most, and what a sample forgets of those before.
+_LONGEST, _MEMORY = 64, 0.8
+# Growth of errors over angular frequency, and the exponent from which motions have parted.
+GROWTH, PARTED = 0.05, 5.5
+# Twice the largest displacement: that is how far two motions can be apart.
+_APART = 2.0
+# Stretches of a maneuver with fewer steps are looked at between the steps' ends, at so many instants.
+_FEW_STEPS, _BETWEEN = 20, 8
+# Motion across (w) sets the scale unless it is a smaller part of the whole than this.
+_ACROSS = 1e-3
+# Errors worth a warning.
+NOTABLE = 0.05
+
+
+@jit
+def _travel(state: Array, local: float, time: float, size: float, decay: float, growth: float) -> None:
+    state[0] = state[0] * np.exp(-decay * size) + local
+    state[1] = max(state[1], state[0])
+    state[2] = max(state[2] + growth * size, 0.0)
+    state[3] = max(state[3], state[2])
+    if local > state[4]:
+        state[4], state[5] = local, time
+
+
+@jit
+def travelled(state: Array, local: Array, times: Array, size: float, decay: float, growth: float) -> None:
+    """Sum up local errors of steps of a size [s] that end at these times, with rates of decay and growth [1/s].
+
+    ``state`` holds error, its largest value, exponent of the growth and its largest value, the largest local error and
+    its time, the largest sums of squares of all displacements and of those across.
+    """
+    for n in range(local.size):
+        _travel(state, local[n], times[n], size, decay, growth)
+
+
+@jit
+def _seen(
+    state: Array, rates: Array, measured: Array, q: Array, before: Array, after: Array, time: float, size: float
+) -> None:
+    """Take in a step from its end and its accelerations.
+
+    ``rates`` holds the part of the local error that is resolved, decay and growth; ``measured`` tells the unknowns that
+    count for all displacements and for those across (1, else 0), shape (2, size).
+    """
+    place, across, change = 0.0, 0.0, 0.0
+    for i in range(q.size):
+        square, d = q[i] * q[i], after[i] - before[i]
+        place += measured[0, i] * square
+        across += measured[1, i] * square
+        change += measured[0, i] * d * d
+    state[6], state[7] = max(state[6], place), max(state[7], across)
+    raw = size * size * np.sqrt(change)
+    _travel(state, raw * rates[0], time, size, rates[1], rates[2])
+
+
+class ErrorSum:
+    """What all plants sum up."""
+
+    def __init__(self) -> None:
+        self.state, self.missed = np.zeros(8), 0.0
+        self._squares = np.zeros(2)
+
+    def add(self, local: Array, times: Array, size: float, decay: float, growth: float) -> None:
+        """Take in local errors over c of steps, see `travelled`."""
+        travelled(self.state, local, times, size, decay, growth)
+
+    def add_speeds(self, acceleration: float, velocity: float) -> None:
+        """Take in squares of accelerations and velocities in the mass norm."""
+        self._squares += acceleration, velocity
+
+    @property
+    def frequency(self) -> float:
+        """Angular frequency of the velocity [rad/s]."""
+        return float(np.sqrt(self._squares[0] / self._squares[1])) if self._squares[1] > 0.0 else 0.0
+
+    @property
+    def parted(self) -> bool:
+        """Whether close motions have parted."""
+        return bool(self.state[3] > PARTED)
+
+    def value(self, constant: float) -> float:
+        """Estimated error over the largest displacement, for a method's constant c."""
+        all_of_it, across = np.sqrt(self.state[6:])
+        scale = max(float(across if across > _ACROSS * all_of_it else all_of_it), 1e-300)
+        error = min(_SAFETY * _MEAN * constant * float(self.state[1]) / scale, _APART)
+        return (_APART if self.parted and error > 0.0 else error) + self.missed / scale
+
+    def warnings(self, error: float, step: float) -> list[str]:
+        """Sentences about the error of a run with this time step [s]; empty if there is nothing to say."""
+        if self.parted and error > 0.0:
+            return [
+                "close motions part exponentially in this run: the structure hardens and little damping is left, so "
+                "that displacements after a few periods depend on the time step whatever its size; trust energies, "
+                "spectra and averages, or add damping"
+            ]
+        if not error > NOTABLE:
+            return []
+        told = f"{error:.0%}" if error < 10.0 else "more than ten times"
+        better = step * min(np.sqrt(0.5 * NOTABLE / error), 0.5)
+        return [
+            f"the time steps leave an estimated error of {told} of the largest displacement, most of it from about t = "
+            f"{self.state[5]:.3g} s on; set time_step = {rounded_down(better):.2g} s or less"
+        ]
+
+
+def rounded_down(step: float) -> float:
+    """Step [s] with two digits that is not above the given one."""
+    unit = 10.0 ** (np.floor(np.log10(step)) - 1)
+    return float(np.floor(step / unit * (1.0 + 1e-12)) * unit)
+
+
+class TimeError(ErrorSum):
+    """Follows the steps of a run of the full model.
+
+    Parameters
+    ----------
+    equation
+        Equation of motion.
+    resolved
+        Takes out of a vector what the last step did not resolve, see `Stepper.resolved`.
+    """
+
+    def __init__(self, equation: EquationOfMotion, resolved: Callable[[MotionState, Array], Array]) -> None:
+        super().__init__()
+        self._equation, self._resolved = equation, resolved
+        system = equation.system
+        places = system.place[system.model.translation_dofs]
+        self._measured = np.zeros((2, system.size + 1))
+        self._measured[0, places] = self._measured[1, places[:, 2]] = 1.0
+        self._measured = np.ascontiguousarray(self._measured[:, :-1])
+        self._wait, self._gap, self._samples = 0, 1, 0
+        # Local errors as they are and resolved; v'Mv, a'Ma; energies that are not and that are quadratic; samples, and
+        # their v'Mv / v'Cv [s].
+        self._pooled = np.zeros(8)
+        self._rates = np.array([1.0, 0.0, 0.0])
+
+    def step(self, at: MotionState, end: MotionState, segment: Segment) -> None:
+        """See an accepted step."""
+        size = end.time - at.time
+        if at.jerk is None:
+            self._wait, self._gap = 0, 1
+        self._wait -= 1
+        if self._wait < 0:
+            self._sample(at, end, size)
+        _seen(self.state, self._rates, self._measured, end.q, at.a, end.a, end.time, size)
+        self.missed += missed_between(self._equation.system.model.nodes, at.time, size, segment)
+
+    def _sample(self, at: MotionState, end: MotionState, size: float) -> None:
+        """Look at what the step resolves, at damping and at how far from quadratic the energy is."""
+        self._samples += 1
+        # Uneven, so that no vibration keeps step with the samples.
+        self._wait = int(self._gap * (0.75 + 0.5 * (0.618 * self._samples % 1.0)))
+        self._gap = min(_LONGEST, 2 * self._gap)
+        equation, products = self._equation, self._equation.products
+        change = end.a - at.a
+        error = self._resolved(end, change)
+        raw, found = (size * size * float(np.linalg.norm(self._measured[0] * each)) for each in (change, error))
+        velocity, acceleration = products.mass_norm(end.v), products.mass_norm(end.a)
+        damped = products.damped
+        loss = float(end.v @ products.damping_product(end.v)) if damped else 0.0
+        self._pooled *= _MEMORY
+        self._pooled[:4] += raw, found, velocity, acceleration
+        self.add_speeds(acceleration, velocity)
+        self._rates[0] = self._pooled[1] / self._pooled[0] if self._pooled[0] > 0.0 else 1.0
+        if not velocity > 0.0:
+            return
+        if loss > 0.0:
+            # Times are averaged, not rates: stiff waves that are gone at once say nothing about the error that stays.
+            self._pooled[6:] += 1.0, velocity / loss
+            self._rates[1] = 0.5 * self._pooled[6] / self._pooled[7]
+        fastest = GROWTH * np.sqrt(self._pooled[3] / self._pooled[2])
+        lost = (
+            0.5 * float(error @ products.damping_product(error)) / max(products.mass_norm(error), 1e-300)
+            if damped
+            else 0.0
+        )
+        if lost < fastest:
+            energy = equation.strain_energy(end.q)
+            linear = 0.5 * float(end.q @ (equation.stiffness @ end.q))
+            self._pooled[4:6] += abs(energy - linear), min(abs(energy), abs(linear))
+            fastest *= self._pooled[4] / max(self._pooled[4] + self._pooled[5], 1e-300)
+        self._rates[2] = fastest - lost
+
+
+def missed_between(nodes: Array, start: float, size: float, segment: Segment) -> float:
+    """Displacement that a short motion of the frame makes between the ends of a step, beside what they tell [m]."""
+    if segment.end - segment.start > _FEW_STEPS * size:
+        return 0.0
+
+    def push(time: float) -> Array:
+        motion = segment.motion(time)
+        return nodes @ (motion.euler + motion.centrifugal).T + motion.origin_acceleration
+
+    first, last = push(start), push(start + size)
+    shares = (np.arange(_BETWEEN) + 0.5) / _BETWEEN
+    missed = [np.linalg.norm(push(start + s * size) - (1.0 - s) * first - s * last) for s in shares]
+    return 0.25 * size * size * float(max(missed))

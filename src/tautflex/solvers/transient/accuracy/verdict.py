@@ -1,0 +1,99 @@
+"""How far a run can be trusted: its time error and energy balance, in numbers and in words."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tautflex.motion.hub import FreeHub
+from tautflex.solvers.transient.accuracy.time_error import ErrorSum, rounded_down
+from tautflex.solvers.transient.adaptive import error_constant
+from tautflex.solvers.transient.methods.scheme import Method
+from tautflex.solvers.transient.problem import TransientProblem
+
+# Central differences turn a vibration by (phase)^3 / 24 too far in a step.
+_EXPLICIT_CONSTANT = 1.0 / 24.0
+# Limits of the phase at which a method's constant is taken [rad].
+_PHASES = 0.01, 0.5
+# Part of the largest energy that a method may take out or feed in without a word, and steps that a maneuver needs.
+_NOTABLE, _FEW_STEPS = 0.01, 5
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Accuracy of a run.
+
+    Parameters
+    ----------
+    error
+        Estimated time error over the largest displacement; NaN where it was not asked for.
+    balance
+        Energy balance [J].
+    warnings
+        What the user should know.
+    """
+
+    error: float
+    balance: Mapping[str, float]
+    warnings: list[str]
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What the record keeps of it."""
+        return {"time_error": self.error, "energy_balance": json.dumps(self.balance)}
+
+
+def judge(
+    problem: TransientProblem, errors: ErrorSum | None, balance: Mapping[str, float], energy: float, mean_step: float
+) -> Accuracy:
+    """Accuracy of a run of any plant from what its steps summed up.
+
+    Parameters
+    ----------
+    problem
+        What was asked.
+    errors
+        Its local errors; None where the estimate is off.
+    balance
+        Its energy balance [J].
+    energy
+        Largest energy of the elastic motion [J].
+    mean_step
+        Mean size of its steps [s].
+    """
+    method, warnings, error = problem.method, _about_maneuver(problem), float("nan")
+    if errors is not None:
+        phase = float(np.clip(errors.frequency * mean_step, *_PHASES))
+        error = errors.value(error_constant(method, phase) if isinstance(method, Method) else _EXPLICIT_CONSTANT)
+        warnings += errors.warnings(error, mean_step)
+    return Accuracy(error, balance, warnings + _about_energy(problem, balance, energy))
+
+
+def _about_maneuver(problem: TransientProblem) -> list[str]:
+    if isinstance(problem.maneuver, FreeHub) or problem.adaptive is not None:
+        return []
+    lasting = [getattr(part, "duration", None) for part in (problem.maneuver, *getattr(problem.maneuver, "steps", ()))]
+    shortest = min((float(each) for each in lasting if each is not None), default=np.inf)
+    if problem.time_step <= shortest / _FEW_STEPS * (1.0 + 1e-9):
+        return []
+    return [
+        f"the maneuver of {shortest:g} s has fewer than {_FEW_STEPS} steps of {problem.time_step:g} s: the run may "
+        f"have missed it; set time_step = {rounded_down(shortest / 20.0):.2g} s or less"
+    ]
+
+
+def _about_energy(problem: TransientProblem, balance: Mapping[str, float], largest: float) -> list[str]:
+    # Damping has taken what the elastic motion had beside the energy of its largest instant.
+    taken, energy = balance["method"], largest + max(balance["damping"], 0.0)
+    if not abs(taken) > _NOTABLE * energy > 0.0:
+        return []
+    what = "took out" if taken > 0.0 else "fed in"
+    return [
+        f"the method {what} {abs(taken):.3g} J by itself, {abs(taken) / energy:.1%} of all that the elastic motion "
+        f"had: its damping is numerical; take a smaller time_step than {problem.time_step:g} s, or EnergyConserving() "
+        "('energy-conserving')"
+    ]

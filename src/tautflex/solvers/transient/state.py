@@ -1,0 +1,76 @@
+"""State of a structure at one instant, terms of its moving frame, and what lies between two instants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tautflex.numeric import Array
+from tautflex.solvers.transient.accuracy.books import Books
+
+
+@dataclass
+class MotionState:
+    """State of the structure at one instant.
+
+    Parameters
+    ----------
+    time
+        [s].
+    q, v, a
+        Free unknowns, their velocities and accelerations, shape (size,).
+    forces
+        All forces but inertia at this instant, shape (size,); None until a method asks for them.
+    jerk
+        Difference quotient of the acceleration over the last step, shape (size,); None after a jump.
+    internal
+        Internal forces at this instant, shape (size,); None until a method asks for them.
+    books
+        Work done since the start of the run.
+    """
+
+    time: float
+    q: Array
+    v: Array
+    a: Array
+    forces: Array | None = None
+    jerk: Array | None = None
+    internal: Array | None = None
+    books: Books = field(default_factory=lambda: Books(np.zeros(7)))
+
+
+@dataclass(frozen=True)
+class MotionTerms:
+    """Rotating-frame terms at one instant: G = M(velocity), K_T = M(displacement), Q_T = load.
+
+    ``moving`` tells whether any of them is not zero.
+    """
+
+    key: tuple[float, ...]
+    moving: bool = field(init=False)
+    velocity: Array
+    displacement: Array
+    load: Array
+
+    def __post_init__(self) -> None:
+        parts = (self.velocity, self.displacement, self.load)
+        object.__setattr__(self, "moving", any(bool(part.any()) for part in parts))
+
+
+def earlier(time: float, jump: float) -> float:
+    """The time, or the last one before a jump that is not met yet."""
+    return min(time, float(np.nextafter(jump, -np.inf)))
+
+
+def hermite(
+    start: float, end: float, time: float, values: tuple[Array, Array], slopes: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """Value and slope at ``time`` of the cubic that has these values and slopes at both ends."""
+    step = end - start
+    s = (time - start) / step
+    mean = (values[1] - values[0]) / step
+    first, last = slopes
+    value = values[0] + s * step * (mean + (1.0 - s) * ((1.0 - s) * (first - mean) - s * (last - mean)))
+    slope = mean + (1.0 - s) * (1.0 - 3.0 * s) * (first - mean) + s * (3.0 * s - 2.0) * (last - mean)
+    return value, slope
