@@ -105,7 +105,7 @@ class Recorder:
         n = self._count
         scalars = {name: values[:n] for name, values in self._scalars.items()}
         samples = Samples(self._time[:n], self._probe[:n], self._spin[:n], scalars, self._fields)
-        attributes = {**attributes, "warnings": self._watch.warnings()}
+        attributes = {**attributes, "warnings": [*attributes.get("warnings", ()), *self._watch.warnings()]}
         return run_dataset(self._equation.system.model, self._probes, samples, attributes)
 
 

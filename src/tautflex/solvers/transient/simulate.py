@@ -84,6 +84,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     driven = InputSet(state.system, problem.inputs)
     parts = state, problem.damping, problem.coupling
     equation: EquationOfMotion
+    said: list[str] = []
     kind: type[Recorder]
     if isinstance(maneuver, FreeHub):
         check_coupling(problem.coupling)
@@ -92,7 +93,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
         segments = split_segments(AtRest().segments(), (*driven.breaks, *maneuver.breaks))
     else:
         equation, kind = EquationOfMotion(*parts, inputs=driven), Recorder
-        segments = split_segments(maneuver.segments(), driven.breaks)
+        segments, said = split_segments(maneuver.segments(), driven.breaks), driven.idle()
     stepper = _stepper(problem, equation)
     recorder = kind(equation, problem.placed, count // problem.every + 1, problem.field_steps)
     driver = _driver(problem, stepper, segments)
@@ -123,7 +124,12 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     stepper.collect_counts()
     statistics = equation.statistics
     statistics.seconds = clock.perf_counter() - began
-    ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
+    ended = {
+        "status": status.value,
+        "status_message": status.message,
+        "statistics": statistics.to_json(),
+        "warnings": said,
+    }
     return Run(recorder.to_dataset(problem.attributes | ended), status, statistics, reached, history)
 
 
