@@ -38,6 +38,11 @@ class FollowerForce(Protocol):
 class PreparedInput:
     """An input bound to a system; as it stands here, it does nothing."""
 
+    @property
+    def idle(self) -> bool:
+        """Whether supported directions take up all of its force, so that it matters on a free hub alone."""
+        return False
+
     def load(self, time: float) -> Array | None:
         """Force on the free unknowns [N, N m], shape (size,), or None."""
         return None
@@ -90,7 +95,7 @@ class InputSet:
         for item in inputs:
             if not isinstance(item, TimeInput):
                 raise InputError(f"inputs: expected objects such as CableTension(...), got {item!r}")
-        self._size = system.size
+        self._size, self._given = system.size, inputs
         self.breaks = tuple(instant for item in inputs for instant in _breaks(item))
         self._inputs = [item.prepare(system) for item in inputs]
 
@@ -122,6 +127,16 @@ class InputSet:
             for index, stress in item.stress(time).items():
                 change[index] = change[index] + stress if index in change else stress
         return change
+
+    def idle(self) -> list[str]:
+        """What a user should know about forces that move nothing where the supports' motion is prescribed."""
+        return [
+            f"inputs: {type(given).__name__} number {number} acts on supported directions alone; its whole force goes "
+            "into the support, whose motion is prescribed, and moves nothing; push nodes that can move, or simulate "
+            "on a FreeHub"
+            for number, (given, item) in enumerate(zip(self._given, self._inputs, strict=True), 1)
+            if item.idle
+        ]
 
     def changes_stress(self) -> bool:
         """Whether an input acts through the initial stress."""

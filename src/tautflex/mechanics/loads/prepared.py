@@ -39,6 +39,13 @@ class PatternLoad(PreparedInput):
     function: TimeFunction
     name: str
 
+    @property
+    def idle(self) -> bool:
+        """Whether supported directions take up all of the force; of a function of time any direction may be one."""
+        if callable(self.function):
+            return not self.pattern.any()
+        return bool(np.any(self.function)) and not self.load(0.0).any()
+
     def load(self, time: float) -> Array:
         """Force on the free unknowns [N, N m], shape (size,)."""
         return self.pattern @ checks.vector3(self.name, value_at(self.name, self.function, time))

@@ -269,7 +269,9 @@ def _stable(arrays: ReducedArrays, frame: FrameTerms, row: int, size: float, wor
     given, other = np.empty(arrays.first.size), np.empty(work.q.size)
     derivative_forces(arrays, frame, row, work.q, work.v, given, other)
     stiffest = np.linalg.eigvalsh(tangent(arrays, work.q, given))[-1]
-    lagged = np.trace(_lagging(arrays, work.q))
+    damping, lagged = _lagging(arrays, work.q), 0.0
+    for i in range(work.q.size):
+        lagged += damping[i, i]
     return size * size * stiffest <= _STABLE_SHARE * 4.0 and size * lagged <= _STABLE_SHARE
 
 
@@ -291,15 +293,22 @@ def march(
     for n in range(rows.size):
         for place in range(len(stages)):
             if len(stages) > 1:
-                work.passed[place] = work.state
+                _copy(work.state, work.passed[place])
             row = len(stages) * n + place
             if not implicit_step(arrays, frame, row, stages[place], work, tolerance, trace[row]):
                 if place > 0:
-                    work.state[:] = work.passed[0]
+                    _copy(work.passed[0], work.state)
                 return n
         work.counts[0] += 1
         _store(work, rows[n], stored)
     return rows.size
+
+
+@jit
+def _copy(state: Array, result: Array) -> None:
+    for k in range(state.shape[0]):
+        for i in range(state.shape[1]):
+            result[k, i] = state[k, i]
 
 
 @jit

@@ -91,6 +91,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     driven = InputSet(state.system, problem.inputs)
     parts = state, problem.damping, problem.coupling
     equation: EquationOfMotion
+    idle: list[str] = []
     kind: type[Recorder]
     if isinstance(maneuver, FreeHub):
         check_coupling(problem.coupling)
@@ -99,7 +100,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
         segments = split_segments(AtRest().segments(), (*driven.breaks, *maneuver.breaks))
     else:
         equation, kind = EquationOfMotion(*parts, inputs=driven), Recorder
-        segments = split_segments(maneuver.segments(), driven.breaks)
+        segments, idle = split_segments(maneuver.segments(), driven.breaks), driven.idle()
     stepper = _stepper(problem, equation)
     recorder = kind(equation, problem.placed, count // problem.every + 1, problem.field_steps)
     errors = TimeError(equation, stepper.resolved) if problem.time_error else None
@@ -115,7 +116,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     try:
         at, said = begin(equation, maneuver, problem.velocity, problem.initial_imperfection)
         first = at
-        said = [*problem.doubts, *said]
+        said = [*problem.doubts, *idle, *said]
         if isinstance(stepper, ExplicitStepper):
             stepper.check(at, step)
         record(0)
