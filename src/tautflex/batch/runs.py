@@ -33,7 +33,7 @@ from tautflex.solvers.transient.problem import TransientProblem
 from tautflex.solvers.transient.status import Status
 
 # Keywords of `tautflex.simulate` that ask for what a batch does not do.
-_NOT_IN_A_BATCH = frozenset({"adaptive", "inputs", "every", "fields", "max_halvings"})
+_NOT_IN_A_BATCH = frozenset({"adaptive", "every", "fields", "initial_imperfection", "inputs", "max_halvings"})
 
 
 class Batch:

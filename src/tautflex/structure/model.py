@@ -23,9 +23,13 @@ PRESTRESS_MODES = ("equilibrium", "uniform", "initial-strain")
 
 @dataclass(frozen=True)
 class Model(Numbering):
-    """Tensioned structure in its reference configuration; build it with `from_mesh` or from a case."""
+    """Tensioned structure in its reference configuration; build it with `from_mesh` or from a case.
+
+    ``prestress_stated`` tells whether the mode was chosen: its imbalance is then meant, and noted instead of warned of.
+    """
 
     prestress_mode: str = "uniform"
+    prestress_stated: bool = True
 
     @classmethod
     def from_mesh(
@@ -46,7 +50,7 @@ class Model(Numbering):
         beam_axial_force: ArrayLike = 0.0,
         beam_orientation: ArrayLike = (0.0, 0.0, 1.0),
         supports: Sequence[Support] = (),
-        prestress_mode: str = "uniform",
+        prestress_mode: str | None = None,
     ) -> Model:
         """Build a model from any film elements, cables and beams in space.
 
@@ -79,7 +83,8 @@ class Model(Numbering):
         prestress_mode
             ``"uniform"``: the given stresses are the state, their imbalance carried by the reference;
             ``"equilibrium"``: cable tensions are final, film and beams respond; ``"initial-strain"``: cables
-            are shortened to their tension between rigid ends, then everything relaxes (theory.md 5).
+            are shortened to their tension between rigid ends, then everything relaxes (theory.md 5). None is
+            ``"uniform"`` with a warning where the given stresses are far from balance.
 
         Returns
         -------
@@ -118,7 +123,8 @@ class Model(Numbering):
             values = _spread(np.reshape(np.asarray(initial, dtype=float), (-1, 1)), len(elements), 1)
             checks.float_array(f"prestress of {name}", values, (len(elements), 1))
             groups.append(ElementGroup(section, LINE2, elements, values, checks.vector3("orientation", orientation)))
-        return cls(points, tuple(groups), tuple(supports), prestress_mode)
+        stated = prestress_mode is not None
+        return cls(points, tuple(groups), tuple(supports), prestress_mode or "uniform", stated)
 
     def __post_init__(self) -> None:
         checks.one_of("prestress_mode", self.prestress_mode, PRESTRESS_MODES)

@@ -63,6 +63,11 @@ class Solver(Chosen):
     max_halvings: Annotated[int, Strict(), Field(ge=0)] | None = key(
         "number of times a failing step may be halved", 8, None
     )
+    initial_imperfection: NonNegative = key(
+        "largest displacement from the starting equilibrium, in the shape that grows fastest or resists least [m]",
+        1e-6,
+        0.0,
+    )
     adaptive_tolerance: Number | None = key(
         "allowed error per step of an adaptive run, fixed steps if not given", 1e-4, None
     )

@@ -92,7 +92,7 @@ class HyperReducedModel(OnBasis):
         c, r = self.coefficients, self.size
         store = blocks_store(list(self.blocks))
         reference, stresses = np.zeros(r + 1), np.empty(sum(block.initial_stress.size for block in self.blocks))
-        add_forces(store, np.zeros(r + 1), reference, stresses, True, False)
+        add_forces(store, np.zeros(r + 1), reference, stresses, True, False, False)
         linear, none = self.state.linear, np.zeros(0, dtype=np.int64)
         matrix = damping.matrix(linear)
         kinds = linear.projected(self.basis.kept) if matrix.kinds else {}

@@ -21,14 +21,13 @@ from tautflex.mechanics.membrane import survey_at
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, fixed_axis_motion
 from tautflex.numeric import Array, Complex, cross_matrix
+from tautflex.solvers.linear.eigenpairs import below_zero
+from tautflex.solvers.linear.quadratic import QuadraticPencil, lowest_eigenpairs, quadratic_forms
 from tautflex.solvers.modal.natural import describe_shapes
-from tautflex.solvers.modal.quadratic import QuadraticPencil, lowest_eigenpairs, quadratic_forms
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.variables import COMPONENTS, SPINNING_MODES, described, mesh_variables
 
-# Least shift [rad/s], for structures at rest; spinning ones set their own scale.
-_SHIFT = 2.0 * np.pi * 0.02
 # Off every ratio of spin and frequency that a closed form could give.
 _SHIFT_PER_RATE = 0.7391
 NORMALISATION = "phi^H M phi = 1, largest translation real and positive"
@@ -166,14 +165,16 @@ def solve_spinning_modes(
         If there is no spinning equilibrium, or the eigensolver fails.
     """
     spin, point = checks.vector3("angular_velocity", angular_velocity), checks.vector3("origin", origin)
-    size = state.system.size
+    system = state.system
+    size = system.size
     if not 1 <= n <= size:
         raise InputError(f"n: expected 1 to {size} modes, got {n}; refine the mesh for more")
     motion, coupling = fixed_axis_motion(1.0, 0.0, spin, point), coupling or Coupling()
     equilibrium = spinning_equilibrium(state, motion, coupling)
     pencil = spinning_pencil(state, equilibrium, motion, coupling, damping or Rayleigh())
     rate = float(np.linalg.norm(spin))
-    eigenvalues, vectors = lowest_eigenpairs(pencil, n, max(_SHIFT, _SHIFT_PER_RATE * rate))
+    least = below_zero(system.pattern, pencil.stiffness, pencil.mass)
+    eigenvalues, vectors = lowest_eigenpairs(pencil, n, max(np.sqrt(least), _SHIFT_PER_RATE * rate))
     vectors = _turned(state, vectors)
     return SpinningModes(
         state,
