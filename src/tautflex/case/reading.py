@@ -9,6 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from tautflex import checks
 from tautflex.case.messages import one_line, show
 from tautflex.case.schema import Case
 from tautflex.errors import CaseError
@@ -39,7 +40,9 @@ def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Ca
     CaseError
         One line with file, key, value, expectation and remedy.
     """
-    return parse_case(_read(Path(path)), overrides, source=str(path), directory=Path(path).parent)
+    source = checks.path("path", path)
+    checks.several("overrides", overrides, str, "'damping.alpha=0.01'")
+    return parse_case(_read(source), overrides, source=str(path), directory=source.parent)
 
 
 def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case", directory: Path = Path()) -> Case:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tautflex import checks
 from tautflex.mechanics.inertia import LoadMoments
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array, cross_matrix
@@ -31,6 +32,10 @@ class Coupling:
     euler: bool = True
     centrifugal: bool = True
     inertial_load: bool = True
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            checks.flag(name, value)
 
     def velocity_weight(self, motion: RigidMotion) -> Array:
         """Matrix Z of G = M(Z), shape (3, 3) [1/s]."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, cast
 
 from tautflex import checks
 from tautflex.errors import InputError
@@ -72,6 +72,7 @@ class MembraneSection:
     rotational: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
+        _check_material(self)
         checks.positive("thickness", self.thickness)
         checks.one_of("strain", self.strain, STRAINS)
         _check_law(self)
@@ -109,9 +110,11 @@ class CableSection:
     rotational: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
+        _check_material(self)
         checks.positive("area", self.area)
         checks.one_of("strain", self.strain, STRAINS)
         _check_law(self)
+        checks.flag("slack", self.slack)
         if self.slack and self.law not in ("elastic", "slack"):
             raise InputError(f"slack: expected False with a law of its own, got True and law = {self.law!r}")
 
@@ -150,6 +153,7 @@ class BeamSection:
     rotational: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
+        _check_material(self)
         for name in ("area", "inertia_y", "inertia_z", "torsion_constant"):
             checks.positive(name, getattr(self, name))
         checks.one_of("strain", self.strain, STRAINS)
@@ -163,12 +167,15 @@ class BeamSection:
 Section = MembraneSection | CableSection | BeamSection
 
 
+def _check_material(section: Section) -> None:
+    checks.instance("material", section.material, Material, "a Material", remedy="write Material(3.5e9, 1530.0, 0.34)")
+
+
 def _check_law(section: MembraneSection | CableSection) -> None:
     if isinstance(section.law, str):
         checks.one_of("law", section.law, LAW_NAMES[section.kind])
 
 
-def require_section(name: str, section: object, kind: type) -> None:
-    """Raise InputError unless ``section`` is of the wanted kind."""
-    if not isinstance(section, kind):
-        raise InputError(f"{name}: expected a {kind.__name__}, got {section!r}; elements need a section")
+def require_section(name: str, section: object, kind: type[Section]) -> Section:
+    """Return a section of the wanted kind, or raise InputError."""
+    return cast(Section, checks.instance(name, section, kind, f"a {kind.__name__}", remedy="elements need a section"))

@@ -66,7 +66,7 @@ def read_mesh(
     MissingExtraError
         If a ``.msh`` file is given and Gmsh is not installed.
     """
-    source = Path(path)
+    source = checks.path("path", path)
     shown = shorten(str(source), 200).strip("'\"")
     checks.positive("unit_length", unit_length)
     reader = READERS.get(source.suffix.lower())

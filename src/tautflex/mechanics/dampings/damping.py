@@ -12,6 +12,7 @@ from scipy.sparse import csr_array
 from tautflex.mechanics.dampings.matrix import DampingMatrix
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
+from tautflex.text import brief
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class LinearStructure:
     system: StructuralSystem
     stiffness_entries: Array
     modes: Callable[[int], tuple[Array, Array]]
+    __repr__ = brief
 
     @property
     def mass_matrix(self) -> csr_array:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from tautflex.numeric import Array
+from tautflex.text import brief
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,7 @@ class DampingMatrix:
     stiffness: float = 0.0
     vectors: Array = field(default_factory=lambda: np.zeros((0, 0)))
     coefficients: Array = field(default_factory=lambda: np.zeros(0))
+    __repr__ = brief
 
     @property
     def rank(self) -> int:

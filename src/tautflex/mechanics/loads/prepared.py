@@ -18,9 +18,9 @@ TimeFunction = Callable[[float], ArrayLike] | ArrayLike
 """Constant, or function of time [s]."""
 
 
-def value_at(function: TimeFunction, time: float) -> Array:
+def value_at(name: str, function: TimeFunction, time: float) -> Array:
     """Value of a function of time, or of a constant."""
-    return np.asarray(function(time) if callable(function) else function, dtype=float)
+    return checks.numbers(name, function(time) if callable(function) else function)
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,16 @@ class PatternLoad(PreparedInput):
     function: TimeFunction
     name: str
 
+    def __post_init__(self) -> None:
+        _check_function(self.name, self.function)
+
     def load(self, time: float) -> Array:
         """Force on the free unknowns [N, N m], shape (size,)."""
-        return self.pattern @ checks.vector3(self.name, value_at(self.function, time))
+        return self.pattern @ checks.vector3(self.name, value_at(self.name, self.function, time))
 
     def held_wrench(self, time: float) -> Array:
         """Force, and torque about the origin, that supported directions take up [N, N m], shape (6,)."""
-        return self.held @ checks.vector3(self.name, value_at(self.function, time))
+        return self.held @ checks.vector3(self.name, value_at(self.name, self.function, time))
 
 
 @dataclass(frozen=True)
@@ -53,20 +56,28 @@ class StressChange(PreparedInput):
     count: int
     name: str
 
+    def __post_init__(self) -> None:
+        _check_function(self.name, self.function)
+
     def stress(self, time: float) -> dict[int, Array]:
         """Change of initial stress by block number, shapes (element, strain)."""
-        value = np.atleast_1d(value_at(self.function, time))
+        value = np.atleast_1d(value_at(self.name, self.function, time))
         if value.shape not in ((1,), (self.count,)) or not np.all(np.isfinite(value)):
             raise InputError(f"{self.name}: expected one or {self.count} finite numbers, got {value.tolist()}")
         value = np.broadcast_to(value, (self.count,))
         return {index: column @ value for index, column in self.columns.items()}
 
 
+def _check_function(name: str, function: TimeFunction) -> None:
+    if callable(function):
+        checks.function(name, function, "time")
+
+
 def checked_nodes(system: StructuralSystem, nodes: Sequence[int]) -> Indices:
     """Node numbers as an array; InputError if there is none, one is not in the model, or one stands twice."""
-    if not len(nodes):
+    found = checks.indices("nodes", nodes, len(system.model.nodes))
+    if not len(found):
         raise InputError("nodes: expected at least one node, got none; give its number")
-    found = checks.index_array("nodes", np.reshape(np.asarray(nodes), (-1, 1)), 1, len(system.model.nodes))[:, 0]
     if len(np.unique(found)) < len(found):
         raise InputError(f"nodes: expected every node once, got {found.tolist()}; leave repeated ones out")
     return found

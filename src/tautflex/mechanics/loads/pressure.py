@@ -7,9 +7,10 @@ from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.mechanics.system import StructuralSystem
+from tautflex.mechanics.system import HasSystem, StructuralSystem, system_of
 from tautflex.numeric import Array
 from tautflex.structure.groups import ElementGroup
+from tautflex.text import count, span
 
 _EVEN, _ODD = ("ijk", "jki", "kij"), ("jik", "ikj", "kji")  # orders of three nodes, by the sign of their triple product
 
@@ -52,7 +53,7 @@ class PressureLoad:
     Parameters
     ----------
     system
-        The structure.
+        Prestressed state, or its system.
     pressure
         Pressure [Pa], one number or one per film element, shape (t,).
 
@@ -62,19 +63,21 @@ class PressureLoad:
         If there is no film, or the shape is wrong.
     """
 
-    def __init__(self, system: StructuralSystem, pressure: ArrayLike) -> None:
+    def __init__(self, system: StructuralSystem | HasSystem, pressure: ArrayLike) -> None:
+        system = system_of("system", system)
         count = system.model.membrane_count
         if not count:
             raise InputError("pressure: expected a model with a film, got none; give triangles and a membrane section")
-        given = np.asarray(pressure, dtype=float)
-        values = np.broadcast_to(given, (count,)) if given.ndim == 0 else given
-        self.pressure = checks.float_array("pressure", values, (count,))
+        self.pressure = checks.spread("pressure", pressure, count)
         self._system = system
         ends = np.cumsum([len(group.connectivity) for group in system.model.surfaces])[:-1]
         self._patches = [
             _Patch(system, group, own)
             for group, own in zip(system.model.surfaces, np.split(self.pressure, ends), strict=True)
         ]
+
+    def __repr__(self) -> str:
+        return f"PressureLoad({span(self.pressure, 'Pa')} on {count(self.pressure, 'film element')})"
 
     def force(self, q: Array) -> Array:
         """Force on the free unknowns [N], shape (size,): ``p n`` weighted with each node's interpolation function."""

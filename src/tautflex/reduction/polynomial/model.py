@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from tautflex import checks
-from tautflex.errors import InputError, UnsupportedError
+from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.numeric import Array
 from tautflex.reduction.bases.modal_basis import ModalBasis
@@ -21,7 +21,7 @@ from tautflex.reduction.polynomial.condensation import CondensedModel, assemble
 from tautflex.reduction.polynomial.forces import ReducedArrays
 from tautflex.reduction.polynomial.monomials import WEAK_FIELD, monomial_rates, monomials, pairs, stress_fields
 from tautflex.reduction.polynomial.projection import Projection, project
-from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Run
 
@@ -175,9 +175,9 @@ def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: floa
         If the structure has nonlinear laws or can drift away as a rigid body.
     """
     began = clock.perf_counter()
-    basis = basis or ModalBasis()
-    if not isinstance(basis, Basis):
-        raise InputError(f"basis: expected an object such as ModalBasis(directions=('rx',)), got {basis!r}")
+    require_state(state)
+    basis = ModalBasis() if basis is None else basis
+    checks.instance("basis", basis, Basis, "an object such as ModalBasis(directions=('rx',))")
     checks.between("weak_field", weak_field, 0.0, 1e-2)
     laws = sorted({block.law.name for block in state.system.blocks if not block.is_elastic})
     if laws:

@@ -24,8 +24,9 @@ from tautflex.numeric import Array, Complex, cross_matrix
 from tautflex.solvers.modal.natural import describe_shapes
 from tautflex.solvers.modal.quadratic import QuadraticPencil, lowest_eigenpairs, quadratic_forms
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
-from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.prestress import PrestressedState, in_short, require_state
 from tautflex.solvers.variables import COMPONENTS, SPINNING_MODES, described, mesh_variables
+from tautflex.text import card, count, shown, span
 
 # Least shift [rad/s], for structures at rest; spinning ones set their own scale.
 _SHIFT = 2.0 * np.pi * 0.02
@@ -67,6 +68,16 @@ class SpinningModes:
     vectors: Complex
     whirl: Array
     min_principal_resultant: float
+
+    def __repr__(self) -> str:
+        spin, growing = np.linalg.norm(self.angular_velocity), int(np.sum(self.eigenvalues.real > 0.0))
+        lines = {
+            "state": in_short(self.state),
+            "spin": f"{spin:.4g} rad/s about {shown(np.round(self.angular_velocity / (spin or 1.0), 4).tolist())}",
+            "modes": f"{len(self.eigenvalues)}, {span(self.frequencies, 'Hz')} in the rotating frame",
+            "growth": f"{span(self.eigenvalues.real, '1/s')}, {count(growing, 'growing mode')}",
+        }
+        return card(self, lines)
 
     @property
     def frequencies(self) -> Array:
@@ -166,8 +177,11 @@ def solve_spinning_modes(
         If there is no spinning equilibrium, or the eigensolver fails.
     """
     spin, point = checks.vector3("angular_velocity", angular_velocity), checks.vector3("origin", origin)
+    require_state(state)
+    for name, given, kind in (("coupling", coupling, Coupling), ("damping", damping, Damping)):
+        checks.instance(name, given, (kind, type(None)), f"a {kind.__name__} or None")
     size = state.system.size
-    if not 1 <= n <= size:
+    if checks.whole("n", n, 1) > size:
         raise InputError(f"n: expected 1 to {size} modes, got {n}; refine the mesh for more")
     motion, coupling = fixed_axis_motion(1.0, 0.0, spin, point), coupling or Coupling()
     equilibrium = spinning_equilibrium(state, motion, coupling)

@@ -13,6 +13,7 @@ from tautflex.numeric import Array
 from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.model import Model
+from tautflex.text import brief
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,7 @@ class TuneResult:
     scale_y: float
     frequencies: Array
     state: PrestressedState
+    __repr__ = brief
 
 
 def tune_pretension(
@@ -73,11 +75,15 @@ def tune_pretension(
     Squared frequencies are nearly linear in the tensions, so Newton's method in the logarithms of frequency squared
     and scale, with a difference Jacobian, needs a few steps.
     """
-    targets = np.array([checks.positive("frequencies", value) for value in frequencies])
-    if targets.size not in (1, 2):
-        raise InputError(f"frequencies: expected one or two targets, got {targets.size}")
-    numbers = list(modes) if modes is not None else [1, 2][: targets.size]
-    if len(numbers) != targets.size or min(numbers) < 1 or len(set(numbers)) != len(numbers):
+    checks.instance("model", model, Model, "a Model", remedy="build_model(case) and Model.from_mesh(...) give one")
+    targets = checks.float_array("frequencies", frequencies, (None,))
+    if targets.size not in (1, 2) or not np.all(targets > 0.0):
+        raise InputError(f"frequencies: expected one or two targets > 0, got {targets.tolist()}")
+    checks.positive("tolerance", tolerance)
+    checks.whole("max_iterations", max_iterations, 1)
+    given = range(1, targets.size + 1) if modes is None else checks.several("modes", modes, int, "1")
+    numbers = [checks.whole("modes", number, 1) for number in given]
+    if len(numbers) != targets.size or len(set(numbers)) != len(numbers):
         raise InputError(f"modes: expected {targets.size} different mode number(s) from 1, got {numbers}")
     count = max(10, *numbers)
 

@@ -14,7 +14,7 @@ from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.minimum import find_minimum
 from tautflex.solvers.nonlinear.newton import relative_error, solve_newton
-from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.static.tensioning import largest_force
 
 # First shift of a descent that starts without transverse stiffness; steps of the order of the final deflection.
@@ -144,13 +144,20 @@ def solve_static(
     Newton's method is tried first; where it fails, and always under pressure, the equilibrium is sought as a minimum
     of the potential, which also finds inflated and wrinkled shapes from a flat film without tension.
     """
+    require_state(state)
     system = state.system
     checks.whole("steps", steps, 1)
-    dead = np.zeros(system.size) if load is None else load
+    checks.positive("tolerance", tolerance)
+    pressure = checks.instance(
+        "pressure", pressure, (PressureLoad, type(None)), "a load on a state", remedy="write PressureLoad(state, 1.0)"
+    )
+    dead = np.zeros(system.size) if load is None else checks.float_array("load", load, (system.size,))
+    if extra is not None:
+        extra = checks.float_array("extra", extra, (system.pattern.entries,))
     if forces is not None:
         dead = dead - nodal_load(system, forces)
     problem = _StaticProblem(state, dead, extra, pressure, tolerance)
-    x = np.zeros(system.size) if start is None else start
+    x = np.zeros(system.size) if start is None else checks.float_array("start", start, (system.size,))
     for step in range(1, steps + 1):
         problem.set_share(step / steps)
         x = _solve(problem, state, x, tolerance, inflate=pressure is not None)

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex import checks
 from tautflex.errors import PrestressError
 from tautflex.mechanics.dampings.damping import LinearStructure
 from tautflex.mechanics.membrane import (
@@ -24,6 +25,7 @@ from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.diagnosis import Problem, film_wrinkles, find_problems, instability_text, soft_text
 from tautflex.solvers.static.tensioning import largest_force, respond
 from tautflex.structure.model import Model
+from tautflex.text import card, count, span
 
 # Eigenvalues below this are called negative [rad^2/s^2]; rigid motions of a free structure are 0 +- round-off.
 _STABILITY_SHIFT = (2.0 * np.pi * 1e-3) ** 2
@@ -57,6 +59,18 @@ class PrestressedState:
     relative_residual: float
     unstable_modes: int
     warnings: tuple[str, ...] = field(default=())
+
+    def __repr__(self) -> str:
+        film = self.min_principal_resultant
+        lines = {
+            "model": in_short(self),
+            "film": "" if np.isnan(film) else f"smallest principal resultant {film:.4g} N/m",
+            "cables": span(self.cable_tension, "N"),
+            "imbalance": f"{self.residual:.3g} N, {self.relative_residual:.3g} of the largest element force",
+            "stability": count(self.unstable_modes, "unstable mode") if self.unstable_modes else "stable",
+            **{f"warning {number}": text for number, text in enumerate(self.warnings, start=1)},
+        }
+        return card(self, lines)
 
     @property
     def model(self) -> Model:
@@ -136,6 +150,17 @@ class PrestressedState:
         return LinearStructure(self.system, self.tangent_entries, modes)
 
 
+def in_short(state: PrestressedState) -> str:
+    """Return what a card of something else says of a state, on one line."""
+    model = state.model
+    return f"{len(model.nodes)} nodes, {len(model.free_dofs)} unknowns, {model.mass:.4g} kg"
+
+
+def require_state(state: object) -> None:
+    """Raise InputError unless ``state`` is a prestressed state."""
+    checks.instance("state", state, PrestressedState, "a prestressed state", remedy="solve_prestress(model) gives one")
+
+
 def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     """Find the prestressed reference state of a model.
 
@@ -155,6 +180,8 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     PrestressError
         If there is no prestress, a cable is slack, a given film stress is compressive, or the state is unstable.
     """
+    checks.instance("model", model, Model, "a Model", remedy="build_model(case) and Model.from_mesh(...) give one")
+    checks.flag("check", check)
     given = StructuralSystem.from_model(model)
     needs_tension = any(group.section.kind != "beam" for group in model.groups)
     if check and needs_tension and not any(np.any(stress) for stress in given.initial_stress):

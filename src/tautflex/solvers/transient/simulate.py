@@ -6,6 +6,7 @@ import time as clock
 from inspect import Parameter, signature
 from typing import Any
 
+from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
@@ -60,6 +61,9 @@ def simulate(
     NotConvergedError
         If a step fails and ``throw`` is set; ``.result`` holds the partial run.
     """
+    if progress is not None:
+        checks.function("progress", progress, "fraction", "message")
+    checks.flag("throw", throw)
     problem = TransientProblem.asked(state, maneuver, question)
     plant = problem.plant
     run = plant.solve(problem, progress) if isinstance(plant, SteppingModel) else solve_full(problem, progress)
