@@ -17,7 +17,7 @@ import time
 
 import numpy as np
 
-from tautflex.solvers.linear.backends import BACKENDS
+from tautflex.solvers.linear.factorization import BACKENDS
 from tautflex.solvers.linear.pardiso import available
 
 MESHES = ("10x5", "20x10", "40x20", "80x40", "160x80", "320x160")

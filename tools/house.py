@@ -25,12 +25,14 @@ MODULES = {
 
 
 def imported(path: Path) -> Iterator[str]:
-    """Modules of ours that a file names in any import: late ones and those for type checkers too."""
+    """Modules of ours that a file names in any import: late ones, those for type checkers and those by name too."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
             names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            names = [f"tautflex.{node.value.partition(':')[0]}"]  # "module:Class", imported when asked for
         else:
             continue
         yield from (name for name in names if name in MODULES)

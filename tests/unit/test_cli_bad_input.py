@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 
 import pytest
 
 from tautflex.case import M2_TEMPLATE
+from tautflex.case.registry import DAMPINGS
 from tautflex.cli import main
 
 # A plain film whose four edges are fixed: the smallest case there is.
@@ -241,3 +243,81 @@ def test_check_as_json_answers_that_the_case_is_not_ok(tmp_path, capsys):
     assert answer["ok"] is False
     assert "membrane.thickness" in answer["error"]
     assert answer["error"] in captured.err
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        (["damping={kind='modal', ratio=0.01, modes=100000}"], "damping.modes: expected 1 to 402 modes, got 100000"),
+        (["reduction={count=500, candidates=600}"], "reduction.count: expected at most the 401 modes of this mesh"),
+        (
+            ["reduction.count=6", "inputs.a={kind='cable-tension', cables=[0], change=1.0}"],
+            "inputs: expected forces on a reduced model, got a change of tension",
+        ),
+        (["inputs.a={kind='cable-tension', cables=[0], change=[1.0, 2.0]}"], "inputs.a.change: expected one finite"),
+        (["inputs.a={kind='nodal-force', near=[0.5, 'a'], force=[0, 0, 1]}"], "near: expected a number, got 'a' at in"),
+    ],
+)
+def test_what_the_structure_has_no_room_for_is_known_to_check(overrides, words, refuse):
+    said = refuse("check", "case.toml", *(part for one in overrides for part in ("--set", one)))
+    assert f"case.toml: {words}" in said or words.startswith("near")
+    assert words in said
+
+
+PLUGIN = """
+from dataclasses import dataclass
+from typing import ClassVar
+import numpy as np
+import tautflex as tf
+print("a word while it loads")
+
+@tf.register
+@dataclass(frozen=True)
+class Chatty(tf.Damping):
+    share: float
+    table: np.ndarray | None = None  # no key: Python alone can give it
+    {more}
+
+    def matrix(self, structure):
+        print("a word while it runs")
+        return tf.DampingMatrix(mass=self.share)
+"""
+
+
+@pytest.fixture
+def forgetful(monkeypatch):
+    """What plugins register is forgotten behind the test; they leave no compiled file."""
+    monkeypatch.setattr(DAMPINGS, "_classes", dict(DAMPINGS._classes))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+
+
+@pytest.mark.usefixtures("forgetful")
+def test_a_talking_plugin_leaves_stdout_to_the_json_object(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.toml").write_text(FILM + "[damping]\nkind = 'chatty'\nshare = 0.1\n", encoding="utf-8")
+    (tmp_path / "chatty.py").write_text(PLUGIN.format(more=""), encoding="utf-8")
+    assert main(["check", "case.toml", "--plugin", "chatty.py", "--json"]) == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["ok"]
+    assert captured.err.count("a word while it") == 2
+    case = (tmp_path / "case.toml").read_text(encoding="utf-8") + "table = [1.0]\n"
+    (tmp_path / "case.toml").write_text(case, encoding="utf-8")
+    assert main(["check", "case.toml", "--plugin", "chatty.py"]) == 2
+    assert "damping.table: unknown key" in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.usefixtures("forgetful")
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("kind: ClassVar[str] = 'two words'", "letters, digits and hyphens, got 'two words'"),
+        ("kind: ClassVar[int] = 3", "letters, digits and hyphens, got 3"),
+        ("kind: str = 'mine'", "expected no field kind in Odd"),
+        ("path: set[int]", "Odd: expected path to be numbers, texts or true and false"),
+    ],
+)
+def test_odd_classes_of_plugins_are_refused(more, words, refuse, tmp_path):
+    odd = PLUGIN.replace("Chatty", "Odd").replace("share: float", more).replace("print(", "str(")
+    (tmp_path / f"odd_{len(more)}.py").write_text(odd.format(more=""), encoding="utf-8")
+    said = refuse("check", "case.toml", "--plugin", f"odd_{len(more)}.py", "--set", "damping.kind=odd")
+    assert words in said

@@ -155,7 +155,7 @@ BAD = {
     ),
     "no such file": (
         'kind = "membrane-temperature"\nexpansion = 1e-6\nchange = { file = "gone.csv" }',
-        ["inputs.one.change.file", "no such file 'gone.csv'"],
+        ["inputs.one.change.file", "'gone.csv': no such file"],
     ),
 }
 
@@ -227,7 +227,7 @@ def built(section: str, state):
         ('kind = "nodal-force"\nnodes = []\nforce = [0, 0, 1]', ["nodes", "at least one node"]),
         ('kind = "nodal-force"\nnodes = [8, 8]\nforce = [0, 0, 1]', ["nodes", "every node once", "[8, 8]"]),
         ('kind = "nodal-force"\nnear = [5, 5]\nforce = [0, 0, 1]', ["near", "m from the nearest one"]),
-        ('kind = "nodal-force"\nnear = [0, 0]\nforce = { file = "/dev/zero" }', ["directory or device"]),
+        ('kind = "nodal-force"\nnear = [0, 0]\nforce = { file = "/dev/zero" }', ["device or pipe"]),
         ('kind = "nodal-force"\nnear = [0, 0]\nforce = { file = "twice.csv" }', ["different names", "time, x, x"]),
         ('kind = "nodal-force"\nnear = [0, 0]\nforce = { file = "two.csv" }', ["x, y and z", "time, x, y"]),
     ],

@@ -8,8 +8,7 @@ from scipy.sparse import csc_array, random_array
 
 from tautflex import InputError, MissingExtraError, linear_solver
 from tautflex.mechanics.pattern import SparsityPattern
-from tautflex.solvers.linear.backends import BACKENDS
-from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.linear.factorization import BACKENDS, SymmetricFactorization
 from tautflex.solvers.linear.ordering import order_and_fill
 from tautflex.solvers.linear.pardiso import available
 

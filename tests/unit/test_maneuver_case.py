@@ -154,7 +154,7 @@ BAD = {
     "rows": ('kind = "tabulated"\ntimes = [0, 1]\nrates = [0, 1, 2]', ["maneuver.rates", "2 rows", "got 3"]),
     "rates of text": ('kind = "tabulated"\ntimes = [0, 1]\nrates = ["a", "b"]', ["maneuver.rates", "'a'", "number"]),
     "falling times": ('kind = "tabulated"\ntimes = [0, 2, 1]\nrates = [0, 1, 2]', ["maneuver.times", "1 s after 2 s"]),
-    "no such file": ('kind = "tabulated"\nfile = "a.csv"', ["maneuver.file", "no such file 'a.csv'", "relative"]),
+    "no such file": ('kind = "tabulated"\nfile = "a.csv"', ["maneuver.file", "'a.csv': no such file", "relative"]),
     "no steps": ('kind = "sequence"', ["maneuver.steps: missing", "[[maneuver.steps]]"]),
     "empty steps": ('kind = "sequence"\nsteps = []', ["maneuver.steps", "at least one"]),
     "steps of a slew": (
@@ -191,7 +191,7 @@ def test_mistakes_are_one_line_that_names_the_key(name):
         assert word in message
 
 
-KEYS = Maneuver.all_keys() - {"kind"}
+KEYS = {key for kind in Maneuver.kinds() for key in Maneuver.of_kind(kind).model_fields} - {"kind"}
 numbers = st.integers(-3, 3) | st.floats() | st.sampled_from([1e-320, 1e-200, 1e200, 10**400])
 anything = st.recursive(
     numbers | st.booleans() | st.text(max_size=4) | st.sampled_from(["versine", "slew", "ZV", "rest", "nowhere.csv"]),
@@ -272,7 +272,7 @@ def _film() -> dict:
         (b"time,rate\n0,0\n1,nan\n", ["rates", "finite"]),
         (b"time,speed\n0,0\n1,1\n", ["rates: missing", "quaternions"]),
         (b"time,rate\n", ["times", "at least 2", "got 0"]),
-        (b"time,rate\n0,\xff\n", ["cannot read", "UTF-8"]),
+        (b"time,rate\n0,\xff\n", ["UTF-8", "0xff at offset 12"]),
         (b'time,rate\n0,"0\n1,1\n', ["row 2"]),
     ],
 )
@@ -289,7 +289,7 @@ def test_damaged_tables_are_one_line_errors(tmp_path, content, words):
 
 
 def test_a_directory_is_no_table(tmp_path):
-    with pytest.raises(CaseError, match=r"maneuver\.file: cannot read"):
+    with pytest.raises(CaseError, match=r"maneuver\.file: .*expected a CSV file.*got a directory"):
         build_maneuver(Case(**_film(), maneuver={"kind": "tabulated", "file": str(tmp_path)}))
 
 

@@ -15,12 +15,45 @@ from tautflex.case import parse_case
 from verification.builders import FILM_CASE
 
 # Made by the package, or written by authors of elements, laws, methods and maneuvers; not doors that users go through.
-INNER = {
-    "Basis", "BasisVectors", "Batch", "Case", "Combination", "Damping", "DampingMatrix", "Element", "ElementBlock",
-    "ElementGroup", "FixedAxis", "HubState", "HyperReducedModel", "InertiaPoints", "Law", "LawFunction", "LinearStructure",
-    "Maneuver", "Method", "OneStageMethod", "PreparedInput", "RateFormula", "ReducedModel", "RigidMotion", "Run", "Segment",
-    "Shape", "Stage", "StepScheme", "Stretch", "TensionOnly", "TimeInput", "UnitStep", "isoparametric_membrane", "register",
-}  # fmt: skip
+INNER = set(
+    [
+        "Basis",
+        "BasisVectors",
+        "Batch",
+        "Case",
+        "Combination",
+        "Damping",
+        "DampingMatrix",
+        "Element",
+        "ElementBlock",
+        "ElementGroup",
+        "FixedAxis",
+        "HubState",
+        "HyperReducedModel",
+        "InertiaPoints",
+        "Law",
+        "LawFunction",
+        "LinearStructure",
+        "Maneuver",
+        "Method",
+        "OneStageMethod",
+        "PreparedInput",
+        "RateFormula",
+        "ReducedModel",
+        "RigidMotion",
+        "Run",
+        "Segment",
+        "Shape",
+        "Stage",
+        "StepScheme",
+        "Stretch",
+        "TensionOnly",
+        "TimeInput",
+        "UnitStep",
+        "isoparametric_membrane",
+        "register",
+    ]
+)
 ANY = {("MeshData", "groups"), ("read_mesh", "names")}  # parameters of which nothing is asked before they are used
 
 
@@ -329,7 +362,8 @@ def doors(t):
 WRONG = {
     "an object": Wrong(), "a class": tf.Stop, "text": "?", "NaN": math.nan, "negative": -1.0, "empty list": [],
     "texts": ["?"], "objects": [Wrong()], "function of one": lambda time: 0.0, "bytes": b"?", "complex": 1j,
-    "NaNs": np.full(3, np.nan), "cube": np.zeros((2, 2, 2)), "mapping": {"?": "?"}, "Dataset": xr.Dataset(), "huge": 10**400,
+    "NaNs": np.full(3, np.nan), "cube": np.zeros((2, 2, 2)), "mapping": {"?": "?"}, "Dataset": xr.Dataset(),
+    "huge": 10**400,
 }  # fmt: skip
 
 

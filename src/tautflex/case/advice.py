@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tautflex.case.build import build_inputs, build_maneuver
+from tautflex.case.build import build_damping, build_inputs, build_maneuver
+from tautflex.errors import CaseError
 from tautflex.structure.shapes import SHAPES
 
 if TYPE_CHECKING:
@@ -25,74 +27,66 @@ def advise(case: Case, model: Model, state: PrestressedState) -> list[str]:
     """
     build_maneuver(case)
     build_inputs(case, state)
-    about_structure = [*_about_mesh(case), *_about_prestress(case, state)]
+    build_damping(case, state)
+    count, most = getattr(case.reduction, "count", None), state.system.size - 1
+    if count is not None and count > most:
+        raise CaseError(f"reduction.count: expected at most the {most} modes of this mesh, got {count}; take fewer")
+    about_structure = (*_about_mesh(case), *_about_prestress(case, state))
     return [*state.warnings, *about_structure, *_about_probes(case, model), *_about_run(case)]
 
 
-def _about_mesh(case: Case) -> list[str]:
+def _about_mesh(case: Case) -> Iterator[str]:
     mesh = case.mesh
-    if "pattern" not in mesh.model_fields_set or SHAPES[mesh.element].domain == "triangle":
-        return []
-    return [f"mesh.pattern = '{mesh.pattern}' is not used: cells of '{mesh.element}' have no diagonal; remove it"]
+    if "pattern" in mesh.model_fields_set and SHAPES[mesh.element].domain != "triangle":
+        yield f"mesh.pattern = '{mesh.pattern}' is not used: cells of '{mesh.element}' have no diagonal; remove it"
 
 
-def _about_prestress(case: Case, state: PrestressedState) -> list[str]:
-    warnings: list[str] = []
-    if case.cables is None:
-        return warnings
-    pull = max(case.cables.pretension_x, case.cables.pretension_y)
-    if case.prestress.mode == "uniform" and state.residual > 1e-6 * pull:
-        warnings.append(
+def _about_prestress(case: Case, state: PrestressedState) -> Iterator[str]:
+    cables, have = case.cables, case.mesh.node_spaces
+    if cables is None:
+        return
+    if case.prestress.mode == "uniform" and state.residual > 1e-6 * max(cables.pretension_x, cables.pretension_y):
+        yield (
             f"cables and film do not balance: {state.residual:.3g} N is taken as carried by the reference "
             "state; set prestress.mode = 'equilibrium' for a structure in true equilibrium"
         )
-    if case.cables.per_long_edge is None or case.cables.per_short_edge is None:
-        return warnings  # a mesh file has its cables where it has them
-    spaces = (case.cables.per_long_edge - 1, case.cables.per_short_edge - 1)
-    if any(have > gaps for have, gaps in zip(case.mesh.node_spaces, spaces, strict=True)):
-        what = "cells" if case.mesh.node_spaces == case.mesh.divisions else "spaces between nodes"
-        warnings.append(
-            f"edge nodes without a cable: {list(case.mesh.node_spaces)} {what} but {list(spaces)} cable spaces; "
-            "a free edge between cables tends to compression, set cables.per_long_edge and per_short_edge "
-            f"to {what} + 1"
+    if cables.per_long_edge is None or cables.per_short_edge is None:
+        return  # a mesh file has its cables where it has them
+    spaces = (cables.per_long_edge - 1, cables.per_short_edge - 1)
+    if have[0] > spaces[0] or have[1] > spaces[1]:
+        what = "cells" if have == case.mesh.divisions else "spaces between nodes"
+        yield (
+            f"edge nodes without a cable: {list(have)} {what} but {list(spaces)} cable spaces; a free edge between "
+            f"cables tends to compression, set cables.per_long_edge and per_short_edge to {what} + 1"
         )
-    return warnings
 
 
-def _about_probes(case: Case, model: Model) -> list[str]:
-    warnings: list[str] = []
+def _about_probes(case: Case, model: Model) -> Iterator[str]:
     if not case.output.probes:
-        warnings.append("output.probes is empty: a run will keep no time history; add a point to [output.probes]")
-    if case.output.probe_reading == "nearest-node":
-        film = model.nodes[np.unique(model.triangles)]
-        for name, point in case.output.probes.items():
-            distance = np.hypot(film[:, 0] - point[0], film[:, 1] - point[1])
-            nearest = film[distance.argmin()]
-            if distance.min() > 1e-9 * np.ptp(film, axis=0).max():
-                warnings.append(
-                    f"probe {name} is read {distance.min():.3g} m away, at node "
-                    f"({nearest[0]:.4g}, {nearest[1]:.4g}); "
-                    "set output.probe_reading = 'interpolate' to read at the point itself"
-                )
-    return warnings
+        yield "output.probes is empty: a run will keep no time history; add a point to [output.probes]"
+    if case.output.probe_reading != "nearest-node":
+        return
+    film = model.nodes[np.unique(model.triangles)]
+    for name, point in case.output.probes.items():
+        distance = np.hypot(film[:, 0] - point[0], film[:, 1] - point[1])
+        nearest = film[distance.argmin()]
+        if distance.min() > 1e-9 * np.ptp(film, axis=0).max():
+            yield (
+                f"probe {name} is read {distance.min():.3g} m away, at node ({nearest[0]:.4g}, {nearest[1]:.4g}); "
+                "set output.probe_reading = 'interpolate' to read at the point itself"
+            )
 
 
-def _about_run(case: Case) -> list[str]:
-    warnings: list[str] = []
+def _about_run(case: Case) -> Iterator[str]:
     if case.maneuver.kind == "none":
-        warnings.append("maneuver.kind = 'none': nothing moves the antenna; set kind = 'stop' to excite it")
-    if isinstance(case.output.fields, tuple):
-        late = [instant for instant in case.output.fields if instant > case.solver.end_time]
-        if late:
-            warnings.append(
-                f"output.fields: {late} s lie after end_time = {case.solver.end_time:g} s and are left out; "
-                "run longer to store them"
-            )
-    motions = (case.maneuver, *getattr(case.maneuver, "steps", ()))
-    for duration in (getattr(motion, "duration", None) for motion in motions):
-        if isinstance(duration, float) and case.solver.time_step > duration / 5:
-            warnings.append(
-                f"solver.time_step = {case.solver.time_step:g} s resolves the maneuver of {duration:g} s with "
-                "fewer than 5 steps; use a smaller one"
-            )
-    return warnings
+        yield "maneuver.kind = 'none': nothing moves the antenna; set kind = 'stop' to excite it"
+    fields, solver = case.output.fields, case.solver
+    late = [instant for instant in fields if instant > solver.end_time] if isinstance(fields, tuple) else []
+    if late:
+        text = f"output.fields: {late} s lie after end_time = {solver.end_time:g} s and are left out"
+        yield f"{text}; run longer to store them"
+    for motion in (case.maneuver, *getattr(case.maneuver, "steps", ())):
+        duration = getattr(motion, "duration", None)
+        if isinstance(duration, float) and solver.time_step > duration / 5:
+            text = f"solver.time_step = {solver.time_step:g} s resolves the maneuver of {duration:g} s with fewer than"
+            yield f"{text} 5 steps; use a smaller one"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,8 +12,10 @@ from tautflex.case.schema import Case
 from tautflex.case.sections.structural import Cables, Frame
 from tautflex.errors import MeshError
 from tautflex.files.mesh import read_mesh
-from tautflex.mechanics.loads.inputs import TimeInput
+from tautflex.mechanics.dampings.damping import Damping
+from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.motion.kinematics import Maneuver
+from tautflex.reduction.marching.loads import require_forces
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
@@ -43,40 +45,26 @@ def build_model(case: Case) -> Model:
     membrane = MembraneSection(
         Material(film.youngs_modulus, film.density, film.poisson_ratio), film.thickness, film.strain, film.law
     )
+    stated: dict[str, Any] = {
+        "membrane_stress": membrane_stress(case),
+        "prestress_mode": case.prestress.mode or "equilibrium",
+    }
     cable = None if cables is None else _cable_section(cables, film.strain)
     beam = None if frame is None else _beam_section(frame, film.strain)
     if mesh.file is not None:
-        return _meshed_model(case, mesh.file, membrane, cable, beam)
-    assert film.length is not None
-    assert film.width is not None
-    layout = AntennaLayout(film.length, film.width, mesh.divisions, mesh.pattern, element=mesh.element)
+        return _meshed_model(case, mesh.file, cable, beam, membrane=membrane, **stated)
+    shape: dict[str, Any] = {"length": film.length, "width": film.width, "element": mesh.element}
+    shape |= {"divisions": mesh.divisions, "pattern": mesh.pattern}
     if cables is None or cable is None or frame is None or beam is None:
-        return build_fixed_film(layout, membrane, membrane_stress(case))
-    assert cables.per_long_edge is not None
-    assert cables.per_short_edge is not None
-    return build_antenna(
-        replace(
-            layout,
-            frame_length=frame.length,
-            frame_width=frame.width,
-            cables_per_long_edge=cables.per_long_edge,
-            cables_per_short_edge=cables.per_short_edge,
-            distribution=cables.distribution,
-            support=frame.support,
-        ),
-        membrane,
-        cable,
-        beam,
-        pretension_x=cables.pretension_x,
-        pretension_y=cables.pretension_y,
-        membrane_stress=membrane_stress(case),
-        prestress_mode=case.prestress.mode or "equilibrium",
-    )
+        return build_fixed_film(AntennaLayout(**shape), membrane, stated["membrane_stress"])
+    shape |= {"frame_length": frame.length, "frame_width": frame.width, "support": frame.support}
+    shape |= {f"cables_{name}": getattr(cables, name) for name in ("per_long_edge", "per_short_edge")}
+    layout = AntennaLayout(**shape, distribution=cables.distribution)
+    tensions = {name: getattr(cables, name) for name in ("pretension_x", "pretension_y")}
+    return build_antenna(layout, membrane, cable, beam, **tensions, **stated)
 
 
-def _meshed_model(
-    case: Case, file: str, membrane: MembraneSection, cable: CableSection | None, beam: BeamSection | None
-) -> Model:
+def _meshed_model(case: Case, file: str, cable: CableSection | None, beam: BeamSection | None, **stated: Any) -> Model:
     """Structure whose mesh comes from a file; tensions of cables by their direction."""
     mesh = read_mesh(file, case.mesh.names, unit_length=case.mesh.unit_length or 1.0)
     for kind, section, table in (("cables", cable, "cables"), ("beams", beam, "frame")):
@@ -88,14 +76,7 @@ def _meshed_model(
     given, tension = case.cables, np.zeros(0)
     if given is not None:
         tension = blend_by_direction(mesh.nodes, mesh.cables, given.pretension_x, given.pretension_y)
-    return mesh.model(
-        membrane=membrane,
-        cable=cable,
-        beam=beam,
-        membrane_stress=membrane_stress(case),
-        cable_tension=tension,
-        prestress_mode=case.prestress.mode or "equilibrium",
-    )
+    return mesh.model(cable=cable, beam=beam, cable_tension=tension, **stated)
 
 
 def _cable_section(given: Cables, strain: str) -> CableSection:
@@ -132,6 +113,14 @@ def build_maneuver(case: Case) -> Maneuver:
         return case.maneuver.build()
 
 
+def build_damping(case: Case, state: PrestressedState) -> Damping:
+    """Build the damping of a case, tried on its structure; CaseError if it does not fit."""
+    with within("damping"):
+        damping: Damping = case.damping.build()
+        damping.matrix(state.linear)
+        return damping
+
+
 def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:
     """Build the inputs of a case for its structure, each tried at t = 0.
 
@@ -147,4 +136,6 @@ def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:
             tried = found[-1].prepare(state.system)
             tried.load(0.0)
             tried.stress(0.0)
+    if case.reduction is not None:
+        require_forces(InputSet(state.system, found))
     return found

@@ -80,14 +80,19 @@ def case_error(error: ValidationError, model: type[BaseModel]) -> CaseError:
     """
     # A misspelt key explains the missing one; of several readings of a value the furthest one counts.
     details = error.errors(include_url=False)
-    first = min(details, key=lambda item: (item["type"] != "extra_forbidden", -len(item["loc"])))
-    # pydantic also lists which branch of "A or B" it tried, as "float", "literal['none']" or "tuple[...]"
-    key = ".".join(str(part) for part in first["loc"] if "[" not in str(part) and part not in _BRANCHES)
-    inner = first.get("ctx", {}).get("error")
+    first = min(details, key=lambda item: (item["type"] != "extra_forbidden", -len(_place(item))))
+    place, index, inner = _place(first), "", first.get("ctx", {}).get("error")
     if isinstance(inner, CaseError):
-        return CaseError(f"{key}.{inner}")
-    text = str(inner) if inner is not None else _sentence(first, model)
-    return CaseError(one_line(f"{key}: {text}") if key else text)
+        return CaseError(".".join([*map(str, place), str(inner)]))
+    while place and isinstance(place[-1], int):
+        index = f" at index {place.pop()}"
+    text = str(inner) if inner is not None else _sentence(first, model, index)
+    return CaseError(one_line(": ".join(filter(None, [".".join(map(str, place)), text]))))
+
+
+def _place(detail: ErrorDetails) -> list[int | str]:
+    """Key, and index in a list; pydantic also lists which branch of "A or B" it tried, as "float" or "tuple[...]"."""
+    return [part for part in detail["loc"] if "[" not in str(part) and part not in _BRANCHES]
 
 
 def choices(names: Sequence[str]) -> str:
@@ -103,12 +108,12 @@ def unknown_key(name: str, value: object, known: Collection[str], meant: Collect
     return f"unknown key with value {show(value)}, expected one of {', '.join(known)}; {remedy}"
 
 
-def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
+def _sentence(detail: ErrorDetails, model: type[BaseModel], index: str) -> str:
     kind, context, value = detail["type"], detail.get("ctx", {}), detail["input"]
     name = str(detail["loc"][0]) if detail["loc"] else ""
     field = _fields(model).get(name)
     if kind == "extra_forbidden":
-        return unknown_key(name, value, _fields(model), model.all_keys() if hasattr(model, "all_keys") else ())
+        return unknown_key(name, value, _fields(model), model.homes() if hasattr(model, "homes") else ())
     if kind == "missing" and len(detail["loc"]) == 1:
         wanted = f"{model.choice()} expects" if hasattr(model, "choice") else "expected"
         return f"missing, {wanted} the {meaning(name, field)}; add it"
@@ -116,12 +121,12 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
     if limit is not None:
         expected = f"a number {SIGNS[limit]} {context[limit]:g}"
     elif kind == "literal_error":
-        return f"expected one of {context['expected']}, got {show(value)}; choose one of them"
+        return f"expected one of {context['expected']}, got {show(value)}{index}; choose one of them"
     elif kind in ("too_long", "too_short", "missing"):
-        expected = "a list of the right length"
+        expected, index = "a list of the right length", ""
     else:
         expected = _KINDS.get(kind, detail["msg"].removeprefix("Input should be "))
-    return f"expected {expected}, got {show(value)}; write the {meaning(name, field)}"
+    return f"expected {expected}, got {show(value)}{index}; write the {meaning(name, field)}"
 
 
 def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:

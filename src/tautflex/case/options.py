@@ -19,7 +19,7 @@ from pydantic import BeforeValidator, Field, Strict, create_model, model_validat
 from tautflex import checks
 from tautflex.case.help import docstrings
 from tautflex.case.messages import choices, meaning, show
-from tautflex.case.registry import Registry, kind_of
+from tautflex.case.registry import Registry
 from tautflex.case.section import Flag, Number, Section
 from tautflex.case.tables import TimeTableKeys
 from tautflex.errors import CaseError, InputError
@@ -36,7 +36,7 @@ _IN_TIME: Any = Annotated[Number | tuple[Number, ...] | TimeTableKeys, BeforeVal
 
 
 def value_type(hint: Any) -> tuple[Any, Any]:
-    """Type of a case file's value for the annotation of a field, and an example."""
+    """Type of a case file's value for the annotation of a field, and an example; TypeError if no case can hold it."""
     parts = get_args(hint)
     if get_origin(hint) in (Union, types.UnionType):
         if any(get_origin(part) is Callable for part in parts):
@@ -56,7 +56,14 @@ def value_type(hint: Any) -> tuple[Any, Any]:
         return tuple.__class_getitem__((kinds[0], ...) if repeated else tuple(kinds)), tuple(
             example for _, example in inner
         )
-    return _TYPES.get(hint, (hint, parts[0] if parts else None))
+    if get_origin(hint) is dict and parts[0] is str:
+        kind, example = value_type(parts[1])
+        return dict.__class_getitem__((str, kind)), {"name": example}
+    if get_origin(hint) is Literal:
+        return hint, parts[0]
+    if hint not in _TYPES:
+        raise TypeError(hint)
+    return _TYPES[hint]
 
 
 class Chosen(Section):
@@ -115,7 +122,7 @@ class Chosen(Section):
             raise CaseError(
                 f"{cls.naming_key}: expected one of {choices(cls.kinds())}, got {show(kind)}; choose one of them"
             )
-        return _section(cls.chooser(), cls.registry[str(kind)])
+        return _section(cls.chooser(), str(kind), cls.registry[str(kind)])
 
     @classmethod
     def chooser(cls) -> type[Self]:
@@ -123,19 +130,14 @@ class Chosen(Section):
         return cls if cls.made_from is None else cls.origin_section  # type: ignore[return-value]
 
     @classmethod
-    def parts_for(cls, target: type) -> tuple[type[Chosen], ...]:
+    def parts_for(cls, kind: str, target: type) -> tuple[type[Chosen], ...]:
         """Sections that together hold the keys of a class which are not its fields."""
         return (cls,)
 
     @classmethod
-    def all_keys(cls) -> set[str]:
-        """Keys of all classes, for a guess at what a misspelt one means."""
-        return {name for kind in cls.kinds() for name in cls.of_kind(kind).model_fields}
-
-    @classmethod
-    def home_of(cls, name: str) -> str | None:
-        """First class that has a key."""
-        return next((kind for kind in cls.kinds() if name in cls.of_kind(kind).model_fields), None)
+    def homes(cls) -> dict[str, str]:
+        """Keys of all classes, and the first class that has each, for a guess at what a misplaced one means."""
+        return {name: kind for kind in reversed(cls.kinds()) for name in cls.of_kind(kind).model_fields}
 
     @model_validator(mode="before")
     @classmethod
@@ -144,7 +146,7 @@ class Chosen(Section):
             return values
         kept = {}
         for name, value in values.items():
-            other = None if name in cls.model_fields else cls.home_of(name)
+            other = None if name in cls.model_fields else cls.homes().get(name)
             if other is None:
                 kept[name] = value
             elif name not in cls.harmless_keys or not _is_default(cls.of_kind(other), name, value):
@@ -233,13 +235,20 @@ def keys_of(target: type, omitted: Sequence[str] = (), optional: Sequence[str] =
     for field in dataclasses.fields(target):
         if not field.init or field.name in omitted:
             continue
-        kind, example = value_type(hints[field.name])
+        needed = field.default is field.default_factory is dataclasses.MISSING
+        try:
+            kind, example = value_type(hints[field.name])
+        except TypeError as error:
+            if not needed:
+                continue  # Python alone can give it
+            text = f"{target.__name__}: expected {field.name} to be numbers, texts or true and false, alone or in lists"
+            raise InputError(f"{text}, got {error}; a field of another type needs a default, and is no key") from None
         given: dict[str, Any] = {}
         if field.name in optional:
             kind, given["default"] = kind | None, None
         elif field.default is not dataclasses.MISSING:
             given["default"], example = field.default, example if field.default in (None, ()) else field.default
-        elif field.default_factory is not dataclasses.MISSING:
+        elif not needed:
             given["default_factory"] = field.default_factory
         words = docstrings.short(texts.get(field.name, "")) or field.name.replace("_", " ")
         if kind is Flag:
@@ -254,11 +263,10 @@ def section_of(target: type) -> type[Section]:
 
 
 @cache
-def _section(base: type[Chosen], target: type) -> Any:
+def _section(base: type[Chosen], kind: str, target: type) -> Any:
     """Section of a class among those that a base chooses from."""
-    bases = base.parts_for(target)
+    bases = base.parts_for(kind, target)
     taken = [name for part in bases for name in (*part.model_fields, *part.omitted_fields)]
-    kind = kind_of(target)
     keys: dict[str, Any] = {
         base.naming_key: (Literal[kind], Field(default=kind, description=base.registry.role, examples=[kind]))
     }

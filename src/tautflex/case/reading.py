@@ -13,11 +13,13 @@ from tautflex import checks
 from tautflex.case.messages import one_line, show
 from tautflex.case.schema import Case
 from tautflex.errors import CaseError
+from tautflex.files.content import read_text
 
 M2_TEMPLATE = files("tautflex").joinpath("data", "m2.toml").read_text(encoding="utf-8")
 """Commented case of the paper's antenna M2 in the published reading, as `tautflex init` writes it."""
 
 _LARGEST_FILE = 10_000_000
+_DEEPEST = 20
 
 
 def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Case:
@@ -40,9 +42,11 @@ def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Ca
     CaseError
         One line with file, key, value, expectation and remedy.
     """
-    source = checks.path("path", path)
+    source, name = checks.path("path", path), one_line(str(path))
     checks.several("overrides", overrides, str, "'damping.alpha=0.01'")
-    return parse_case(_read(source), overrides, source=str(path), directory=source.parent)
+    missing = f"write one with `tautflex init {name}`"
+    text = read_text(source, name, "case file", _LARGEST_FILE, missing, CaseError)
+    return parse_case(text, overrides, source=name, directory=source.parent)
 
 
 def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case", directory: Path = Path()) -> Case:
@@ -58,10 +62,12 @@ def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case"
     except (RecursionError, ValueError) as error:  # absurd nesting, numbers of thousands of digits
         reason = one_line(str(error))[:120]
         raise CaseError(f"{source}: not readable as TOML: {reason}; start from `tautflex init`") from None
+    _require_shallow(values, source)
     for section in ("maneuver", "mesh", "inputs"):
         _place_files(values.get(section), directory)
     for override in overrides:
         _apply(values, override)
+    _require_shallow(values, source)
     _require_schema(values, source)
     try:
         return Case(**values)
@@ -69,29 +75,16 @@ def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case"
         raise CaseError(f"{source}: {error}") from None
 
 
-def _read(path: Path) -> str:
-    name = one_line(str(path))
-    try:
-        size = -1 if path.is_dir() else path.stat().st_size
-        content = b""
-        if 0 <= size <= _LARGEST_FILE:
-            with path.open("rb") as file:
-                content = file.read(_LARGEST_FILE + 1)  # a device has no size, and may have no end
-            size = len(content)
-    except FileNotFoundError:
-        raise CaseError(f"{name}: no such file; write one with `tautflex init {name}`") from None
-    except (OSError, ValueError) as error:  # ValueError: a path with a null character
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise CaseError(f"{name}: cannot read the case file ({reason}); check its path and permissions") from None
-    if size < 0:
-        raise CaseError(f"{name}: expected a case file, got a directory; name a .toml file in it")
-    if size > _LARGEST_FILE:
-        raise CaseError(f"{name}: expected a case file, got {size / 1e6:.3g} MB; is this a result file?")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        text = f"{name}: expected UTF-8 text, got byte 0x{content[error.start]:02x} at offset {error.start}"
-        raise CaseError(f"{text}; save the file as UTF-8") from None
+def _require_shallow(values: dict[str, Any], source: str) -> None:
+    """Refuse tables and lists in each other, deep enough to exhaust the stack of whoever walks through them."""
+    inside, depth = [values], 0
+    while inside:
+        inside = [part for one in inside for part in (one.values() if isinstance(one, dict) else one)]
+        inside = [part for part in inside if isinstance(part, dict | list)]
+        depth += 1
+        if depth > _DEEPEST:
+            text = f"{source}: expected tables and lists at most {_DEEPEST} deep in each other, got deeper ones"
+            raise CaseError(f"{text}; write section.key = value")
 
 
 def _place_files(values: Any, directory: Path) -> None:

@@ -4,66 +4,58 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from typing import TypeVar
+from pkgutil import resolve_name
+from typing import Any, TypeVar
 
-from tautflex.elements import Element, Law, register_element, register_law
 from tautflex.errors import InputError, TautflexError
-from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.dampings.modal import Modal
-from tautflex.mechanics.dampings.rayleigh import Rayleigh
-from tautflex.mechanics.loads.cable_tension import CableTension
-from tautflex.mechanics.loads.edge_force import EdgeForce
-from tautflex.mechanics.loads.inputs import TimeInput
-from tautflex.mechanics.loads.membrane_temperature import MembraneTemperature
-from tautflex.mechanics.loads.nodal_force import NodalForce
-from tautflex.motion.fixed_axis import Slew, SpinUp, Stop
-from tautflex.motion.kinematics import AtRest, Maneuver
-from tautflex.motion.sequence import Sequence
-from tautflex.motion.tabulated import Tabulated
-from tautflex.motion.translation import BaseAcceleration
-from tautflex.reduction.bases.modal_basis import ModalBasis
-from tautflex.reduction.bases.vectors import Basis
-from tautflex.solvers.transient.explicit import ExplicitMethod
-from tautflex.solvers.transient.methods.bathe import Bathe
-from tautflex.solvers.transient.methods.central_difference import CentralDifference
-from tautflex.solvers.transient.methods.energy_conserving import EnergyConserving
-from tautflex.solvers.transient.methods.generalized_alpha import HHT, GeneralizedAlpha, Newmark
-from tautflex.solvers.transient.methods.scheme import Method
-from tautflex.solvers.transient.methods.wilson import WilsonTheta
 
 ENTRY_POINTS = "tautflex.plugins"
-# Names that differ from that of the class.
-_NAMES: dict[type, str] = {AtRest: "none", ModalBasis: "modal"}
 Class = TypeVar("Class", bound=type)
 
 
 def kind_of(cls: type) -> str:
-    """Name of a class in a case file: its attribute ``kind``, or its own name, as ``"spin-up"`` for SpinUp."""
+    """Name of a class in a case file: its attribute ``kind``, or its own name, as ``"spin-up"`` for SpinUp.
+
+    Raises
+    ------
+    InputError
+        If the attribute is no name that a case file could hold.
+    """
     own = getattr(cls, "kind", None)
-    if isinstance(own, str):
-        return own
-    return _NAMES.get(cls) or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", cls.__name__).lower()
+    if own is None or isinstance(own, property):
+        own = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", cls.__name__).lower()
+    if not isinstance(own, str) or not re.fullmatch(r"[\w.+-]+", own):
+        text = f"register: expected as kind of {cls.__name__} a name of letters, digits and hyphens, got {own!r}"
+        raise InputError(f'{text}; write for example kind: ClassVar[str] = "my-stop"')
+    return own
 
 
 class Registry(Mapping[str, type]):
     """Classes of one role by their names in a case file, installed plugins included.
+
+    A class of tautflex is imported when it is asked for: numerics that a case does not name cost its reader no time.
 
     Parameters
     ----------
     role
         What its classes are, in a word.
     bases
-        Base classes, any of which makes a class one of them; the first is the public one.
+        Places of base classes, any of which makes a class one of them; the first is the public one.
     classes
-        Those of tautflex.
+        Places of those of tautflex, ``"module:Class"``.
     """
 
-    def __init__(self, role: str, bases: tuple[type, ...], *classes: type) -> None:
-        self.role, self.bases = role, bases
-        self._classes = {kind_of(cls): cls for cls in classes}
+    def __init__(self, role: str, bases: tuple[str, ...], classes: Mapping[str, str]) -> None:
+        self.role, self._bases = role, bases
+        self._classes: dict[str, Any] = dict(classes)
+
+    @property
+    def bases(self) -> tuple[type, ...]:
+        """Base classes."""
+        return tuple(map(_imported, self._bases))
 
     def __iter__(self) -> Iterator[str]:
         load_installed()
@@ -74,34 +66,67 @@ class Registry(Mapping[str, type]):
 
     def __getitem__(self, kind: str) -> type:
         load_installed()
-        return self._classes[kind]
+        return _imported(self._classes[kind])
 
     def add(self, cls: type) -> None:
         """Add a class; a newer one of the same name and file replaces it, another one is refused."""
         kind = kind_of(cls)
-        known = self._classes.setdefault(kind, cls)
-        if known is not cls and (known.__module__, known.__qualname__) != (cls.__module__, cls.__qualname__):
+        known = _imported(self._classes.setdefault(kind, cls))
+        if (known.__module__, known.__qualname__) != (cls.__module__, cls.__qualname__):
             text = f"register: expected a new name of a {self.role}, got {kind!r}, which {known.__module__} has"
             raise InputError(f"{text}; rename the class or give it an attribute kind")
         self._classes[kind] = cls
 
 
-MANEUVERS = Registry("maneuver", (Maneuver,), Stop, AtRest, SpinUp, Slew, Tabulated, BaseAcceleration, Sequence)
+def _imported(place: Any) -> Any:
+    return resolve_name(f"tautflex.{place}") if isinstance(place, str) else place
+
+
+MANEUVERS = Registry(
+    "maneuver",
+    ("motion.kinematics:Maneuver",),
+    {
+        "stop": "motion.fixed_axis:Stop",
+        "none": "motion.kinematics:AtRest",
+        "spin-up": "motion.fixed_axis:SpinUp",
+        "slew": "motion.fixed_axis:Slew",
+        "tabulated": "motion.tabulated:Tabulated",
+        "base-acceleration": "motion.translation:BaseAcceleration",
+        "sequence": "motion.sequence:Sequence",
+    },
+)
 METHODS = Registry(
     "method",
-    (Method, ExplicitMethod),
-    WilsonTheta,
-    GeneralizedAlpha,
-    Newmark,
-    HHT,
-    Bathe,
-    EnergyConserving,
-    CentralDifference,
+    ("solvers.transient.methods.scheme:Method", "solvers.transient.explicit:ExplicitMethod"),
+    {
+        "wilson-theta": "solvers.transient.methods.wilson:WilsonTheta",
+        "generalized-alpha": "solvers.transient.methods.generalized_alpha:GeneralizedAlpha",
+        "newmark": "solvers.transient.methods.generalized_alpha:Newmark",
+        "hht": "solvers.transient.methods.generalized_alpha:HHT",
+        "bathe": "solvers.transient.methods.bathe:Bathe",
+        "energy-conserving": "solvers.transient.methods.energy_conserving:EnergyConserving",
+        "central-difference": "solvers.transient.methods.central_difference:CentralDifference",
+    },
 )
-INPUTS = Registry("input", (TimeInput,), NodalForce, EdgeForce, CableTension, MembraneTemperature)
-DAMPINGS = Registry("damping", (Damping,), Rayleigh, Modal)
-BASES = Registry("basis", (Basis,), ModalBasis)
+INPUTS = Registry(
+    "input",
+    ("mechanics.loads.inputs:TimeInput",),
+    {
+        "nodal-force": "mechanics.loads.nodal_force:NodalForce",
+        "edge-force": "mechanics.loads.edge_force:EdgeForce",
+        "cable-tension": "mechanics.loads.cable_tension:CableTension",
+        "membrane-temperature": "mechanics.loads.membrane_temperature:MembraneTemperature",
+    },
+)
+DAMPINGS = Registry(
+    "damping",
+    ("mechanics.dampings.damping:Damping",),
+    {"rayleigh": "mechanics.dampings.rayleigh:Rayleigh", "modal": "mechanics.dampings.modal:Modal"},
+)
+BASES = Registry("basis", ("reduction.bases.vectors:Basis",), {"modal": "reduction.bases.modal_basis:ModalBasis"})
 _ALL = (MANEUVERS, METHODS, INPUTS, DAMPINGS, BASES)
+# Classes for models, which keep their own lists.
+_PARTS = {"elements:Element": "elements:register_element", "elements:Law": "elements:register_law"}
 
 
 def register(cls: Class) -> Class:
@@ -129,15 +154,17 @@ def register(cls: Class) -> Class:
     """
     if not isinstance(cls, type):
         raise InputError(f"register: expected a class, got {cls!r}; write register(MyClass)")
-    if issubclass(cls, Element):
-        return register_element(cls)
-    if issubclass(cls, Law):
-        return register_law(cls)
+    for base, place in _PARTS.items():
+        if issubclass(cls, _imported(base)):
+            return _imported(place)(cls)
     registry = next((one for one in _ALL if issubclass(cls, one.bases)), None)
     if registry is None:
-        names = ", ".join(f"tf.{base.__name__}" for base in (Element, Law, *(one.bases[0] for one in _ALL)))
+        names = ", ".join(f"tf.{_imported(base).__name__}" for base in (*_PARTS, *(one._bases[0] for one in _ALL)))
         text = f"register: expected a subclass of one of {names}, got {cls.__name__}"
         raise InputError(f"{text}; see tests/extension for one of each")
+    if is_dataclass(cls) and any(field.name == "kind" for field in fields(cls)):
+        text = f"register: expected no field kind in {cls.__name__}, which names the class in a case file"
+        raise InputError(f"{text}; give the field another name, or annotate it as ClassVar")
     if not is_dataclass(cls):
         raise InputError(f"register: expected a dataclass, got {cls.__name__}; put @dataclass(frozen=True) above it")
     registry.add(cls)

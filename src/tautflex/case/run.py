@@ -14,6 +14,7 @@ import xarray as xr
 from tautflex import checks
 from tautflex.analysis import amplitude, dominant_frequency, maneuver_end
 from tautflex.case import build
+from tautflex.case.options import within
 from tautflex.case.schema import Case
 from tautflex.errors import InputError
 from tautflex.files import netcdf
@@ -71,38 +72,16 @@ def write_case_run(
     figures: Figures | None = None,
     title: str = "tautflex run",
 ) -> dict[str, Any]:
-    """Simulate a case and write its results.
+    """Simulate a case and write ``run.nc``, ``summary.json`` and figures into a directory, an earlier run replaced.
 
-    Nothing is written before the simulation has ended: bad input leaves no trace. A run that did not
-    converge or was interrupted is written as far as it got, with its status in the file and in the summary.
-
-    Parameters
-    ----------
-    case
-        Validated case.
-    directory
-        Where ``run.nc``, ``summary.json`` and figures go; created if missing, an earlier run replaced.
-    progress
-        Called with the fraction done (0 to 1) and a short message.
-    figures
-        Function (run dataset, modes dataset, directory) that writes figures and returns their paths.
-    title
-        Stored in ``run.nc``.
+    Nothing is written before the simulation has ended: bad input leaves no trace. A run that did not converge or was
+    interrupted is written as far as it got, with its status in the file and in the summary. ``figures`` takes the
+    datasets of run and modes and the directory, and returns what it wrote; ``title`` is stored in ``run.nc``.
 
     Returns
     -------
     dict
-        ``status``, ``message``, ``maneuver``, ``probes`` (amplitude [m] of the whole record, dominant_frequency [Hz]
-        after the maneuver, bin_width [Hz]),
-        ``natural_frequencies`` [Hz], ``steps``, ``seconds`` [s], ``back_substitutions``, ``factorizations``,
-        ``warnings`` (sentences), ``files``; the content of ``summary.json``.
-
-    Raises
-    ------
-    InputError
-        If the case cannot be built, prestressed or simulated.
-    OSError
-        If the directory cannot be written.
+        The content of ``summary.json``, SI units; the dominant frequency of a probe is that after the maneuver.
     """
     tell = progress or _silent
     maneuver, state = _prestressed(case, tell)
@@ -146,15 +125,17 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
     solver, fields = case.solver, case.output.fields
     if case.reduction is not None:
         progress(0.0, "reduced model")
+    with within("reduction"):
+        plant = state if case.reduction is None else reduce(state, case.reduction.build())
     stated: dict[str, Any] = {"tolerance": solver.tolerance, "max_halvings": solver.max_halvings}
     run = simulate(
-        state if case.reduction is None else reduce(state, case.reduction.build()),
+        plant,
         maneuver,
         method=solver.build(),
         time_step=solver.time_step,
         end_time=solver.end_time,
         adaptive=solver.adaptive(),
-        damping=case.damping.build(),
+        damping=build.build_damping(case, state),
         coupling=case.coupling.build(),
         inputs=build.build_inputs(case, state),
         probes=case.output.probes,

@@ -9,12 +9,11 @@ from pydantic import BeforeValidator, Field, SerializeAsAny, field_validator, mo
 
 from tautflex.case import memory
 from tautflex.case.messages import meaning, require_names, show
-from tautflex.case.section import Section
+from tautflex.case.section import Section, key
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
 from tautflex.case.sections.maneuver import Maneuver
 from tautflex.case.sections.structural import Cables, Frame, Membrane, Mesh, Prestress
-from tautflex.structure.mesh import least_divisions
 from tautflex.structure.shapes import SHAPES
 from tautflex.text import card, shown
 
@@ -47,27 +46,27 @@ class Case(Section):
 
     # "schema" is the key in the file; BaseModel keeps that attribute name for itself.
     schema_number: Literal[1] = Field(default=1, alias="schema", description="version of the case format", examples=[1])
-    membrane: Membrane = Field(description="[membrane] section")
-    cables: Cables | None = Field(default=None, description="[cables] section")
-    frame: Frame | None = Field(default=None, description="[frame] section")
-    mesh: Mesh = Field(default=Mesh(), description="[mesh] section")
-    prestress: Prestress = Field(default=Prestress(), description="[prestress] section")
+    membrane: Membrane = key("[membrane] section")
+    cables: Cables | None = key("[cables] section", None, None)
+    frame: Frame | None = key("[frame] section", None, None)
+    mesh: Mesh = key("[mesh] section", default=Mesh())
+    prestress: Prestress = key("[prestress] section", default=Prestress())
     maneuver: Annotated[SerializeAsAny[Maneuver], BeforeValidator(Maneuver.from_table)] = Field(
         default_factory=Maneuver, description="[maneuver] section"
     )
     damping: Annotated[SerializeAsAny[Damping], BeforeValidator(Damping.from_table)] = Field(
         default_factory=Damping, description="[damping] section"
     )
-    coupling: Coupling = Field(default=Coupling(), description="[coupling] section")
+    coupling: Coupling = key("[coupling] section", default=Coupling())
     solver: Annotated[SerializeAsAny[Solver], BeforeValidator(Solver.from_table)] = Field(
         default_factory=Solver, description="[solver] section"
     )
-    inputs: dict[str, Annotated[SerializeAsAny[Input], BeforeValidator(Input.from_table)]] = Field(
-        default={}, description="[inputs.NAME] sections"
+    inputs: dict[str, Annotated[SerializeAsAny[Input], BeforeValidator(Input.from_table)]] = key(
+        "[inputs.NAME] sections", default={}
     )
-    output: Output = Field(default=Output(), description="[output] section")
-    reduction: Annotated[SerializeAsAny[Reduction] | None, BeforeValidator(Reduction.from_table)] = Field(
-        default=None, description="[reduction] section"
+    output: Output = key("[output] section", default=Output())
+    reduction: Annotated[SerializeAsAny[Reduction] | None, BeforeValidator(Reduction.from_table)] = key(
+        "[reduction] section", None, None
     )
 
     def to_toml(self) -> str:
@@ -102,14 +101,14 @@ class Case(Section):
     @model_validator(mode="after")
     def _geometry_is_stated_once(self) -> Self:
         file = self.mesh.file
-        for name, keys in _GEOMETRY.items():
+        for name, names in _GEOMETRY.items():
             section = getattr(self, name)
-            for key in keys if section is not None else ():
-                value, field = getattr(section, key), type(section).model_fields[key]
+            for one in names if section is not None else ():
+                value, field = getattr(section, one), type(section).model_fields[one]
                 if file is None and value is None:
-                    raise ValueError(f"{name}.{key}: missing, expected the {meaning(key, field)}; add it")
+                    raise ValueError(f"{name}.{one}: missing, expected the {meaning(one, field)}; add it")
                 if file is not None and value != field.default:
-                    text = f"{name}.{key}: expected no value beside mesh.file = {show(file)}, got {show(value)}"
+                    text = f"{name}.{one}: expected no value beside mesh.file = {show(file)}, got {show(value)}"
                     raise ValueError(f"{text}; remove one of the two")
         return self
 
@@ -142,7 +141,7 @@ class Case(Section):
         if self.cables is not None:
             counts = (self.cables.per_long_edge, self.cables.per_short_edge)
             for axis, count, have in zip("xy", counts, self.mesh.divisions, strict=True):
-                least = 0 if count is None else least_divisions(count - 1, SHAPES[self.mesh.element])
+                least = 0 if count is None else SHAPES[self.mesh.element].least_divisions(count - 1)
                 if have < least:
                     text = f"mesh.divisions: expected at least {least} cells along {axis} for {count} cables"
                     raise ValueError(f"{text}, got {_pair(self.mesh.divisions)}; refine the mesh or remove cables")

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import csv
 import math
-import stat
 from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
-from pydantic import Field, Strict, model_validator
+from pydantic import Strict, model_validator
 
-from tautflex.case.section import Number, Section
+from tautflex.case.section import Number, Section, key
 from tautflex.errors import CaseError
+from tautflex.files.content import read_text
 from tautflex.mechanics.loads.time_table import TimeTable
 from tautflex.numeric import Array
 
@@ -56,15 +56,11 @@ class TimeTableKeys(Section):
     names that end in _x, _y, _z), others in their order.
     """
 
-    times: tuple[Number, ...] | None = Field(
-        default=None, description="instants of the rows [s], rising", examples=[(0.0, 1.0)]
+    times: tuple[Number, ...] | None = key("instants of the rows [s], rising", (0.0, 1.0), None)
+    values: tuple[Number, ...] | tuple[tuple[Number, ...], ...] | None = key(
+        "value at each instant, a number or a list", (0.0, 0.1), None
     )
-    values: tuple[Number, ...] | tuple[tuple[Number, ...], ...] | None = Field(
-        default=None, description="value at each instant, a number or a list", examples=[(0.0, 0.1)]
-    )
-    file: Annotated[str, Strict()] | None = Field(
-        default=None, description="name of a CSV file with the table", examples=["force.csv"]
-    )
+    file: Annotated[str, Strict()] | None = key("name of a CSV file with the table", "force.csv", None)
 
     @model_validator(mode="after")
     def _one_table(self) -> Self:
@@ -111,22 +107,8 @@ def _read(path: str, used: Collection[str] | None, example: str) -> tuple[list[s
 
 def _lines(path: str) -> list[list[str]]:
     """Cells of all lines that are neither empty nor comments."""
-    try:
-        found = Path(path).stat()
-        if not stat.S_ISREG(found.st_mode):
-            raise CaseError(f"file: cannot read {path!r} (a directory or device); expected a CSV file")
-        if found.st_size > _LARGEST_FILE:
-            raise CaseError(
-                f"file: expected a table of at most {_LARGEST_FILE / 1e6:g} MB, got more in {path!r}; thin it"
-            )
-        content = Path(path).read_text(encoding="utf-8-sig")
-    except CaseError:
-        raise
-    except FileNotFoundError:
-        raise CaseError(f"file: no such file {path!r}; its name is relative to the case file") from None
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise CaseError(f"file: cannot read {path!r} ({reason}); expected a CSV file") from None
+    missing = "its name is relative to the case file"
+    content = read_text(Path(path), f"file: {path!r}", "CSV file", _LARGEST_FILE, missing, CaseError)
     kept = [line for line in content.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     return list(csv.reader(kept))
 

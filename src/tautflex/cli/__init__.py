@@ -31,8 +31,8 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for command in (init, check, keys, modes, tune, run, reproduce, export):
-    app.command(command)
+for one in (init, check, keys, modes, tune, run, reproduce, export):
+    app.command(one)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -13,11 +13,13 @@ if TYPE_CHECKING:
 FORMATS = ("png",)
 
 
-def mode_figures(modes: xr.Dataset, directory: Path) -> list[Path]:
-    """Write the mode shapes into an existing directory; return the files."""
+def mode_figures(modes: xr.Dataset, directory: Path, campbell: xr.Dataset | None = None) -> list[Path]:
+    """Write the mode shapes, and a Campbell table, into an existing directory; return the files."""
     from tautflex import plot
+    from tautflex.plot.campbell import save_campbell
 
-    return list(plot.save_modes(modes, directory / "modes", formats=FORMATS))
+    written = list(plot.save_modes(modes, directory / "modes", formats=FORMATS))
+    return written if campbell is None else written + save_campbell(campbell, directory / "campbell", formats=FORMATS)
 
 
 def run_figures(run: xr.Dataset, modes: xr.Dataset, directory: Path) -> list[Path]:

@@ -1,15 +1,16 @@
-"""Parameters that several commands share, and how they write their answer."""
+"""What all commands share: options, and how they give their answer."""
 
 from __future__ import annotations
 
+import inspect
 import json
 import math
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
 
 from cyclopts import Parameter
 
@@ -23,18 +24,57 @@ Overrides = Annotated[
     list[str] | None,
     Parameter(name="--set", help="Change one key, section.key=value; may be repeated."),
 ]
-AsJson = Annotated[bool, Parameter(name="--json", help="Print one JSON object and nothing else.")]
-Plugins = Annotated[
-    list[Path] | None,
-    Parameter(name="--plugin", help="Python file that registers classes of yours; may be repeated."),
-]
 Force = Annotated[bool, Parameter(name="--force", help="Overwrite an existing file.")]
+_SHARED: dict[str, tuple[Any, Any]] = {
+    "plugin": (
+        Annotated[
+            list[Path] | None,
+            Parameter(name="--plugin", help="Python file that registers classes of yours; may be repeated."),
+        ],
+        None,
+    ),
+    "as_json": (Annotated[bool, Parameter(name="--json", help="Print one JSON object and nothing else.")], False),
+}
 
 
-def print_json(values: Mapping[str, Any]) -> None:
-    """Write one JSON object to stdout; numbers that are not finite become null."""
-    sys.stdout.write(json.dumps(jsonable(values), allow_nan=False) + "\n")
-    sys.stdout.flush()
+class Answer(NamedTuple):
+    """What a command found out: numbers for --json, how a person sees them, exit code, and what stopped it."""
+
+    values: Mapping[str, Any]
+    show: Callable[[], object]
+    code: int = 0
+    error: InputError | None = None
+
+
+def command(function: Callable[..., Answer | int]) -> Callable[..., int]:
+    """Give a command the options that all have, and print its answer; with --json nothing else goes to stdout."""
+    own = inspect.signature(function)
+
+    def run(*arguments: Any, plugin: Sequence[Path] | None = None, as_json: bool = False, **options: Any) -> int:
+        with redirect_stdout(sys.stderr if as_json else sys.stdout):  # plugins may print
+            for file in plugin or ():
+                from tautflex.case.plugins import load_plugin
+
+                load_plugin(file)
+            answer = function(*arguments, **options)
+        if isinstance(answer, int):
+            return answer
+        if as_json:
+            sys.stdout.write(json.dumps(jsonable(answer.values), allow_nan=False) + "\n")
+            sys.stdout.flush()
+        if answer.error is not None:
+            raise answer.error
+        if not as_json:
+            answer.show()
+        return answer.code
+
+    shared = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=value) for name, (_, value) in _SHARED.items()
+    ]
+    hints = get_type_hints(function, include_extras=True) | {name: hint for name, (hint, _) in _SHARED.items()}
+    run.__name__, run.__doc__, run.__annotations__ = function.__name__, function.__doc__, hints
+    run.__signature__ = own.replace(parameters=[*own.parameters.values(), *shared])  # type: ignore[attr-defined]
+    return run
 
 
 def jsonable(value: Any) -> Any:
@@ -52,17 +92,8 @@ def jsonable(value: Any) -> Any:
     return value
 
 
-def use_plugins(files: Sequence[Path] | None) -> None:
-    """Import the files that --plugin names; CaseError if one does not run."""
-    for file in files or ():
-        from tautflex.case.plugins import load_plugin
-
-        load_plugin(file)
-
-
-def load(case: Path, override: Sequence[str] | None, plugin: Sequence[Path] | None) -> Case:
-    """Read the case of a command, which may name classes of plugins."""
-    use_plugins(plugin)
+def load(case: Path, override: Sequence[str] | None) -> Case:
+    """Read the case of a command."""
     from tautflex.case import load_case
 
     return load_case(case, override or ())

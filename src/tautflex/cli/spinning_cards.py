@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
-from tautflex.cli.cards import half_waves, say
+from tautflex.cli.cards import half_waves, say, show_modes
 
 
-def show_spinning(answer: Mapping[str, Any]) -> None:
-    """Print what was asked for beside the modes at rest."""
+def show_modes_and_spin(case: Path, answer: Mapping[str, Any]) -> None:
+    """Print what was asked for beside the modes at rest, then these."""
     at_rest = answer["prestress"]["min_principal_resultant"]
     if "spinning" in answer:
         one = answer["spinning"]
@@ -30,6 +31,7 @@ def show_spinning(answer: Mapping[str, Any]) -> None:
             "-" if math.isnan(part) else f"{part:.3f}" for part in answer["participation"]["completeness"]
         )
         say(f"These modes hold of the free mass (x, y, z, rx, ry, rz): {parts}")
+    show_modes(case, answer)
 
 
 def _warn(rates: list[float], stable: list[bool], resultants: list[float], at_rest: float) -> None:

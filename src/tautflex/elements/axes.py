@@ -8,21 +8,10 @@ from tautflex.numeric import Array
 
 
 def line_axes(ends: Array, direction: Array) -> tuple[Array, Array]:
-    """Local axes and lengths of two-node elements.
+    """Local axes as rows, the first along the element, shape (element, 3, 3), and lengths [m], shape (element,).
 
-    Parameters
-    ----------
-    ends
-        End positions [m], shape (element, 2, 3).
-    direction
-        Local z is its part normal to the element; where it is parallel, global y is used instead.
-
-    Returns
-    -------
-    axes
-        Local axes as rows, the first along the element, shape (element, 3, 3).
-    length
-        Lengths [m], shape (element,).
+    ``ends`` are the positions of both ends [m], shape (element, 2, 3). Local z is the part of ``direction`` normal to
+    the element; where it is parallel, global y is used instead.
     """
     span = ends[:, 1] - ends[:, 0]
     length = np.linalg.norm(span, axis=1)
@@ -35,21 +24,11 @@ def line_axes(ends: Array, direction: Array) -> tuple[Array, Array]:
 
 
 def film_axes(tangents: Array, direction: Array) -> tuple[Array, Array]:
-    """Local axes of films, from two vectors in each film.
+    """Local axes of films as rows, shape (n, 3, 3), the normal's last non-zero component positive, and their stretch.
 
-    Parameters
-    ----------
-    tangents
-        Derivatives of the position along two local coordinates [m], such as two sides of a triangle, shape (n, 2, 3).
-    direction
-        Local x is its projection on the film; where it is normal to the film, global y is projected instead.
-
-    Returns
-    -------
-    axes
-        Local axes as rows, shape (n, 3, 3); the normal's last non-zero component is positive.
-    stretch
-        Area of the parallelogram of the two vectors [m^2], shape (n,).
+    The stretch [m^2], shape (n,), is the area of the parallelogram of two vectors in each film: ``tangents``,
+    derivatives of the position along two local coordinates [m], such as two sides of a triangle, shape (n, 2, 3). Local
+    x is the projection of ``direction`` on the film; where it is normal to the film, global y is projected instead.
     """
     normal = np.cross(tangents[:, 0], tangents[:, 1])
     stretch = np.linalg.norm(normal, axis=1)

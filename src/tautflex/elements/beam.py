@@ -101,8 +101,7 @@ class Beam(Element):
     def declare(nodes: Array, group: ElementGroup, dofs: Indices) -> ElementBlock:
         """Beam elements as data; stresses are resultants [N] (bending and twist divided by the length), measure [m]."""
         section = group.section
-        if not isinstance(section, BeamSection):
-            raise TypeError("beam elements need a BeamSection")
+        assert isinstance(section, BeamSection)
         ends = nodes[group.connectivity]
         axes, length = line_axes(ends, group.orientation)
         count = len(dofs)

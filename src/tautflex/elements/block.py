@@ -117,14 +117,8 @@ class ElementBlock:
 def translating_points(mass: Array, functions: Array, positions: Array) -> InertiaPoints:
     """Mass points of elements without rotations.
 
-    Parameters
-    ----------
-    mass
-        Mass of each point [kg], shape (element, point).
-    functions
-        Interpolation functions there, shape (point, node).
-    positions
-        Positions of the nodes [m], shape (element, node, 3).
+    ``mass`` is that of each point [kg], shape (element, point), ``functions`` the interpolation there, shape (point,
+    node), ``positions`` those of the nodes [m], shape (element, node, 3).
     """
     interpolation = np.einsum("pi,kl->pkil", functions, np.eye(3)).reshape(1, len(functions), 3, -1)
     return InertiaPoints(mass, interpolation, np.einsum("pi,nik->npk", functions, positions))

@@ -38,8 +38,7 @@ class Cable(Element):
     def declare(nodes: Array, group: ElementGroup, dofs: Indices) -> ElementBlock:
         """Cable elements as data; stresses in Pa, measure = volume [m^3]."""
         section = group.section
-        if not isinstance(section, CableSection):
-            raise TypeError("cable elements need a CableSection")
+        assert isinstance(section, CableSection)
         ends = nodes[group.connectivity]
         axes, length = line_axes(ends, group.orientation)
         slope = axes / length[:, None, None]

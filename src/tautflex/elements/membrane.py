@@ -33,8 +33,7 @@ QUADRATIC = {"von-karman": _quadratic((2,)), "green-lagrange": _quadratic((0, 1,
 
 def membrane_section(group: ElementGroup) -> MembraneSection:
     """Section of a group of film elements."""
-    if not isinstance(group.section, MembraneSection):
-        raise TypeError("membrane elements need a MembraneSection")
+    assert isinstance(group.section, MembraneSection)
     return group.section
 
 
@@ -56,20 +55,9 @@ def membrane_block(
 ) -> ElementBlock:
     """Film elements as data; stresses in Pa, measure = volume [m^3].
 
-    Parameters
-    ----------
-    group, dofs
-        Elements and their unknowns.
-    axes
-        Film axes as rows, shape (row, 3, 3).
-    slopes
-        Slopes of the interpolation functions along axes 1 and 2 [1/m], shape (row, node, 2).
-    area
-        Area that each row stands for [m^2], shape (row,).
-    inertia
-        Mass points.
-    owner
-        Element of each row; None where every element is one row.
+    ``axes`` are film axes as rows, shape (row, 3, 3), ``slopes`` those of the interpolation functions along axes 1 and
+    2 [1/m], shape (row, node, 2), ``area`` what each row stands for [m^2], shape (row,), and ``owner`` the element of
+    each row, None where every element is one row.
     """
     section, count = membrane_section(group), len(area)
     # gradient[2 c + d, 3 i + k] = dN_i/dx_d * (local axis c)_k

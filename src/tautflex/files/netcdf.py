@@ -189,58 +189,47 @@ def versions() -> dict[str, str]:
 
 def _encode(dataset: xr.Dataset) -> xr.Dataset:
     stored = dataset.copy()  # shallow: the attributes are replaced below, the numbers are shared
-    stored.attrs = _encoded_attributes("dataset", dataset.attrs) | {"format": _FORMAT, "schema": _SCHEMA}
-    for name, variable in dataset.variables.items():
-        stored[name].attrs = _encoded_attributes(str(name), variable.attrs)
-        stored[name].encoding = {}
+    stored.attrs = _encoded("dataset", dataset.attrs) | {"format": _FORMAT, "schema": _SCHEMA}
     stored.encoding = {}
+    for name, variable in dataset.variables.items():
+        stored[name].attrs, stored[name].encoding = _encoded(str(name), variable.attrs), {}
     return stored
 
 
 def _decode(raw: xr.Dataset) -> xr.Dataset:
-    result = raw.copy()
-    result.attrs = _decoded_attributes(raw.attrs, drop=("format", "schema"))
-    for name in raw.variables:
-        variable = raw[name]
-        if variable.dtype.kind in "OT":  # text comes back as objects
-            result = result.assign({name: variable.astype(str)} if name in raw.data_vars else {})
-            if name in raw.coords:
-                result = result.assign_coords({name: (variable.dims, variable.values.astype(str))})
-        result[name].attrs = _decoded_attributes(variable.attrs)
-        result[name].encoding = {}
+    # text comes back as objects
+    texts = {n: (v.dims, v.values.astype(str)) for n, v in raw.variables.items() if v.dtype.kind in "OT"}
+    result = raw.assign({name: text for name, text in texts.items() if name in raw.data_vars})
+    result = result.assign_coords({name: text for name, text in texts.items() if name in raw.coords})
+    result.attrs = {name: value for name, value in _decoded(raw.attrs).items() if name not in ("format", "schema")}
     result.encoding = {}
+    for name, variable in raw.variables.items():
+        result[name].attrs, result[name].encoding = _decoded(variable.attrs), {}
     return result
 
 
-def _encoded_attributes(owner: str, attributes: dict[Any, Any]) -> dict[str, Any]:
-    return {str(key): _encoded(owner, str(key), value) for key, value in attributes.items()}
+def _encoded(owner: str, attributes: dict[Any, Any]) -> dict[str, Any]:
+    """Attributes as NetCDF can hold them."""
+    found: dict[str, Any] = {}
+    for key, given in attributes.items():
+        value = given.item() if isinstance(given, np.generic) else given
+        array = isinstance(value, np.ndarray)
+        as_it_is = (
+            (array and value.ndim == 1 and value.size > 1 and value.dtype.kind in "if")
+            or (isinstance(value, int | float) and not isinstance(value, bool))
+            or (isinstance(value, str) and value and not value.startswith(_JSON))
+        )
+        try:
+            found[str(key)] = value if as_it_is else _JSON + json.dumps(value.tolist() if array else value)
+        except (TypeError, ValueError):
+            raise InputError(
+                f"attribute {key!r} of {owner}: expected a number, text, truth value, list or mapping, "
+                f"got {type(value).__name__}; turn it into text first"
+            ) from None
+    return found
 
 
-def _encoded(owner: str, key: str, value: Any) -> Any:
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, np.ndarray) and value.ndim == 1 and value.size > 1 and value.dtype.kind in "if":
-        return value
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return value
-    if isinstance(value, str) and value and not value.startswith(_JSON):
-        return value
-    try:
-        return _JSON + json.dumps(value.tolist() if isinstance(value, np.ndarray) else value)
-    except (TypeError, ValueError):
-        raise InputError(
-            f"attribute {key!r} of {owner}: expected a number, text, truth value, list or mapping, "
-            f"got {type(value).__name__}; turn it into text first"
-        ) from None
-
-
-def _decoded_attributes(attributes: dict[Any, Any], drop: tuple[str, ...] = ()) -> dict[str, Any]:
-    return {str(key): _decoded(value) for key, value in attributes.items() if key not in drop}
-
-
-def _decoded(value: Any) -> Any:
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, str) and value.startswith(_JSON):
-        return json.loads(value[len(_JSON) :])
-    return value
+def _decoded(attributes: dict[Any, Any]) -> dict[str, Any]:
+    found = {str(key): v.item() if isinstance(v, np.generic) else v for key, v in attributes.items()}
+    marked = {key: value for key, value in found.items() if isinstance(value, str) and value.startswith(_JSON)}
+    return found | {key: json.loads(value[len(_JSON) :]) for key, value in marked.items()}

@@ -97,24 +97,7 @@ def _cells_of(dataset: xr.Dataset, kind: str) -> list[Cells]:
 
 
 def write_grid(path: Path, points: Array, cells: Sequence[Cells], point_data: Fields, cell_data: Fields) -> None:
-    """Write one grid.
-
-    Parameters
-    ----------
-    path
-        File, ``*.vtu``.
-    points
-        Positions [m], shape (point, 3).
-    cells
-        Groups of like cells.
-    point_data, cell_data
-        Fields by name, shapes (point,) or (point, component), and the same for cells in the order of the groups.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
-    """
+    """Write one grid: point data of shape (point,) or (point, component), cell data in the order of the groups."""
     sizes = np.concatenate([np.full(len(corners), corners.shape[1], dtype=np.int64) for corners, _ in cells])
     topology = {
         "connectivity": np.concatenate([corners.ravel() for corners, _ in cells]),

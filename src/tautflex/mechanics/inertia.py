@@ -75,22 +75,10 @@ def _collect_products(mass: Array, interpolation: Array, slots: Places, a: int, 
 class InertiaOperator:
     """Constant inertia moments of a structure on its free unknowns.
 
-    Parameters
-    ----------
-    pattern
-        Sparsity pattern of the free unknowns.
-    slots, values
-        For each pair (a, b): positions in the pattern and values [kg, kg m, kg m^2] of ``int rho N_a' N_b``.
-    first_moment
-        ``int rho N_a' x_b``, shape (3, 3, size) [kg m].
-    zeroth_moment
-        ``int rho N_a'``, shape (3, size) [kg].
-    mass
-        Total mass [kg].
-    mass_moment
-        ``int rho x`` [kg m], shape (3,).
-    second_moment
-        ``int rho x x'`` [kg m^2], shape (3, 3).
+    ``slots`` and ``values`` hold for each pair (a, b) the positions in the pattern and the values [kg, kg m, kg m^2] of
+    ``int rho N_a' N_b``; ``first_moment`` is ``int rho N_a' x_b``, shape (3, 3, size) [kg m], ``zeroth_moment`` ``int
+    rho N_a'``, shape (3, size) [kg]; of the whole structure there are ``mass`` [kg], ``mass_moment`` ``int rho x`` [kg
+    m], shape (3,), and ``second_moment`` ``int rho x x'`` [kg m^2], shape (3, 3).
     """
 
     pattern: SparsityPattern
@@ -191,14 +179,9 @@ class InertiaOperator:
         return result
 
     def load(self, weight: ArrayLike, acceleration: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-        """Inertial load ``int rho N' (Z x + a)`` [N, N m], shape (size,).
+        """Inertial load ``int rho N' (Z x + a)`` [N, N m], shape (size,), for Z [1/s^2], shape (3, 3).
 
-        Parameters
-        ----------
-        weight
-            The matrix Z [1/s^2], shape (3, 3).
-        acceleration
-            Acceleration of the frame's origin in its own axes [m/s^2], shape (3,).
+        ``acceleration`` is that of the frame's origin in its own axes [m/s^2], shape (3,).
         """
         result = np.zeros(self.pattern.size)
         add_moments(self.first_moment, np.asarray(weight, dtype=float), 1.0, result)

@@ -60,7 +60,7 @@ def pack_stress(data: Any, first: int, width: int, strain: Array, stress: Array)
 
 @jit
 def apply_law(data: Any, first: int, width: int, stress: Array, tangent: Array, density: Array) -> float:
-    """Replace a pack's trial stresses by those of a nonlinear law, fill tangents, return its energy.
+    """Replace a pack's trial stresses by those of a nonlinear law, fill its tangents, return its energy.
 
     ``density`` (pack,) is filled with the stored energy per measure.
     """
@@ -142,23 +142,11 @@ def _block_force(data: Any, q: Array, force: Array, stresses: Array, forces: boo
 
 @jit
 def add_forces(store: Any, q: Array, force: Array, stresses: Array, forces: bool, energies: bool) -> float:
-    """Add the internal forces of all blocks.
+    """Add the internal forces of all blocks of a store to ``force``.
 
-    Parameters
-    ----------
-    store
-        Blocks, the parts of a `KernelStore`.
-    q, force
-        Extended vectors, shape (size + 1,).
-    stresses
-        Filled with the stresses of one block after the other, each (strain, element).
-    forces, energies
-        Whether ``force`` is wanted; whether stresses and energy are.
-
-    Returns
-    -------
-    float
-        Strain energy [J]; of nonlinear blocks alone without ``energies``.
+    ``q`` and ``force`` are extended vectors, shape (size + 1,). ``stresses`` is filled with the stresses of one block
+    after the other, each (strain, element). ``forces`` says whether ``force`` is wanted, ``energies`` whether stresses
+    and the strain energy [J] are, which is returned; without them only that of nonlinear blocks is.
     """
     energy, first = 0.0, 0
     for block in range(store[3].shape[0]):
@@ -228,15 +216,9 @@ def add_average_forces(store: Any, start: Array, end: Array, force: Array) -> No
 def _store_initial_energies(store: Any, block: int) -> None:
     data = block_data(store, block)
     strains, count = data.initial_stress.shape
-    stress, tangent, density = np.empty((strains, PACK)), np.empty((strains, strains, PACK)), np.empty(PACK)
-    for first in range(0, count, PACK):
-        width = min(PACK, count - first)
-        for s in range(strains):
-            for e in range(width):
-                stress[s, e] = data.initial_stress[s, first + e]
-        call_law(data.law, stress, tangent, density, data.law_parameters, width)
-        for e in range(width):
-            data.initial_energy[first + e] = data.measure[first + e] * density[e]
+    stress, tangent = data.initial_stress.copy(), np.empty((strains, strains, count))
+    call_law(data.law, stress, tangent, data.initial_energy, data.law_parameters, count)
+    data.initial_energy[:] *= data.measure
 
 
 def restart_energy(store: tuple[NDArray[Any], ...], block: int) -> None:

@@ -17,16 +17,10 @@ MEMBRANE_STATES = ("taut", "wrinkled", "slack")
 
 
 class MembraneSurvey(NamedTuple):
-    """State of all film elements at one instant.
+    """State of all film elements at one instant; NaN, and -1 for ``element``, without a film.
 
-    Parameters
-    ----------
-    smallest, largest
-        Extreme principal resultants [N/m]; NaN without a film.
-    element
-        Film element with the smallest one, -1 without a film.
-    wrinkled, slack
-        Parts of the film's area in these states [-]; NaN without a film.
+    ``smallest`` and ``largest`` are the extreme principal resultants [N/m], ``element`` has the smallest one,
+    ``wrinkled`` and ``slack`` are the parts of the film's area in these states [-].
     """
 
     smallest: float
@@ -59,17 +53,8 @@ def membrane_states(source: StructuralSystem | HasSystem, q: Array | None = None
 class StressSurvey:
     """Looks at the film and the cables of a structure at the last evaluation of a workspace.
 
-    Parameters
-    ----------
-    system
-        The structure.
-    workspace
-        Whose stresses are looked at.
-
-    Attributes
-    ----------
-    cables
-        Stresses [Pa] as a view, sections [m^2], and whether the law carries compression, of every cable block.
+    ``cables`` holds stresses [Pa] as a view, sections [m^2], and whether the law carries compression, of every cable
+    block.
     """
 
     def __init__(self, system: StructuralSystem, workspace: Workspace) -> None:

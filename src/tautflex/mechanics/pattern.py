@@ -8,113 +8,35 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, csr_array
+from scipy.sparse import csc_array, csr_array, eye_array
 
 from tautflex.numeric import Array, Indices, Places, jit_in_order
 
 
 @jit_in_order
-def _elements_of_unknowns(size: int, first: Indices, dofs: Indices) -> tuple[Indices, Indices]:
-    """Elements that each unknown belongs to, as starts and element numbers."""
-    start = np.zeros(size + 2, dtype=np.int64)
-    for dof in dofs:
-        if dof < size:
-            start[dof + 2] += 1
-    start = np.cumsum(start)
-    owner = np.empty(start[-1], dtype=np.int64)
-    for element in range(first.size - 1):
-        for k in range(first[element], first[element + 1]):
-            if dofs[k] < size:
-                owner[start[dofs[k] + 1]] = element
-                start[dofs[k] + 1] += 1
-    return start[:-1].copy(), owner
-
-
-@jit_in_order
-def _merge_elements(
-    size: int, first: Indices, dofs: Indices, owner_start: Indices, owner: Indices, rows: NDArray[np.int32]
-) -> Indices:
-    """Column starts of the union of element blocks; sorted rows are filled in unless ``rows`` is empty."""
-    start, seen = np.zeros(size + 1, dtype=np.int64), np.full(size, -1, dtype=np.int64)
-    for column in range(size):
-        count = start[column]
-        # The diagonal is always there, even of an unknown without elements.
-        seen[column] = column
-        if rows.size:
-            rows[count] = column
-        count += 1
-        for k in range(owner_start[column], owner_start[column + 1]):
-            for m in range(first[owner[k]], first[owner[k] + 1]):
-                row = dofs[m]
-                if row < size and seen[row] != column:
-                    seen[row] = column
-                    if rows.size:
-                        rows[count] = row
-                    count += 1
-        if rows.size:
-            rows[start[column] : count].sort()
-        start[column + 1] = count
-    return start
-
-
-@jit_in_order
-def _find_slot(size: int, start: NDArray[np.int32], rows: NDArray[np.int32], row: int, column: int) -> int:
-    if row >= size or column >= size:
-        return rows.size
-    low, high = start[column], start[column + 1]
-    while low < high:
-        middle = (low + high) // 2
-        if rows[middle] < row:
-            low = middle + 1
-        else:
-            high = middle
-    return low
-
-
-@jit_in_order
-def _find_slots(
-    size: int, start: NDArray[np.int32], rows: NDArray[np.int32], row: Indices, column: Indices,
-    slots: Places,
-) -> None:  # fmt: skip
+def find_slots(start: Any, rows: Any, row: Any, column: Any, slots: Any) -> None:
+    """Place of every entry (row, column) in compressed columns with sorted rows; their number where either is none."""
+    size = start.size - 1
     for k in range(slots.size):
-        slots[k] = _find_slot(size, start, rows, row[k], column[k])
-
-
-@jit_in_order
-def _find_element_slots(
-    size: int, start: NDArray[np.int32], rows: NDArray[np.int32], dofs: Indices, slots: Places
-) -> None:
-    for e in range(dofs.shape[0]):
-        for i in range(dofs.shape[1]):
-            for j in range(dofs.shape[1]):
-                slots[i, j, e] = _find_slot(size, start, rows, dofs[e, i], dofs[e, j])
-
-
-@jit_in_order
-def _find_upper_slots(
-    size: int, start: NDArray[np.int32], rows: NDArray[np.int32], dofs: Indices, slots: Places
-) -> None:
-    for e in range(dofs.shape[0]):
-        pair = 0
-        for i in range(dofs.shape[1]):
-            for j in range(i + 1):
-                row, column = min(dofs[e, i], dofs[e, j]), max(dofs[e, i], dofs[e, j])
-                slots[pair, e] = _find_slot(size, start, rows, row, column)
-                pair += 1
+        if row[k] >= size or column[k] >= size:
+            slots[k] = rows.size
+            continue
+        low, high = start[column[k]], start[column[k] + 1]
+        while low < high:
+            middle = (low + high) // 2
+            if rows[middle] < row[k]:
+                low = middle + 1
+            else:
+                high = middle
+        slots[k] = low
 
 
 @dataclass(frozen=True)
 class SparsityPattern:
-    """Compressed-column pattern with sorted rows, symmetric in structure.
+    """Compressed-column pattern of ``size`` unknowns with sorted rows, symmetric in structure.
 
-    Parameters
-    ----------
-    size
-        Number of free unknowns.
-    column_start, rows
-        Compressed-column index arrays, shapes (size + 1,) and (entries,).
-    memo
-        What solvers found out about parts of the pattern (fill-reducing orders), for all who share it.
+    ``column_start`` has shape (size + 1,), ``rows`` (entries,). ``memo`` is what solvers found out about parts of the
+    pattern (fill-reducing orders), for all who share it.
     """
 
     size: int
@@ -125,14 +47,16 @@ class SparsityPattern:
     @classmethod
     def from_elements(cls, size: int, element_dofs: list[Indices]) -> SparsityPattern:
         """Union of the dense blocks of all elements; slots equal to ``size`` (supported unknowns) are left out."""
-        widths = np.concatenate([[0], *(np.full(len(dofs), dofs.shape[1]) for dofs in element_dofs)])
-        first = np.cumsum(widths, dtype=np.int64)
-        dofs = np.concatenate([np.zeros(0, dtype=np.int64), *(dofs.ravel() for dofs in element_dofs)])
-        owner_start, owner = _elements_of_unknowns(size, first, dofs)
-        start = _merge_elements(size, first, dofs, owner_start, owner, np.zeros(0, dtype=np.int32))
-        rows = np.empty(start[-1], dtype=np.int32)
-        _merge_elements(size, first, dofs, owner_start, owner, rows)
-        return cls(size, start.astype(np.int32), rows)
+        free = [dofs < size for dofs in element_dofs]
+        ends = np.cumsum(np.concatenate([[0], *(kept.sum(axis=1) for kept in free)]))
+        columns = np.concatenate(
+            [np.zeros(0, int), *(dofs[kept] for dofs, kept in zip(element_dofs, free, strict=True))]
+        )
+        incidence = csr_array((np.ones(len(columns), dtype=np.int32), columns, ends), shape=(len(ends) - 1, size))
+        # The diagonal is always there, even of an unknown without elements.
+        whole = csr_array(incidence.T @ incidence + eye_array(size, dtype=np.int32))
+        whole.sort_indices()
+        return cls(size, whole.indptr.astype(np.int32), whole.indices.astype(np.int32))
 
     @property
     def entries(self) -> int:
@@ -149,27 +73,20 @@ class SparsityPattern:
 
         Entries that the pattern does not have are an error of the caller; their position is meaningless.
         """
-        every = np.broadcast_arrays(row, column)
-        rows, columns = (array.astype(np.int64).reshape(-1) for array in every)
-        slots = np.empty(every[0].shape, dtype=np.uint32)
-        _find_slots(self.size, self.column_start, self.rows, rows, columns, slots.reshape(-1))
-        return slots
+        return _places(self.column_start, self.rows, row, column)
 
     def element_slots(self, dofs: Indices) -> Places:
         """Positions of the element matrices' entries, shape (dof, dof, element), for dofs (element, dof)."""
-        slots = np.empty((dofs.shape[1], dofs.shape[1], len(dofs)), dtype=np.uint32)
-        _find_element_slots(self.size, self.column_start, self.rows, dofs, slots)
-        return slots
+        return self.slots(dofs.T[:, None], dofs.T)
 
     def upper_slots(self, dofs: Indices) -> Places:
         """Positions in the upper triangle of the pairs (i, j <= i) of element unknowns, for dofs (element, dof).
 
         Shape (pair, element), pairs in the order (0, 0), (1, 0), (1, 1), (2, 0) ...
         """
-        _, start, rows = self.upper
-        slots = np.empty((dofs.shape[1] * (dofs.shape[1] + 1) // 2, len(dofs)), dtype=np.uint32)
-        _find_upper_slots(self.size, start, rows, dofs, slots)
-        return slots
+        i, j = np.tril_indices(dofs.shape[1])
+        one, other = dofs.T[i], dofs.T[j]
+        return _places(*self.upper[1:], np.minimum(one, other), np.maximum(one, other))
 
     def matrix(self, values: Array) -> csc_array:
         """Sparse matrix (entries,) -> (size, size) that shares this pattern's index arrays."""
@@ -215,3 +132,10 @@ class SparsityPattern:
     def diagonal(self) -> Indices:
         """Position of the diagonal, shape (size,)."""
         return self.upper[0][self.upper_diagonal]
+
+
+def _places(start: NDArray[np.int32], rows: NDArray[np.int32], row: Any, column: Any) -> Places:
+    every = np.broadcast_arrays(row, column)
+    slots = np.empty(every[0].shape, dtype=np.uint32)
+    find_slots(start, rows, *(array.astype(np.int32, order="C").ravel() for array in every), slots.reshape(-1))
+    return slots

@@ -94,26 +94,11 @@ def add_low_rank(vectors: Array, coefficients: Array, factor: float, vector: Arr
 class MassDamping:
     """Symmetric mass and damping matrices of a run, in compressed rows and, for a few vectors, beside them.
 
-    Parameters
-    ----------
-    pattern
-        Pattern of the free unknowns.
-    mass, stiffness
-        Values in it, those of the reference, shape (entries,).
-    damping
-        What the damping is made of.
-
-    Attributes
-    ----------
-    start, column, mass, damping
-        Compressed rows of the entries where mass or proportional damping is not zero, so that one walk gives both
-        forces: transverse and in-plane unknowns of a flat film, for one, do not meet here.
-    spread
-        Whether there is proportional damping.
-    damped
-        Whether there is any.
-    vectors, coefficients
-        The rest of C, shapes (rank, size) and (rank,).
+    ``start``, ``column``, ``mass`` and ``damping`` are compressed rows of the entries where mass or proportional
+    damping is not zero, so that one walk gives both forces: transverse and in-plane unknowns of a flat film, for one,
+    do not meet here. ``spread`` tells whether there is proportional damping, ``damped`` whether there is any;
+    ``vectors``, shape (rank, size), and ``coefficients``, shape (rank,), hold the rest of C. It is made from values of
+    mass and stiffness in a pattern, those of the reference, shape (entries,).
     """
 
     def __init__(self, pattern: SparsityPattern, mass: Array, stiffness: Array, damping: DampingMatrix) -> None:

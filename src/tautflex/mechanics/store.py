@@ -32,7 +32,6 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.elements.block import ElementBlock
 from tautflex.numeric import Array, Indices, Places
@@ -122,7 +121,7 @@ def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Places], initial_st
 
 @numba.njit(cache=True)
 def block_data(store: Any, block: int) -> Any:
-    """Views of one block's terms, a `KernelData`."""
+    """Views of one block's terms, a `KernelData`; ``py_func`` gives them outside compiled code."""
     all_slots, terms, values, table = store
     row = table[block]
     count, unknowns, strains = row[_ROWS], row[_UNKNOWNS], row[_STRAINS]
@@ -162,9 +161,3 @@ def block_data(store: Any, block: int) -> Any:
         row[_GRADIENTS],
         row[_LAW],
     )
-
-
-def python_view(store: tuple[NDArray[Any], ...], block: int) -> KernelData:
-    """The same views outside compiled code: writing into them changes the store."""
-    view: KernelData = block_data.py_func(store, block)
-    return view

@@ -25,24 +25,10 @@ from tautflex.structure.model import Model
 class StructuralSystem:
     """Elastic forces, tangents and inertia of a model on its free unknowns, as pure functions.
 
-    What calls them over and over (a run, an iteration) takes a `workspace` of its own instead.
-
-    Parameters
-    ----------
-    model
-        The structure.
-    blocks
-        Element blocks, in the order of ``model.groups``.
-    initial_stress
-        Stress of each block at zero unknowns, shapes (row, strain).
-    pattern
-        Sparsity pattern of all square operators on the free unknowns.
-    upper_slots
-        Positions of the rows' matrices in the pattern's upper triangle, by block.
-
-    Notes
-    -----
-    Vectors of free unknowns have shape (size,) in the order of ``model.free_dofs``.
+    What calls them over and over (a run, an iteration) takes a `workspace` of its own instead. ``blocks`` and
+    ``initial_stress``, the stresses at zero unknowns, shapes (row, strain), follow ``model.groups``; ``pattern`` holds
+    all square operators on the free unknowns, ``upper_slots`` the rows' places in its upper triangle, by block. Vectors
+    of free unknowns have shape (size,) in the order of ``model.free_dofs``.
     """
 
     model: Model

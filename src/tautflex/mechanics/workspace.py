@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tautflex.mechanics.kernel import add_average_forces, add_forces, restart_energy
 from tautflex.mechanics.pattern import SparsityPattern
-from tautflex.mechanics.store import python_view
+from tautflex.mechanics.store import block_data
 from tautflex.mechanics.tangent import add_tangent
 from tautflex.numeric import Array, Places
 
@@ -17,23 +17,9 @@ from tautflex.numeric import Array, Places
 class Workspace:
     """Forces and tangents of a structure, evaluated over and over by one run; made by `StructuralSystem.workspace`.
 
-    It owns what changes in a run: stresses of the last evaluation and changes of the initial stresses.
-
-    Parameters
-    ----------
-    store
-        Blocks as compiled code reads them; its values are copied, the rest is shared.
-    initial_stress, pattern, upper_slots
-        Those of the structure.
-
-    Attributes
-    ----------
-    store
-        Parts of a `KernelStore`.
-    stresses
-        Stresses of the last evaluation as compiled code fills them, one block after the other.
-    stress_rows
-        The same by block, shapes (strain, element).
+    It owns what changes in a run: a copy of the store's values with changes of the initial stresses, and the stresses
+    of the last evaluation, in ``stresses`` as compiled code fills them, one block after the other, and in
+    ``stress_rows`` by block, shapes (strain, element). The rest is shared.
     """
 
     def __init__(
@@ -46,7 +32,7 @@ class Workspace:
         slots, terms, values, table = store
         self.store: tuple[NDArray[Any], ...] = (slots, terms, values.copy(), table)
         self._initial_stress, self._pattern, self._slots = initial_stress, pattern, upper_slots
-        self._current_stress = [python_view(self.store, block).initial_stress for block in range(len(initial_stress))]
+        self._current_stress = [block_data.py_func(self.store, k).initial_stress for k in range(len(initial_stress))]
         for block in range(len(initial_stress)):
             restart_energy(self.store, block)
         ends = np.cumsum([0, *(stress.size for stress in self._current_stress)])
@@ -66,11 +52,8 @@ class Workspace:
     def change_initial_stress(self, change: dict[int, Array]) -> None:
         """Add to the initial stresses of some blocks, in place of any earlier change.
 
-        Parameters
-        ----------
-        change
-            Block number -> stress added to the initial one, shape (element, strain); blocks that are left out get
-            their initial stress back.
+        ``change`` maps the number of a block to what is added, shape (element, strain); blocks that are left out get
+        their initial stress back.
         """
         for index in self._changed | set(change):
             current = self._current_stress[index]
@@ -86,19 +69,9 @@ class Workspace:
         return self._extended
 
     def force(self, q: Array) -> tuple[Array, float]:
-        """Internal force and strain energy; the stresses of all elements are then in ``stress``.
+        """Internal force [N, N m], shape (size,), and work of the stresses from zero unknowns [J].
 
-        Parameters
-        ----------
-        q
-            Free unknowns [m, rad], shape (size,).
-
-        Returns
-        -------
-        force
-            Internal force [N, N m], shape (size,).
-        energy
-            Work of the stresses from zero unknowns [J].
+        ``q`` are free unknowns [m, rad], shape (size,); the stresses of all elements are then in ``stress``.
         """
         force = np.zeros(len(self._extended))
         energy = add_forces(self.store, self._extend(q), force, self.stresses, True, True)

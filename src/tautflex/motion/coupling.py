@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tautflex import checks
-from tautflex.mechanics.inertia import LoadMoments
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array, cross_matrix
+
+if TYPE_CHECKING:  # reading a case file asks for the switches alone
+    from tautflex.mechanics.inertia import LoadMoments
 
 
 @dataclass(frozen=True)

@@ -126,21 +126,10 @@ def fixed_axis_motion(rate: float, acceleration: float, axis: Array, origin: Arr
 def motion_about_point(
     angular_velocity: Array, angular_acceleration: Array, origin: Array, acceleration: Array | None = None
 ) -> RigidMotion:
-    """Rotation about a point of the floating frame that rests, or accelerates on its own.
+    """Rotation [rad/s, rad/s^2] about a point of the floating frame that rests, or accelerates on its own.
 
-    Parameters
-    ----------
-    angular_velocity, angular_acceleration
-        [rad/s, rad/s^2], shape (3,).
-    origin
-        The point, in the floating frame [m], shape (3,).
-    acceleration
-        Its acceleration in the frame's axes [m/s^2], shape (3,); None is none.
-
-    Returns
-    -------
-    RigidMotion
-        The frame's origin is at ``-origin`` from the point, so a0 = acceleration - (S(dw) + S(w)^2) origin.
+    ``origin`` is the point [m] and ``acceleration`` its own in the frame's axes [m/s^2], shapes (3,). The frame's
+    origin is at ``-origin`` from the point, so a0 = acceleration - (S(dw) + S(w)^2) origin.
     """
     push = np.zeros(3) if acceleration is None else acceleration
     motion = RigidMotion(angular_velocity, angular_acceleration, push)

@@ -47,22 +47,9 @@ def matrix(quaternion: Array) -> Array:
 
 
 def continuous_quaternions(rows: Array) -> Array:
-    """Normalise quaternions and choose their signs so that each is the nearer one to the row before.
+    """Normalise quaternions, shape (n, 4), and choose their signs so that each is the nearer one to the row before.
 
-    Parameters
-    ----------
-    rows
-        Quaternions of any length and sign, shape (n, 4).
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (n, 4).
-
-    Raises
-    ------
-    InputError
-        If a row is zero, or two rows are half a turn apart, where both ways round are equally long.
+    InputError if a row is zero, or two rows are half a turn apart, where both ways round are equally long.
     """
     lengths = np.linalg.norm(rows, axis=1)
     if not np.all(lengths > 0.0):
@@ -82,18 +69,10 @@ def continuous_quaternions(rows: Array) -> Array:
 
 
 def body_rates(p: Array, slope: Array, curvature: Array) -> tuple[Array, Array]:
-    """Angular velocity [rad/s] and acceleration [rad/s^2] in the frame's own axes.
+    """Angular velocity [rad/s] and acceleration [rad/s^2] in the frame's own axes, shapes (3,).
 
-    Parameters
-    ----------
-    p, slope, curvature
-        Quaternion of any length and its derivatives by time, shape (4,).
-
-    Returns
-    -------
-    tuple of numpy.ndarray
-        ``w = 2 vec(p* p')/|p|^2`` and ``dw = 2 vec(p* p'')/|p|^2 - 2 w (p . p')/|p|^2``, each of shape (3,): the
-        motion of ``p/|p|`` without ever forming it.
+    Of a quaternion of any length and its derivatives by time, shapes (4,): ``w = 2 vec(p* p')/|p|^2`` and ``dw = 2
+    vec(p* p'')/|p|^2 - 2 w (p . p')/|p|^2``, the motion of ``p/|p|`` without ever forming it.
     """
     w, x, y, z = p
     vector_part = 2.0 / float(p @ p) * np.array([[-x, w, z, -y], [-y, -z, w, x], [-z, y, -x, w]])

@@ -16,19 +16,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 COMPONENTS = ["x", "y", "z"]
+_ALONG = tuple(zip("uvw", COMPONENTS, strict=True))
 
 
 class Variable(NamedTuple):
-    """What is known of a stored variable before its numbers.
+    """Dimensions, units and long name of a stored variable, before its numbers.
 
-    Parameters
-    ----------
-    dims
-        Names of its dimensions.
-    units
-        In which it is stored; ``{units}`` stands for those of the record that it was made from.
-    words
-        Long name; ``{name}`` stands for that of the record.
+    ``{units}`` and ``{name}`` in them stand for those of the record that it was made from.
     """
 
     dims: tuple[str, ...]
@@ -67,11 +61,8 @@ SCALARS: Variables = {
 """Of every sample of a run, in the order in which they are sampled."""
 
 RUN: Variables = {
-    **{n: _of("time probe", "m", f"elastic displacement along {x}") for n, x in zip("uvw", COMPONENTS, strict=True)},
-    **{
-        f"{n}_velocity": _of("time probe", "m s-1", f"elastic velocity along {x}")
-        for n, x in zip("uvw", COMPONENTS, strict=True)
-    },
+    **{n: _of("time probe", "m", f"elastic displacement along {x}") for n, x in _ALONG},
+    **{f"{n}_velocity": _of("time probe", "m s-1", f"elastic velocity along {x}") for n, x in _ALONG},
     "angular_velocity": _of("time component", "rad s-1", "angular velocity of the floating frame"),
     "angular_acceleration": _of("time component", "rad s-2", "angular acceleration of the floating frame"),
     **SCALARS,

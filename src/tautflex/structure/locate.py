@@ -14,22 +14,9 @@ _ITERATIONS = 30
 def locate(shape: Shape, nodes: Array, connectivity: Indices, point: Array) -> tuple[int, Array] | None:
     """Find the element under a point, seen along z.
 
-    Parameters
-    ----------
-    shape
-        Shape of the elements.
-    nodes
-        Positions [m], shape (node, 3).
-    connectivity
-        Node numbers, shape (element, node).
-    point
-        (x, y) or (x, y, z) [m]; three numbers ask for an element that passes through the point.
-
-    Returns
-    -------
-    (element, weights) or None
-        First such element and the values of its interpolation functions at the point, shape (node,); None if there
-        is none.
+    The point is (x, y) or (x, y, z) [m]; three numbers ask for an element that passes through it. The first such
+    element and the values of its interpolation functions there, shape (node,), or None. ``nodes`` [m] has shape (node,
+    3), ``connectivity`` (element, node).
     """
     corner = nodes[connectivity]
     local, usable = _affine(shape, corner, point)

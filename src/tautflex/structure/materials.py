@@ -72,10 +72,7 @@ class MembraneSection:
     rotational: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        _check_material(self)
-        checks.positive("thickness", self.thickness)
-        checks.one_of("strain", self.strain, STRAINS)
-        _check_law(self)
+        _check(self, "thickness")
 
     @property
     def mass_per_measure(self) -> float:
@@ -110,10 +107,7 @@ class CableSection:
     rotational: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        _check_material(self)
-        checks.positive("area", self.area)
-        checks.one_of("strain", self.strain, STRAINS)
-        _check_law(self)
+        _check(self, "area")
         checks.flag("slack", self.slack)
         if self.slack and self.law not in ("elastic", "slack"):
             raise InputError(f"slack: expected False with a law of its own, got True and law = {self.law!r}")
@@ -153,10 +147,7 @@ class BeamSection:
     rotational: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        _check_material(self)
-        for name in ("area", "inertia_y", "inertia_z", "torsion_constant"):
-            checks.positive(name, getattr(self, name))
-        checks.one_of("strain", self.strain, STRAINS)
+        _check(self, "area", "inertia_y", "inertia_z", "torsion_constant")
 
     @property
     def mass_per_measure(self) -> float:
@@ -167,12 +158,12 @@ class BeamSection:
 Section = MembraneSection | CableSection | BeamSection
 
 
-def _check_material(section: Section) -> None:
+def _check(section: Section, *sizes: str) -> None:
     checks.instance("material", section.material, Material, "a Material", remedy="write Material(3.5e9, 1530.0, 0.34)")
-
-
-def _check_law(section: MembraneSection | CableSection) -> None:
-    if isinstance(section.law, str):
+    for name in sizes:
+        checks.positive(name, getattr(section, name))
+    checks.one_of("strain", section.strain, STRAINS)
+    if not isinstance(section, BeamSection) and isinstance(section.law, str):
         checks.one_of("law", section.law, LAW_NAMES[section.kind])
 
 

@@ -72,31 +72,13 @@ def _with_inner_nodes(nodes: Array, corners: Indices, shape: Shape, count_y: int
 
 
 def graded_lines(length: float, divisions: int, stations: Array, shape: Shape = TRIANGLE3) -> Array:
-    """Grid lines on [-length/2, length/2] whose nodes meet every station, cells as equal as possible.
+    """Grid lines [m] on [-length/2, length/2], shape (divisions + 1,), that meet every station evenly.
 
-    Parameters
-    ----------
-    length
-        Extent [m].
-    divisions
-        Number of cells, at least one per interval between stations; one per two intervals where evenly spaced
-        stations can take turns between the ends and the middles of the sides.
-    stations
-        Increasing coordinates [m] that must be nodes, from -length/2 to length/2.
-    shape
-        Shape of the elements, which says whether there are nodes in the middle of the sides.
-
-    Returns
-    -------
-    numpy.ndarray
-        Coordinates [m], shape (divisions + 1,).
-
-    Raises
-    ------
-    MeshError
-        If there are fewer divisions than intervals.
+    ``stations`` are increasing coordinates [m], from one end to the other, that must be nodes. At least one cell is
+    needed per interval between them; one per two intervals where evenly spaced stations can take turns between the ends
+    and the middles of the sides of a shape that has nodes there. MeshError if ``divisions`` are fewer.
     """
-    least = least_divisions(len(stations) - 1, shape)
+    least = shape.least_divisions(len(stations) - 1)
     if divisions < least:
         raise MeshError(
             f"divisions: expected at least {least} so that a mesh node meets each of the {len(stations)} "
@@ -115,11 +97,6 @@ def graded_lines(length: float, divisions: int, stations: Array, shape: Shape = 
     lines = np.append(np.concatenate(pieces), stations[-1])
     lines[0], lines[-1] = -0.5 * length, 0.5 * length
     return lines
-
-
-def least_divisions(intervals: int, shape: Shape) -> int:
-    """Least number of cells along a side whose nodes meet the ends of this many even intervals."""
-    return intervals // 2 if shape.midside_nodes and intervals % 2 == 0 else intervals
 
 
 def check_elements(name: str, shape: Shape, nodes: Array, connectivity: Indices) -> None:

@@ -101,6 +101,10 @@ class Shape:
         """Whether every edge has a node in its middle."""
         return all(len(edge) == 3 for edge in self.edges)
 
+    def least_divisions(self, intervals: int) -> int:
+        """Least number of cells along a side whose nodes meet the ends of this many even intervals."""
+        return intervals // 2 if self.midside_nodes and intervals % 2 == 0 else intervals
+
     @cached_property
     def strain_rule(self) -> Rule:
         """Rule for strains: its points are the element's integration points."""
@@ -125,19 +129,10 @@ class Shape:
         return np.stack(found, axis=2)
 
     def tangents(self, positions: Array, points: ArrayLike) -> Array:
-        """Derivatives of the position along the local coordinates.
+        """Derivatives of the position along the local coordinates [m], shape (element, point, dimension, 3).
 
-        Parameters
-        ----------
-        positions
-            Node positions [m], shape (element, node, 3).
-        points
-            Local positions, shape (point, dimension).
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (element, point, dimension, 3) [m].
+        ``positions`` are those of the nodes [m], shape (element, node, 3), ``points`` local ones, shape (point,
+        dimension).
         """
         slopes = self.slopes(points).swapaxes(1, 2)
         # As one product per element: ten times faster than einsum.

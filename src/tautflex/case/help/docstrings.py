@@ -35,7 +35,7 @@ def plain(text: str) -> str:
 
 def short(text: str) -> str:
     """First clause of a description, as part of a sentence: small first letter, no full stop."""
-    first = _SENTENCE_END.split(text, maxsplit=1)[0]
+    first = re.sub(r"^(?:An?|The) ", "", _SENTENCE_END.split(text, maxsplit=1)[0])
     if not first or first.startswith('"'):
         return ""
     return first[0].lower() + first[1:] if first[1:2].islower() else first

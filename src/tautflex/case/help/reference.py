@@ -13,7 +13,7 @@ from tautflex.case.help import docstrings
 from tautflex.case.messages import SIGNS, choices, show
 from tautflex.case.options import Chosen
 from tautflex.case.schema import Case
-from tautflex.case.section import Section
+from tautflex.case.section import Section, Words
 from tautflex.case.sections.maneuver import Step
 from tautflex.case.tables import TimeTableKeys
 from tautflex.errors import CaseError
@@ -53,10 +53,11 @@ def reference(name: str | None = None) -> list[SectionEntry]:
     CaseError
         If there is no such section.
     """
-    names = [one for one, field in Case.model_fields.items() if _section(field) is not None]
-    if name is not None and name not in names:
-        raise CaseError(f"keys: expected one of {choices(names)}, got {show(name)}; choose one of them")
-    return [entry for one in names if name in (None, one) for entry in _entries(one, Case.model_fields[one])]
+    sections = {one: list(_entries(one, field)) for one, field in Case.model_fields.items() if _section(field)}
+    found = {**sections, "maneuver.steps": [_steps()]}
+    if name is not None and name not in found:
+        raise CaseError(f"keys: expected one of {choices(list(found))}, got {show(name)}; choose one of them")
+    return [entry for one in sections for entry in sections[one]] if name is None else found[name]
 
 
 def _entries(name: str, field: FieldInfo) -> Iterator[SectionEntry]:
@@ -73,9 +74,13 @@ def _entries(name: str, field: FieldInfo) -> Iterator[SectionEntry]:
         keys = tuple(key for key in _keys(section.of_kind(kind)) if key.name not in section.model_fields)
         yield SectionEntry(f'{title} {section.naming_key} = "{kind}"', f"{about}.", keys)
     if name == "maneuver":
-        yield SectionEntry("[[maneuver.steps]]", f"{_about(Step)} Its kind and keys are those above.", _keys(Step))
+        yield _steps()
     if name == "inputs":
         yield SectionEntry("{ times, values } or { file }", _about(TimeTableKeys), _keys(TimeTableKeys))
+
+
+def _steps() -> SectionEntry:
+    return SectionEntry("[[maneuver.steps]]", f"{_about(Step)} Its kind and keys are those of [maneuver].", _keys(Step))
 
 
 def _section(field: FieldInfo) -> type[Section] | None:
@@ -111,12 +116,19 @@ def _key(name: str, field: FieldInfo, text: str) -> KeyEntry:
     found = _RANGE.search(text)
     return KeyEntry(
         name=name,
-        type=_type(field.annotation),
+        type=" | ".join(f'"{word}"' for word in _words(field)) or _type(field.annotation),
         unit=docstrings.unit(text),
         range=", ".join(limits) or (found[0] if found else ""),
         default="needed" if field.is_required() else _default(field),
         meaning=text,
     )
+
+
+def _words(field: FieldInfo) -> list[str]:
+    """Allowed words, where a list of them may still grow."""
+    return [
+        word for one in field.metadata if isinstance(getattr(one, "func", None), Words) for word in one.func.words()
+    ]
 
 
 def _limits_of(hint: Any) -> list[str]:
@@ -156,9 +168,9 @@ def _type(hint: Any) -> str:
     return _NAMES.get(hint, "")
 
 
-def markdown(entries: list[SectionEntry]) -> str:
-    """The reference as a page of the documentation."""
-    lines = [
+def markdown(entries: list[SectionEntry], *, whole: bool = True) -> str:
+    """The reference as a page of the documentation, or a part of it without the head."""
+    head = [
         "# The case file",
         "",
         "TOML, SI units, `schema = 1` at the top. A key without default may be left out, which the texts call None.",
@@ -167,6 +179,7 @@ def markdown(entries: list[SectionEntry]) -> str:
         "what stands here. `tautflex keys SECTION` shows one section, with `--plugin FILE.py` also classes of yours.",
         "",
     ]
+    lines = head if whole else []
     for entry in entries:
         lines += [f"## {entry.title}", "", entry.about, ""]
         if entry.keys:

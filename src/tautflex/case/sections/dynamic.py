@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, Strict, field_validator
 
 from tautflex.case.messages import require_names
 from tautflex.case.options import Chosen, section_of
 from tautflex.case.registry import BASES, DAMPINGS, METHODS
-from tautflex.case.section import Count, NonNegative, Number, Positive, Section
+from tautflex.case.section import Count, NonNegative, Number, Positive, Section, key
 from tautflex.errors import CaseError, InputError
 from tautflex.motion import coupling
-from tautflex.solvers.transient.adaptive import Adaptive
-from tautflex.solvers.transient.explicit import ExplicitMethod
+
+if TYPE_CHECKING:
+    from tautflex.solvers.transient.adaptive import Adaptive
 
 
 class Damping(Chosen):
@@ -48,31 +49,23 @@ class Solver(Chosen):
     """Time integration."""
 
     registry, naming_key, standard_kind = METHODS, "method", "wilson-theta"
-    time_step: Positive = Field(
-        default=1e-3, description="time step, with adaptive_tolerance the spacing of results [s]", examples=[1e-3]
+    time_step: Positive = key("time step, with adaptive_tolerance the spacing of results [s]", default=1e-3)
+    end_time: Positive = key("end of the run [s]", default=10.0)
+    tolerance: Positive | None = key("relative residual at which Newton stops", 1e-8, None)
+    max_halvings: Annotated[int, Strict(), Field(ge=0)] | None = key(
+        "number of times a failing step may be halved", 8, None
     )
-    end_time: Positive = Field(default=10.0, description="end of the run [s]", examples=[10.0])
-    tolerance: Positive | None = Field(
-        default=None, description="relative residual at which Newton stops", examples=[1e-8]
+    adaptive_tolerance: Number | None = key(
+        "allowed error per step of an adaptive run, fixed steps if not given", 1e-4, None
     )
-    max_halvings: Annotated[int, Strict(), Field(ge=0)] | None = Field(
-        default=None, description="number of times a failing step may be halved", examples=[8]
-    )
-    adaptive_tolerance: Number | None = Field(
-        default=None, description="allowed error per step of an adaptive run, fixed steps if not given", examples=[1e-4]
-    )
-    min_step: Number | None = Field(
-        default=None, description="smallest adaptive step [s], time_step/4096 if not given", examples=[1e-6]
-    )
-    max_step: Number | None = Field(
-        default=None, description="largest adaptive step [s], 16 time_step if not given", examples=[1e-2]
-    )
+    min_step: Number | None = key("smallest adaptive step [s], time_step/4096 if not given", 1e-6, None)
+    max_step: Number | None = key("largest adaptive step [s], 16 time_step if not given", 1e-2, None)
 
     def check_values(self) -> None:
         """Raise CaseError if the class refuses the values, or they contradict each other."""
         super().check_values()
         given = [name for name in ("adaptive_tolerance", "min_step", "max_step") if getattr(self, name) is not None]
-        if given and issubclass(self.made_from or object, ExplicitMethod):
+        if given and not issubclass(self.made_from or object, METHODS.bases[0]):
             text = f"{given[0]}: expected no value with {self.choice()}, got {getattr(self, given[0]):g}"
             raise CaseError(f"{text}; its step is limited by stability, remove it or use an implicit method")
         if given and self.adaptive_tolerance is None:
@@ -91,6 +84,8 @@ class Solver(Chosen):
         """Error control of the steps; None for fixed ones."""
         if self.adaptive_tolerance is None:
             return None
+        from tautflex.solvers.transient.adaptive import Adaptive  # not needed to read a case of fixed steps
+
         control = Adaptive(self.adaptive_tolerance, self.min_step, self.max_step)
         control.limits(self.time_step)
         return control
@@ -99,19 +94,13 @@ class Solver(Chosen):
 class Output(Section):
     """What a run keeps: points read at every stored step, and whole fields at chosen instants."""
 
-    probes: dict[str, tuple[Number, Number]] = Field(
-        default={},
-        description="table of names and points on the film [m]",
-        examples=[{"A": [0.7036, 0.4267]}],
+    probes: dict[str, tuple[Number, Number]] = key(
+        "table of names and points on the film [m]", {"A": [0.7036, 0.4267]}, {}
     )
-    probe_reading: Literal["interpolate", "nearest-node"] = Field(
-        default="interpolate", description="how a probe reads the mesh", examples=["interpolate"]
-    )
-    every: Count = Field(default=1, description="number of steps from one stored step to the next, >= 1", examples=[1])
-    fields: Literal["none", "all"] | tuple[NonNegative, ...] = Field(
-        default="none",
-        description="word 'none', the word 'all', or a list of instants >= 0 [s]",
-        examples=[(0.0, 0.5)],
+    probe_reading: Literal["interpolate", "nearest-node"] = key("how a probe reads the mesh", default="interpolate")
+    every: Count = key("number of steps from one stored step to the next, >= 1", default=1)
+    fields: Literal["none", "all"] | tuple[NonNegative, ...] = key(
+        "word 'none', the word 'all', or a list of instants >= 0 [s]", (0.0, 0.5), "none"
     )
 
     @field_validator("probes")

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from pydantic import Field
 
 from tautflex.case.messages import show
 from tautflex.case.options import Chosen
 from tautflex.case.registry import INPUTS
-from tautflex.case.section import Number
+from tautflex.case.section import Number, key
 from tautflex.errors import CaseError
 from tautflex.numeric import Array
-from tautflex.structure.model import Model
+
+if TYPE_CHECKING:
+    from tautflex.structure.model import Model
 
 Side = Literal["-x", "+x", "-y", "+y"]
 Point = tuple[Number, Number] | tuple[Number, Number, Number]
@@ -26,7 +27,7 @@ class Input(Chosen):
     registry = INPUTS
 
     @classmethod
-    def parts_for(cls, target: type) -> tuple[type[Chosen], ...]:
+    def parts_for(cls, kind: str, target: type) -> tuple[type[Chosen], ...]:
         """Nodes and cables, which a case knows no numbers of, may be chosen by place."""
         names = {field.name for field in dataclasses.fields(target)}
         return (*((_Nodes,) if "nodes" in names else ()), *((_Cables,) if "cables" in names else ()), cls)
@@ -46,10 +47,10 @@ class _Nodes(Chosen):
     """Nodes by number or place."""
 
     optional_keys = ("nodes",)
-    near: Point | tuple[Point, ...] | None = Field(
-        default=None, description="point, or list of points, whose nearest nodes are meant [m]", examples=[(0.5, 0.2)]
+    near: Point | tuple[Point, ...] | None = key(
+        "point, or list of points, whose nearest nodes are meant [m]", (0.5, 0.2), None
     )
-    side: Side | None = Field(default=None, description="side of the film whose nodes are meant", examples=["+x"])
+    side: Side | None = key("side of the film whose nodes are meant", "+x", None)
 
     def check_values(self) -> None:
         given = [name for name in ("nodes", "near", "side") if getattr(self, name) is not None]
@@ -74,9 +75,7 @@ class _Nodes(Chosen):
 class _Cables(Chosen):
     """Cables by number or side."""
 
-    side: Side | None = Field(
-        default=None, description="side of the film whose cables are meant; all if not given", examples=["+x"]
-    )
+    side: Side | None = key("side of the film whose cables are meant; all if not given", "+x", None)
 
     def check_values(self) -> None:
         if self.side is not None and self.cables is not None:

@@ -5,16 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, SerializeAsAny, Strict
+from pydantic import BeforeValidator, SerializeAsAny, Strict
 
 from tautflex.case.messages import show
 from tautflex.case.options import Chosen, within
 from tautflex.case.registry import MANEUVERS
-from tautflex.case.section import NonNegative
+from tautflex.case.section import NonNegative, key
 from tautflex.case.tables import COLUMNS, read_table
 from tautflex.errors import CaseError
-from tautflex.motion.sequence import Sequence
-from tautflex.motion.tabulated import Tabulated
 
 # What cards and summaries call the maneuvers of tautflex; any other one goes by its name and numbers.
 _WORDS = {
@@ -33,10 +31,10 @@ class Motion(Chosen):
     harmless_keys = ("axis", "origin")
 
     @classmethod
-    def parts_for(cls, target: type) -> tuple[type[Chosen], ...]:
+    def parts_for(cls, kind: str, target: type) -> tuple[type[Chosen], ...]:
         """A table may come from a file; a sequence has a table of keys for each step."""
-        more: dict[type, type[Chosen]] = {Tabulated: _TableFile, Sequence: _Steps}
-        return (more[target], cls) if target in more else (cls,)
+        more: dict[str, type[Chosen]] = {"tabulated": _TableFile, "sequence": _Steps}
+        return (more[kind], cls) if kind in more else (cls,)
 
     def describe(self) -> str:
         """What moves, in a few words for cards and summaries."""
@@ -52,9 +50,7 @@ class _TableFile(Chosen):
     """Motion tables may stand in a file."""
 
     optional_keys = ("times",)
-    file: Annotated[str, Strict()] | None = Field(
-        default=None, description="name of a CSV file with the table", examples=["slew.csv"]
-    )
+    file: Annotated[str, Strict()] | None = key("name of a CSV file with the table", "slew.csv", None)
 
     def check_values(self) -> None:
         given = [name for name in ("times", *COLUMNS) if getattr(self, name) is not None]
@@ -79,9 +75,7 @@ class _TableFile(Chosen):
 class Step(Motion):
     """One maneuver of a sequence, and how long its last motion is held."""
 
-    hold: NonNegative | None = Field(
-        default=None, description="time from the end of the step to the next one [s], >= 0", examples=[2.0]
-    )
+    hold: NonNegative | None = key("time from the end of the step to the next one [s], >= 0", 2.0, None)
 
     @classmethod
     def kinds(cls) -> list[str]:
@@ -93,9 +87,8 @@ class _Steps(Chosen):
     """A sequence is written as one [[maneuver.steps]] table for each maneuver."""
 
     omitted_fields = ("holds",)
-    steps: tuple[Annotated[SerializeAsAny[Step], BeforeValidator(Step.from_table)], ...] = Field(
-        description="list of maneuvers, one [[maneuver.steps]] table each",
-        examples=[({"kind": "slew", "angle": 0.35, "duration": 2.0},)],
+    steps: tuple[Annotated[SerializeAsAny[Step], BeforeValidator(Step.from_table)], ...] = key(
+        "list of maneuvers, one [[maneuver.steps]] table each", ({"kind": "slew", "angle": 0.35, "duration": 2.0},)
     )
 
     def check_values(self) -> None:

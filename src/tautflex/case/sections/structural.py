@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -14,23 +13,20 @@ from pydantic import (
     model_validator,
 )
 
-from tautflex.case.messages import choices, problem, show
-from tautflex.case.section import Count, Flag, NonNegative, Number, Positive, Section
+from tautflex.case.messages import problem, show
+from tautflex.case.section import Count, Flag, NonNegative, Number, Positive, Section, Words, key
 from tautflex.structure.materials import LAW_NAMES
 from tautflex.structure.shapes import SHAPES
 
 EdgeCount = Annotated[Count, Field(ge=2)]
+MembraneLaw = Annotated[str, BeforeValidator(Words(lambda: LAW_NAMES["membrane"]))]
+CableLaw = Annotated[str, BeforeValidator(Words(lambda: LAW_NAMES["cable"]))]
+Surface = Annotated[str, BeforeValidator(Words(lambda: (n for n, shape in SHAPES.items() if shape.dimension == 2)))]
 
 
 def _inside_elastic_range(value: float) -> float:
     if not -1.0 < value < 0.5:
         raise problem("a number inside (-1, 0.5)", value, "give Poisson's ratio; films have 0.3 to 0.4")
-    return value
-
-
-def _known_law(kind: str, value: object) -> object:
-    if value not in LAW_NAMES[kind]:
-        raise problem(f"one of {choices(LAW_NAMES[kind])}", value, "choose one of them")
     return value
 
 
@@ -41,23 +37,19 @@ class Membrane(Section):
     ``stress_x`` and ``stress_y`` [Pa] state a given uniform stress (``prestress.mode = "uniform"``).
     """
 
-    length: Positive | None = Field(default=None, description="side along x [m]", examples=[2.0])
-    width: Positive | None = Field(default=None, description="side along y [m]", examples=[1.0])
-    thickness: Positive = Field(description="film thickness [m]", examples=[1e-4])
-    youngs_modulus: Positive = Field(description="Young's modulus of the film [Pa]", examples=[3.5e9])
-    poisson_ratio: Number = Field(description="Poisson's ratio of the film", examples=[0.34])
-    density: Positive = Field(description="mass density of the film [kg/m^3]", examples=[1530.0])
-    strain: Literal["von-karman", "green-lagrange"] = Field(
-        default="von-karman", description="strain measure of film, cables and frame", examples=["von-karman"]
+    length: Positive | None = key("side along x [m]", 2.0, None)
+    width: Positive | None = key("side along y [m]", 1.0, None)
+    thickness: Positive = key("film thickness [m]", 1e-4)
+    youngs_modulus: Positive = key("Young's modulus of the film [Pa]", 3.5e9)
+    poisson_ratio: Number = key("Poisson's ratio of the film", 0.34)
+    density: Positive = key("mass density of the film [kg/m^3]", 1530.0)
+    strain: Literal["von-karman", "green-lagrange"] = key(
+        "strain measure of film, cables and frame", default="von-karman"
     )
-    law: Annotated[str, BeforeValidator(partial(_known_law, "membrane"))] = Field(
-        default="elastic", description="material law of the film", examples=["tension-field"]
-    )
-    edges: Literal["cables", "fixed"] = Field(
-        default="cables", description="what holds the edges of the film", examples=["cables"]
-    )
-    stress_x: Number | None = Field(default=None, description="given stress along x [Pa]", examples=[4170.0])
-    stress_y: Number | None = Field(default=None, description="given stress along y [Pa]", examples=[5470.0])
+    law: MembraneLaw = key("material law of the film", "tension-field", "elastic")
+    edges: Literal["cables", "fixed"] = key("what holds the edges of the film", default="cables")
+    stress_x: Number | None = key("given stress along x [Pa]", 4170.0, None)
+    stress_y: Number | None = key("given stress along y [Pa]", 5470.0, None)
 
     _poisson = field_validator("poisson_ratio")(_inside_elastic_range)
 
@@ -73,30 +65,18 @@ class Membrane(Section):
 class Cables(Section):
     """Cables from the film's edges straight to the frame, evenly spaced, the outer ones at its corners."""
 
-    per_long_edge: EdgeCount | None = Field(
-        default=None, description="number of cables on each edge along x, at least 2", examples=[11]
+    per_long_edge: EdgeCount | None = key("number of cables on each edge along x, at least 2", 11, None)
+    per_short_edge: EdgeCount | None = key("number of cables on each edge along y, at least 2", 6, None)
+    youngs_modulus: Positive = key("Young's modulus of the cables [Pa]", 133e9)
+    area: Positive = key("cross-sectional area of one cable [m^2]", 3.14e-6)
+    density: Positive = key("mass density of the cables [kg/m^3]", 1440.0)
+    pretension_x: Number = key("tension per cable pulling along x [N]", 0.59)
+    pretension_y: Number = key("tension per cable pulling along y [N]", 1.0)
+    distribution: Literal["equal", "tributary"] = key(
+        "'equal' tensions, or 'tributary': corner cables carry half", default="equal"
     )
-    per_short_edge: EdgeCount | None = Field(
-        default=None, description="number of cables on each edge along y, at least 2", examples=[6]
-    )
-    youngs_modulus: Positive = Field(description="Young's modulus of the cables [Pa]", examples=[133e9])
-    area: Positive = Field(description="cross-sectional area of one cable [m^2]", examples=[3.14e-6])
-    density: Positive = Field(description="mass density of the cables [kg/m^3]", examples=[1440.0])
-    pretension_x: Number = Field(description="tension per cable pulling along x [N]", examples=[0.59])
-    pretension_y: Number = Field(description="tension per cable pulling along y [N]", examples=[1.0])
-    distribution: Literal["equal", "tributary"] = Field(
-        default="equal",
-        description="'equal' tensions, or 'tributary': corner cables carry half",
-        examples=["equal"],
-    )
-    slack: Flag = Field(
-        default=False,
-        description="choice true or false: a cable goes slack instead of pushing",
-        examples=[True],
-    )
-    law: Annotated[str, BeforeValidator(partial(_known_law, "cable"))] = Field(
-        default="elastic", description="material law of the cables; 'slack' is slack = true", examples=["slack"]
-    )
+    slack: Flag = key("choice true or false: a cable goes slack instead of pushing", True, False)
+    law: CableLaw = key("material law of the cables; 'slack' is slack = true", "slack", "elastic")
 
     @field_validator("pretension_x", "pretension_y")
     @classmethod
@@ -112,17 +92,17 @@ class Cables(Section):
 class Frame(Section):
     """Rectangular frame of beams; ``inertia_z`` bends in the antenna's plane, ``inertia_y`` out of it."""
 
-    length: Positive | None = Field(default=None, description="centre-line side along x [m]", examples=[2.5])
-    width: Positive | None = Field(default=None, description="centre-line side along y [m]", examples=[1.5])
-    youngs_modulus: Positive = Field(description="Young's modulus of the frame [Pa]", examples=[3e9])
-    poisson_ratio: Number = Field(description="Poisson's ratio of the frame", examples=[0.38])
-    density: Positive = Field(description="mass density of the frame [kg/m^3]", examples=[1380.0])
-    area: Positive = Field(description="cross-sectional area [m^2]", examples=[5.24e-4])
-    inertia_y: Positive = Field(description="second moment of area, bending out of plane [m^4]", examples=[4.81e-7])
-    inertia_z: Positive = Field(description="second moment of area, bending in plane [m^4]", examples=[2.69e-7])
-    torsion_constant: Positive = Field(description="torsion constant [m^4]", examples=[7.5e-7])
-    support: Literal["corners", "all", "axis", "short-side", "free"] = Field(
-        default="corners", description="clamped part of the frame", examples=["corners"]
+    length: Positive | None = key("centre-line side along x [m]", 2.5, None)
+    width: Positive | None = key("centre-line side along y [m]", 1.5, None)
+    youngs_modulus: Positive = key("Young's modulus of the frame [Pa]", 3e9)
+    poisson_ratio: Number = key("Poisson's ratio of the frame", 0.38)
+    density: Positive = key("mass density of the frame [kg/m^3]", 1380.0)
+    area: Positive = key("cross-sectional area [m^2]", 5.24e-4)
+    inertia_y: Positive = key("second moment of area, bending out of plane [m^4]", 4.81e-7)
+    inertia_z: Positive = key("second moment of area, bending in plane [m^4]", 2.69e-7)
+    torsion_constant: Positive = key("torsion constant [m^4]", 7.5e-7)
+    support: Literal["corners", "all", "axis", "short-side", "free"] = key(
+        "clamped part of the frame", default="corners"
     )
 
     _poisson = field_validator("poisson_ratio")(_inside_elastic_range)
@@ -136,19 +116,15 @@ class Mesh(Section):
     do not tell them.
     """
 
-    divisions: tuple[Count, Count] = Field(
-        default=(20, 10), description="numbers of cells along x and y, integers >= 1", examples=[(20, 10)]
+    divisions: tuple[Count, Count] = key("numbers of cells along x and y, integers >= 1", default=(20, 10))
+    pattern: Literal["alternating", "regular"] = key(
+        "directions of the diagonals; quads have none", default="alternating"
     )
-    pattern: Literal["alternating", "regular"] = Field(
-        default="alternating", description="directions of the diagonals; quads have none", examples=["alternating"]
-    )
-    element: str = Field(default="triangle3", description="shape of the film's elements", examples=["triangle6"])
-    file: str | None = Field(
-        default=None, strict=True, description="mesh file (.msh, .inp, .bdf)", examples=["antenna.msh"]
-    )
-    unit_length: Positive | None = Field(default=None, description="length of the file's unit [m]", examples=[0.001])
-    names: dict[str, Literal["membrane", "cable", "beam", "clamped", "pinned", "support", "ignore"]] | None = Field(
-        default=None, description="roles of groups in the file", examples=[{"skin": "membrane"}]
+    element: Surface = key("shape of the film's elements", "triangle6", "triangle3")
+    file: str | None = key("mesh file (.msh, .inp, .bdf)", "antenna.msh", None, strict=True)
+    unit_length: Positive | None = key("length of the file's unit [m]", 0.001, None)
+    names: dict[str, Literal["membrane", "cable", "beam", "clamped", "pinned", "support", "ignore"]] | None = key(
+        "roles of groups in the file", {"skin": "membrane"}, None
     )
 
     @property
@@ -157,23 +133,15 @@ class Mesh(Section):
         per_cell = 2 if SHAPES[self.element].midside_nodes else 1
         return per_cell * self.divisions[0], per_cell * self.divisions[1]
 
-    @field_validator("element")
-    @classmethod
-    def _known_shape(cls, value: str) -> str:
-        known = [name for name, shape in SHAPES.items() if shape.dimension == 2]
-        if value not in known:
-            raise problem("one of " + ", ".join(map(repr, known)), value, "choose one of them")
-        return value
-
     @model_validator(mode="after")
     def _file_or_divisions(self) -> Self:
-        for key in ("divisions", "pattern", "element"):
-            if self.file is not None and key in self.model_fields_set:
-                text = f"{key}: expected no value beside file = {show(self.file)}, got {show(getattr(self, key))}"
+        for name in ("divisions", "pattern", "element"):
+            if self.file is not None and name in self.model_fields_set:
+                text = f"{name}: expected no value beside file = {show(self.file)}, got {show(getattr(self, name))}"
                 raise ValueError(f"{text}; remove one of the two")
-        for key in ("unit_length", "names"):
-            if self.file is None and getattr(self, key) is not None:
-                text = f"{key}: expected no value without file, got {show(getattr(self, key))}"
+        for name in ("unit_length", "names"):
+            if self.file is None and getattr(self, name) is not None:
+                text = f"{name}: expected no value without file, got {show(getattr(self, name))}"
                 raise ValueError(f"{text}; add file, or remove it")
         return self
 
@@ -192,13 +160,9 @@ class Prestress(Section):
     per N of ``pretension_x`` and ``pretension_y``; it replaces ``membrane.stress_x`` and ``stress_y``.
     """
 
-    mode: Literal["equilibrium", "uniform", "initial-strain"] | None = Field(
-        default=None,
-        description="prestress mode; default 'equilibrium' with cables, 'uniform' with fixed edges",
-        examples=["equilibrium"],
+    mode: Literal["equilibrium", "uniform", "initial-strain"] | None = key(
+        "prestress mode; default 'equilibrium' with cables, 'uniform' with fixed edges", "equilibrium", None
     )
-    resultant_per_pretension: tuple[NonNegative, NonNegative] | None = Field(
-        default=None,
-        description="membrane resultant per cable tension along x and y [1/m]",
-        examples=[(0.707, 0.547)],
+    resultant_per_pretension: tuple[NonNegative, NonNegative] | None = key(
+        "membrane resultant per cable tension along x and y [1/m]", (0.707, 0.547), None
     )

@@ -2,34 +2,24 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say
-from tautflex.cli.options import AsJson, Force, Plugins, print_json, require_new_file, use_plugins
+from tautflex.cli.options import Answer, Force, command, require_new_file
 
 
-def init(
-    name: Annotated[Path, Parameter(help="File to write.")],
-    /,
-    *,
-    force: Force = False,
-    plugin: Plugins = None,
-    as_json: AsJson = False,
-) -> int:
+@command
+def init(name: Annotated[Path, Parameter(help="File to write.")], /, *, force: Force = False) -> Answer:
     """Write a commented case: the paper's antenna M2 and its stop maneuver.
 
     Example: tautflex init m2.toml
     """
-    use_plugins(plugin)
     from tautflex.case import M2_TEMPLATE
 
     require_new_file(name, force=force)
     name.write_text(M2_TEMPLATE, encoding="utf-8")
-    if as_json:
-        print_json({"file": name})
-    else:
-        say(f"Wrote {name}. Next: tautflex run {name}")
-    return 0
+    return Answer({"file": name}, partial(say, f"Wrote {name}. Next: tautflex run {name}"))

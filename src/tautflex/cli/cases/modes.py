@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from tautflex.cli.cards import show_modes
-from tautflex.cli.cases import spin_request, spinning
-from tautflex.cli.options import (
-    AsJson,
-    CaseFile,
-    Overrides,
-    Plugins,
-    about,
-    load,
-    print_json,
-    require_output_directory,
-)
-from tautflex.cli.spinning_cards import show_spinning
+from tautflex.cli.cases import spinning
+from tautflex.cli.options import Answer, CaseFile, Overrides, about, command, load, require_output_directory
+from tautflex.cli.spinning_cards import show_modes_and_spin
 from tautflex.errors import CaseError
 
 
+@command
 def modes(
     case: CaseFile,
     /,
@@ -45,18 +37,16 @@ def modes(
         str | None, Parameter(name="--point", help="Reference point of --participation, x,y,z [m]; default 0,0,0.")
     ] = None,
     override: Overrides = None,
-    plugin: Plugins = None,
-    as_json: AsJson = False,
-) -> int:
+) -> Answer:
     """Natural frequencies, labels and symmetry about the prestressed state; on request also of the spinning structure.
 
     Example: tautflex modes m2.toml -n 10 -o m2-modes --campbell 0:2:9 --axis z --participation m2.json
     """
     if count < 1:
         raise CaseError(f"-n: expected a number of modes >= 1, got {count}; ask for example -n 10")
-    loaded = load(case, override, plugin)
-    request = spin_request.read_request(rate, campbell, axis, loaded)
-    place = spin_request.read_place(point, participation)
+    loaded = load(case, override)
+    request = spinning.read_request(rate, campbell, axis, loaded)
+    place = spinning.read_place(point, participation)
     if output is not None:
         require_output_directory(output)
 
@@ -80,9 +70,7 @@ def modes(
         from tautflex.cli.figures import mode_figures
 
         output.mkdir(parents=True, exist_ok=True)
-        written = mode_figures(found.to_dataset(), output)
-        if table is not None:
-            written += spinning.campbell_figure(table, output)
+        written = mode_figures(found.to_dataset(), output, table)
         files |= {path.name: path for path in written}
     answer: dict[str, Any] = {
         "frequencies": found.frequencies,
@@ -92,9 +80,4 @@ def modes(
         "files": files,
         **extra,
     }
-    if as_json:
-        print_json(answer)
-    else:
-        show_spinning(answer)
-        show_modes(case, answer)
-    return 0
+    return Answer(answer, partial(show_modes_and_spin, case, answer))

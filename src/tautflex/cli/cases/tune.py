@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from tautflex.cli.cards import show_tuning
-from tautflex.cli.options import (
-    AsJson,
-    CaseFile,
-    Force,
-    Overrides,
-    Plugins,
-    about,
-    load,
-    print_json,
-    require_new_file,
-)
+from tautflex.cli.options import Answer, CaseFile, Force, Overrides, about, command, load, require_new_file
 from tautflex.errors import CaseError
 
 if TYPE_CHECKING:
     from tautflex.case import Case
 
 
+@command
 def tune(
     case: CaseFile,
     /,
@@ -40,9 +32,7 @@ def tune(
     output: Annotated[Path | None, Parameter(name=["-o", "--output"], help="File for the tuned case.")] = None,
     force: Force = False,
     override: Overrides = None,
-    plugin: Plugins = None,
-    as_json: AsJson = False,
-) -> int:
+) -> Answer:
     """Scale the cable tensions until chosen natural frequencies hit their targets.
 
     Example: tautflex tune m2.toml --frequency 1.0 -o tuned.toml
@@ -51,7 +41,7 @@ def tune(
     if not 1 <= len(frequency) <= 2 or len(numbers) != len(frequency):
         text = f"--frequency, --mode: expected one or two pairs, got {len(frequency)} and {len(numbers)}"
         raise CaseError(f"{text}; give one --mode per --frequency")
-    loaded = load(case, override, plugin)
+    loaded = load(case, override)
     if loaded.cables is None:
         text = f"{case}: membrane.edges: expected 'cables', got {loaded.membrane.edges!r}"
         raise CaseError(f"{text}; tuning scales cable tensions, for a fixed film choose membrane.stress_x and stress_y")
@@ -74,11 +64,7 @@ def tune(
     if output is not None:
         output.write_text(f"# {case.name}, tuned by `tautflex tune`\n\n{tuned.to_toml()}", encoding="utf-8")
         answer["files"] = {"case": output}
-    if as_json:
-        print_json(answer)
-    else:
-        show_tuning(case, answer)
-    return 0
+    return Answer(answer, partial(show_tuning, case, answer))
 
 
 def _scaled(case: Case, scale_x: float, scale_y: float) -> Case:

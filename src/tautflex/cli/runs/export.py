@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say
-from tautflex.cli.options import AsJson, Plugins, about, print_json, require_output_directory, use_plugins
+from tautflex.cli.options import Answer, about, command, require_output_directory
 
 
+@command
 def export(
     run: Annotated[Path, Parameter(help="Result file, run.nc.")],
     /,
@@ -21,14 +23,11 @@ def export(
     output: Annotated[
         Path | None, Parameter(name=["-o", "--output"], help="Directory to write to; default: beside the result.")
     ] = None,
-    plugin: Plugins = None,
-    as_json: AsJson = False,
-) -> int:
+) -> Answer:
     """Write the results of a run as VTU series with PVD (ParaView) or as CSV.
 
     Example: tautflex export m2/run.nc --to vtu -o m2/paraview
     """
-    use_plugins(plugin)
     directory = output if output is not None else run.parent
     require_output_directory(directory)
 
@@ -43,9 +42,5 @@ def export(
             files = [write_csv(data, directory / f"{run.stem}.csv")]
         else:
             files = write_vtu(data, directory, run.stem)
-    if as_json:
-        print_json({"files": files})
-    else:
-        more = f" and {len(files) - 1} files in {files[1].parent}" if len(files) > 1 else ""
-        say(f"Wrote {files[0]}{more}.")
-    return 0
+    more = f" and {len(files) - 1} files in {files[1].parent}" if len(files) > 1 else ""
+    return Answer({"files": files}, partial(say, f"Wrote {files[0]}{more}."))

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from tautflex.cli.options import AsJson, Plugins, print_json, require_output_directory, use_plugins
+from tautflex.cli.options import Answer, command, require_output_directory
 from tautflex.cli.runs.reproduce_cards import show_comparison
 from tautflex.cli.runs.run import progress_bar
 from tautflex.errors import CaseError
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from tautflex.paper.comparison import Plan
     from tautflex.paper.figures.index import PaperFigure
     from tautflex.paper.tables.rows import Row
@@ -27,6 +26,7 @@ FAILED, INTERRUPTED = 1, 130
 _QUICK_FORMATS = ("png",)  # vector graphics would cost a third of the quick minute
 
 
+@command
 def reproduce(
     *,
     table: Annotated[
@@ -47,9 +47,7 @@ def reproduce(
     docs: Annotated[
         Path | None, Parameter(name="--docs", help="Directory for the Markdown page, if not that for results.")
     ] = None,
-    plugin: Plugins = None,
-    as_json: AsJson = False,
-) -> int:
+) -> Answer | int:
     """Compute the paper's tables and figures again; compare with the printed numbers.
 
     Without --table and --figure everything is made, and a page that explains it. Finished runs are kept in the
@@ -57,7 +55,6 @@ def reproduce(
 
     Example: tautflex reproduce --table 6 --table 7 -o reproduction
     """
-    use_plugins(plugin)
     whole = not table and not figure
     tables, figures = _tables(table, whole, quick), _figures(figure, whole)
     if workers is not None and workers < 1:
@@ -77,11 +74,7 @@ def reproduce(
         return _tell(str(error), FAILED)
     if whole:
         made.files |= _write_page(made, output, docs, quick)
-    if as_json:
-        print_json(_answer(made))
-    else:
-        show_comparison(made.rows, made.summary, made.files)
-    return 0
+    return Answer(_answer(made), partial(show_comparison, made.rows, made.summary, made.files))
 
 
 @dataclass
@@ -125,43 +118,28 @@ def _make(
     plan: Plan, figures: Sequence[str], output: Path, workers: int | None, formats: tuple[str, ...] | None
 ) -> _Made:
     """Perform the runs and turn them into rows, figures and comparison.csv."""
-    from tautflex.paper.cases.normal_modes import antenna_modes
+    from tautflex.paper.cases.normal_modes import antenna_modes, antenna_name
+    from tautflex.paper.cases.run_names import MODELS
     from tautflex.paper.comparison import build_rows, summarize
     from tautflex.paper.engine import load_results, perform
+    from tautflex.paper.figures.index import FORMATS, save_figures
     from tautflex.paper.tables.rows import write_csv
 
+    drawn: dict[str, list[Path]] = {}
     with progress_bar() as progress:
         runs = load_results(perform(plan.specs, output / "runs", workers, progress))
         modes = antenna_modes(plan.antennas)
         rows = build_rows(plan, runs, modes)
-        made = _Made(rows, summarize(rows), _draw(figures, runs, modes, output, formats), _seconds(runs))
+        if figures:
+            shapes = {name: modes[antenna_name(name)] for name in MODELS}
+            drawn = save_figures(figures, runs, shapes, output / "figures", formats or FORMATS)
+    seconds = sum(float(json.loads(run.attrs["statistics"])["seconds"]) for run in runs.values())
+    made = _Made(rows, summarize(rows), drawn, seconds)
     if rows:
         listed = [row for table in (*rows.values(), made.summary) for row in table]
         made.files["comparison"] = write_csv(listed, output / "comparison.csv")
     made.files |= {path.name: path for paths in made.figures.values() for path in paths}
     return made
-
-
-def _draw(
-    figures: Sequence[str],
-    runs: Mapping[str, xr.Dataset],
-    modes: Mapping[str, xr.Dataset],
-    output: Path,
-    formats: tuple[str, ...] | None,
-) -> dict[str, list[Path]]:
-    if not figures:
-        return {}
-    from tautflex.paper.cases.normal_modes import antenna_name
-    from tautflex.paper.cases.run_names import MODELS
-    from tautflex.paper.figures.index import FORMATS, save_figures
-
-    shapes = {name: modes[antenna_name(name)] for name in MODELS}
-    return save_figures(figures, runs, shapes, output / "figures", formats or FORMATS)
-
-
-def _seconds(runs: Mapping[str, xr.Dataset]) -> float:
-    """Return the time [s] that the runs took when they were performed."""
-    return sum(float(json.loads(run.attrs["statistics"])["seconds"]) for run in runs.values())
 
 
 def _write_page(made: _Made, output: Path, docs: Path | None, quick: bool) -> dict[str, Path]:

@@ -4,24 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from tautflex.cli.cards import show_run
-from tautflex.cli.options import (
-    AsJson,
-    CaseFile,
-    Overrides,
-    Plugins,
-    about,
-    load,
-    print_json,
-    require_output_directory,
-)
+from tautflex.cli.options import Answer, CaseFile, Overrides, about, command, load, require_output_directory
 
 
+@command
 def run(
     case: CaseFile,
     /,
@@ -31,16 +24,14 @@ def run(
         Parameter(name=["-o", "--output"], help="Directory for results; default: named like the case."),
     ] = None,
     override: Overrides = None,
-    plugin: Plugins = None,
-    as_json: AsJson = False,
-) -> int:
+) -> Answer:
     """Simulate the maneuver; write run.nc, summary.json and figures.
 
     Ctrl-C ends the run early and keeps what was computed.
 
     Example: tautflex run m2.toml -o m2 --set damping.alpha=0.01 --set solver.end_time=5
     """
-    loaded = load(case, override, plugin)
+    loaded = load(case, override)
     directory = output if output is not None else default_directory(case)
     require_output_directory(directory)
 
@@ -49,11 +40,7 @@ def run(
 
     with about(case), progress_bar() as progress:
         summary = write_case_run(loaded, directory, progress, figures=run_figures, title=case.stem)
-    if as_json:
-        print_json(summary)
-    else:
-        show_run(case, summary)
-    return 0 if summary["status"] == "completed" else 1
+    return Answer(summary, partial(show_run, case, summary), 0 if summary["status"] == "completed" else 1)
 
 
 def default_directory(case: Path) -> Path:

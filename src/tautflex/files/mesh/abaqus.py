@@ -10,13 +10,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from tautflex.errors import MeshError
 from tautflex.files.mesh.abaqus_sets import NamedSets, element_groups, held_groups, node_groups
 from tautflex.files.mesh.abaqus_text import Block, blocks, fields
 from tautflex.files.mesh.numerals import natural, real
-from tautflex.files.mesh.raw import Budget, Numbering, RawMesh, integer_array, require_coordinates, shorten
+from tautflex.files.mesh.raw import Budget, Gathered, RawMesh, integers, shorten
 
 TYPES = {
     **dict.fromkeys(("M3D3", "S3", "S3R", "S3RS", "STRI3"), "membrane"),
@@ -25,133 +23,90 @@ TYPES = {
 }
 
 
+_REFUSED = ("INCLUDE", "SYSTEM", "NGEN", "ELGEN", "NCOPY", "ELCOPY")
+
+
 def read_abaqus(text: str) -> RawMesh:
     """Read the mesh of an Abaqus input file; MeshError if a line is wrong, or uses what is not read here."""
     content = _Content()
     for block in blocks(text):
-        reader = _READERS.get(block.keyword)
-        if reader is not None:
-            reader(content, block)
+        content.read(block)
     return content.finish()
 
 
 @dataclass
-class _Content:
+class _Content(Gathered):
     """What the blocks read so far have brought."""
 
-    node_numbers: list[int] = field(default_factory=list)
-    positions: list[tuple[float, float, float]] = field(default_factory=list)
-    elements: dict[str, list[tuple[int, ...]]] = field(default_factory=lambda: {"triangles": [], "lines": []})
-    line_roles: list[str] = field(default_factory=list)
     node_sets: NamedSets = field(default_factory=lambda: NamedSets("NSET"))
     element_sets: NamedSets = field(default_factory=lambda: NamedSets("ELSET"))
     set_blocks: list[Block] = field(default_factory=list)
     conditions: list[Block] = field(default_factory=list)
     parts: int = 0
 
+    def read(self, block: Block) -> None:
+        if block.keyword == "NODE":
+            self._read_nodes(block)
+        elif block.keyword == "ELEMENT":
+            self._read_elements(block)
+        elif block.keyword in ("NSET", "ELSET"):
+            self.set_blocks.append(block)
+        elif block.keyword == "BOUNDARY":
+            self.conditions.append(block)
+        elif block.keyword == "PART":
+            self.parts += 1
+            if self.parts > 1:
+                raise MeshError(f"{block.where}: expected one part, got a second one; export a flat input file")
+        elif block.keyword == "INSTANCE" and block.lines:
+            raise MeshError(f"{block.where}: a moved or rotated instance is not read here; export a flat input file")
+        elif block.keyword in _REFUSED:
+            raise MeshError(
+                f"{block.where}: expected one file with everything in global axes; export a flat input file"
+            )
+
+    def _read_nodes(self, block: Block) -> None:
+        for option in ("INPUT", "SYSTEM"):
+            if option in block.options:
+                raise MeshError(f"{block.where}: {option} is not read here; write all nodes into one file, in x, y, z")
+        first = len(self.node_numbers)
+        for where, line in block.lines:
+            parts = fields(line)
+            if not 2 <= len(parts) <= 7:
+                raise MeshError(f"{where}: expected number, x, y, z, got {shorten(line)}; correct the line")
+            self.node_numbers.append(natural(parts[0], where))
+            self.positions.append([real(part, where) for part in [*parts[1:4], "", ""][:3]])
+        if "NSET" in block.options:
+            self.node_sets.add(block.options["NSET"], integers(self.node_numbers[first:]))
+
+    def _read_elements(self, block: Block) -> None:
+        kind = block.options.get("TYPE", "").upper()
+        role = TYPES.get(kind)
+        if role is None:
+            raise MeshError(
+                f"{block.where}: expected an element type of {', '.join(TYPES)}, got {shorten(kind)}; mesh the film "
+                "with 3-node triangles, cables with trusses, beams with 2-node beams"
+            )
+        if "INPUT" in block.options:
+            raise MeshError(f"{block.where}: INPUT is not read here; write all elements into one file")
+        corners, own = 3 if role == "membrane" else 2, []
+        for where, line in block.lines:
+            parts = fields(line)
+            if len(parts) != corners + 1:
+                raise MeshError(f"{where}: expected number and {corners} nodes, got {shorten(line)}; correct the line")
+            numbers = [natural(part, where) for part in parts]
+            self.add(role, numbers)
+            own.append(numbers[0])
+        self.element_sets.add(block.options.get("ELSET") or kind, integers(own))
+
     def finish(self) -> RawMesh:
-        numbers = np.array(self.node_numbers, dtype=np.int64)
-        nodes = np.array(self.positions, dtype=float).reshape(-1, 3)
-        require_coordinates(nodes, numbers)
-        triangles = integer_array(self.elements["triangles"], 4)
-        lines = integer_array(self.elements["lines"], 3)
-        node_rows = Numbering("node", numbers)
-        element_rows = Numbering("element", np.concatenate([triangles[:, 0], lines[:, 0]]))
+        nodes, elements = self.numbered("node")
         budget = Budget()
         for block in self.set_blocks:
-            sets, rows = {"NSET": (self.node_sets, node_rows)}.get(block.keyword, (self.element_sets, element_rows))
+            sets, rows = (self.node_sets, nodes) if block.keyword == "NSET" else (self.element_sets, elements)
             sets.read(block, rows, budget)
         groups = [
-            *element_groups(self.element_sets, element_rows, len(triangles)),
-            *node_groups(self.node_sets, node_rows),
-            *held_groups(self.conditions, self.node_sets, node_rows, budget),
+            *element_groups(self.element_sets, elements, len(self.elements["triangles"])),
+            *node_groups(self.node_sets, nodes),
+            *held_groups(self.conditions, self.node_sets, nodes, budget),
         ]
-        return RawMesh(
-            nodes,
-            node_rows.rows(triangles[:, 1:], "triangles"),
-            node_rows.rows(lines[:, 1:], "lines"),
-            np.array(self.line_roles, dtype="<U8"),
-            tuple(groups),
-            typed=True,
-        )
-
-
-def _read_nodes(content: _Content, block: Block) -> None:
-    for option in ("INPUT", "SYSTEM"):
-        if option in block.options:
-            raise MeshError(f"{block.where}: {option} is not read here; write all nodes into one file, in x, y, z")
-    first = len(content.node_numbers)
-    for where, line in block.lines:
-        parts = fields(line)
-        if not 2 <= len(parts) <= 7:
-            raise MeshError(f"{where}: expected number, x, y, z, got {shorten(line)}; correct the line")
-        content.node_numbers.append(natural(parts[0], where))
-        x, y, z = (real(part, where) for part in [*parts[1:4], "", ""][:3])
-        content.positions.append((x, y, z))
-    if "NSET" in block.options:
-        numbers = np.array(content.node_numbers[first:], dtype=np.int64)
-        content.node_sets.add(block.options["NSET"], numbers)
-
-
-def _read_elements(content: _Content, block: Block) -> None:
-    kind = block.options.get("TYPE", "").upper()
-    role = TYPES.get(kind)
-    if role is None:
-        raise MeshError(
-            f"{block.where}: expected an element type of {', '.join(TYPES)}, got {shorten(kind)}; mesh the film with "
-            "3-node triangles, cables with trusses, beams with 2-node beams"
-        )
-    if "INPUT" in block.options:
-        raise MeshError(f"{block.where}: INPUT is not read here; write all elements into one file")
-    corners = 3 if role == "membrane" else 2
-    kept = content.elements["triangles" if role == "membrane" else "lines"]
-    first = len(kept)
-    for where, line in block.lines:
-        parts = fields(line)
-        if len(parts) != corners + 1:
-            raise MeshError(f"{where}: expected number and {corners} nodes, got {shorten(line)}; correct the line")
-        kept.append(tuple(natural(part, where) for part in parts))
-        if role != "membrane":
-            content.line_roles.append(role)
-    numbers = np.array([element[0] for element in kept[first:]], dtype=np.int64)
-    content.element_sets.add(block.options.get("ELSET") or kind, numbers)
-
-
-def _keep_set(content: _Content, block: Block) -> None:
-    content.set_blocks.append(block)
-
-
-def _keep_condition(content: _Content, block: Block) -> None:
-    content.conditions.append(block)
-
-
-def _count_part(content: _Content, block: Block) -> None:
-    content.parts += 1
-    if content.parts > 1:
-        raise MeshError(f"{block.where}: expected one part, got a second one; export a flat input file")
-
-
-def _read_instance(content: _Content, block: Block) -> None:
-    if block.lines:
-        raise MeshError(f"{block.where}: a moved or rotated instance is not read here; export a flat input file")
-
-
-def _refuse(content: _Content, block: Block) -> None:
-    raise MeshError(f"{block.where}: expected one file with everything in global axes; export a flat input file")
-
-
-_READERS = {
-    "NODE": _read_nodes,
-    "ELEMENT": _read_elements,
-    "NSET": _keep_set,
-    "ELSET": _keep_set,
-    "BOUNDARY": _keep_condition,
-    "PART": _count_part,
-    "INSTANCE": _read_instance,
-    "INCLUDE": _refuse,
-    "SYSTEM": _refuse,
-    "NGEN": _refuse,
-    "ELGEN": _refuse,
-    "NCOPY": _refuse,
-    "ELCOPY": _refuse,
-}
+        return self.mesh(nodes, groups, {})

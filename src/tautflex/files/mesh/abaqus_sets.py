@@ -9,66 +9,48 @@ import numpy as np
 from tautflex.errors import MeshError
 from tautflex.files.mesh.abaqus_text import Block, bare_name, fields
 from tautflex.files.mesh.numerals import natural, real
-from tautflex.files.mesh.raw import Budget, IntArray, Numbering, RawGroup, shorten
+from tautflex.files.mesh.raw import Budget, Numbering, RawGroup, integers, shorten
+from tautflex.numeric import Indices
 from tautflex.structure.groups import DIRECTIONS
 
 NAMED_CONDITIONS = {"ENCASTRE": (1, 6), "PINNED": (1, 3)}
 
 
 class NamedSets:
-    """Members of the sets of one kind by name; names are the same in any case.
-
-    Parameters
-    ----------
-    keyword
-        ``"NSET"`` or ``"ELSET"``.
-    """
+    """Members of the sets of one kind, ``"NSET"`` or ``"ELSET"``, by name; names are the same in any case."""
 
     def __init__(self, keyword: str) -> None:
         self.keyword = keyword
-        self._names: dict[str, str] = {}
-        self._parts: dict[str, list[IntArray]] = {}
+        self._sets: dict[str, tuple[str, list[Indices]]] = {}
 
     def __contains__(self, name: str) -> bool:
-        return bare_name(name).casefold() in self._parts
+        return bare_name(name).casefold() in self._sets
 
-    def add(self, name: str, numbers: IntArray) -> None:
+    def add(self, name: str, numbers: Indices) -> None:
         """Add members to a set, which need not exist before."""
         bare = bare_name(name)
-        self._names.setdefault(bare.casefold(), bare)
-        self._parts.setdefault(bare.casefold(), []).append(numbers)
+        self._sets.setdefault(bare.casefold(), (bare, []))[1].append(numbers)
 
-    def members(self, name: str) -> IntArray:
+    def members(self, name: str) -> Indices:
         """Numbers in a set that exists."""
-        return self._joined(bare_name(name).casefold())
+        return np.unique(np.concatenate(self._sets[bare_name(name).casefold()][1]))
 
-    def items(self) -> Iterator[tuple[str, IntArray]]:
+    def items(self) -> Iterator[tuple[str, Indices]]:
         """Names as the file first writes them, and numbers."""
-        for key, name in self._names.items():
-            yield name, self._joined(key)
-
-    def _joined(self, key: str) -> IntArray:
-        parts = self._parts[key]
-        parts[:] = [np.unique(np.concatenate(parts))]
-        return parts[0]
+        for name, parts in self._sets.values():
+            yield name, np.unique(np.concatenate(parts))
 
     def read(self, block: Block, numbering: Numbering, budget: Budget) -> None:
-        """Read a block that lists members, ranges of them, or sets above it.
-
-        Raises
-        ------
-        MeshError
-            If the block has no name, or a member does not exist.
-        """
+        """Read a block that lists members, ranges of them, or sets above it; MeshError if one does not exist."""
         name = block.options.get(self.keyword, "")
         if not name:
             raise MeshError(f"{block.where}: expected {self.keyword}=name, got none; name the set")
         if self.keyword == "NSET" and "ELSET" in block.options:
             raise MeshError(f"{block.where}: a node set made of an element set is not read here; list its nodes")
         found = self._ranges if "GENERATE" in block.options else self._listed
-        self.add(name, np.concatenate([np.zeros(0, dtype=np.int64), *found(block, numbering, budget)]))
+        self.add(name, np.concatenate([integers([]), *found(block, numbering, budget)]))
 
-    def _ranges(self, block: Block, numbering: Numbering, budget: Budget) -> Iterator[IntArray]:
+    def _ranges(self, block: Block, numbering: Numbering, budget: Budget) -> Iterator[Indices]:
         for where, line in block.lines:
             parts = [natural(part, where) for part in fields(line)]
             if len(parts) not in (2, 3) or parts[0] > parts[1]:
@@ -77,11 +59,11 @@ class NamedSets:
             budget.spend(len(found) + 1, where)
             yield found
 
-    def _listed(self, block: Block, numbering: Numbering, budget: Budget) -> Iterator[IntArray]:
+    def _listed(self, block: Block, numbering: Numbering, budget: Budget) -> Iterator[Indices]:
         for where, line in block.lines:
             for part in fields(line):
                 if bare_name(part).isdigit():
-                    yield np.array([natural(bare_name(part), where)], dtype=np.int64)
+                    yield integers([natural(bare_name(part), where)])
                 elif part in self:
                     found = self.members(part)
                     budget.spend(len(found) + 1, where)
@@ -95,13 +77,14 @@ def element_groups(sets: NamedSets, elements: Numbering, triangle_count: int) ->
     """Groups of element sets; rows from ``triangle_count`` on are lines."""
     for name, numbers in sets.items():
         rows = elements.rows(numbers, f"set {shorten(name)}")
-        yield RawGroup(name, triangles=rows[rows < triangle_count], lines=rows[rows >= triangle_count] - triangle_count)
+        lines = rows[rows >= triangle_count] - triangle_count
+        yield RawGroup(name, {"triangles": rows[rows < triangle_count], "lines": lines})
 
 
 def node_groups(sets: NamedSets, nodes: Numbering) -> Iterator[RawGroup]:
     """Groups of node sets."""
     for name, numbers in sets.items():
-        yield RawGroup(name, nodes=nodes.rows(numbers, f"set {shorten(name)}"))
+        yield RawGroup(name, {"nodes": nodes.rows(numbers, f"set {shorten(name)}")})
 
 
 def held_groups(conditions: list[Block], sets: NamedSets, nodes: Numbering, budget: Budget) -> Iterator[RawGroup]:
@@ -115,11 +98,11 @@ def held_groups(conditions: list[Block], sets: NamedSets, nodes: Numbering, budg
             if target in sets:
                 numbers = sets.members(target)
             elif target.isdigit():
-                numbers = np.array([natural(target, where)], dtype=np.int64)
+                numbers = integers([natural(target, where)])
             else:
                 raise MeshError(f"{where}: expected a node or node set, got {shorten(target)}; define the set")
             budget.spend(len(numbers) + 1, where)
-            yield RawGroup(f"boundary {target}", nodes=nodes.rows(numbers, where), directions=directions)
+            yield RawGroup(f"boundary {target}", {"nodes": nodes.rows(numbers, where)}, directions)
 
 
 def _condition(where: str, line: str) -> tuple[str, tuple[str, ...]]:

@@ -22,15 +22,14 @@ from numpy.typing import NDArray
 
 from tautflex.errors import MeshError, MissingExtraError
 from tautflex.files.mesh._gmsh_worker import NO_GMSH, REFUSED
-from tautflex.files.mesh.raw import IntArray, Numbering, RawGroup, RawMesh, require_coordinates, shorten
+from tautflex.files.mesh.raw import KINDS, Numbering, RawGroup, RawMesh, require_coordinates, shorten
+from tautflex.numeric import Indices
 
 SECONDS = 120
 # Address space Gmsh may take; measured on meshes of 120 000 triangles: 0.2 GB, and 8 bytes for each byte of the file.
 _BASE_BYTES = 2**30
 _BYTES_PER_BYTE = 50
 _HEADER = re.compile(rb"\$MeshFormat[ \t]*\r?\n[ \t]*([24])(\.\d{1,3})?[ \t]+[01][ \t]+\d{1,2}[ \t]*\r?\n")
-
-ELEMENTS = ("triangles", "quads", "lines")
 
 INSTALL = "pip install 'tautflex[mesh]'"
 LIBRARIES = "libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1"
@@ -100,14 +99,14 @@ def _loaded(path: Path) -> dict[str, NDArray[Any]]:
 
 def _raw_mesh(arrays: dict[str, NDArray[Any]]) -> RawMesh:
     _join_triangles(arrays)
-    for count, values in [("node_numbers", "nodes"), *((f"{kind[:-1]}_numbers", kind) for kind in ELEMENTS)]:
+    for count, values in [("node_numbers", "nodes"), *((f"{kind[:-1]}_numbers", kind) for kind in KINDS)]:
         order = np.argsort(arrays[count], kind="stable")  # Gmsh keeps them by entity, its users by number
         arrays[count], arrays[values] = arrays[count][order], arrays[values][order]
     require_coordinates(arrays["nodes"], arrays["node_numbers"])
     nodes = Numbering("node", arrays["node_numbers"])
     # format 2 repeats an element for every group it is in: keep one, let all numbers point to it
     unique, rows, numbers = {}, {}, {}
-    for kind in ELEMENTS:
+    for kind in KINDS:
         unique[kind], rows[kind] = _without_copies(nodes.rows(arrays[kind], kind))
         numbers[kind] = arrays[f"{kind[:-1]}_numbers"]
     groups, start = [], 0
@@ -122,12 +121,12 @@ def _raw_mesh(arrays: dict[str, NDArray[Any]]) -> RawMesh:
                 f"{others}; mesh with order 1, or triangles with order 2, and give volumes no physical group"
             )
         if dimension == 0:
-            groups.append(RawGroup(str(name), nodes=np.unique(nodes.rows(members, str(name)))))
-            continue
-        found = [np.unique(rows[kind][np.isin(numbers[kind], members)]) for kind in ELEMENTS]
-        groups.append(RawGroup(str(name), triangles=found[0], quads=found[1], lines=found[2]))
+            found = {"nodes": np.unique(nodes.rows(members, str(name)))}
+        else:
+            found = {kind: np.unique(rows[kind][np.isin(numbers[kind], members)]) for kind in KINDS}
+        groups.append(RawGroup(str(name), found))
     roles = np.full(len(unique["lines"]), "", dtype="<U8")
-    return RawMesh(arrays["nodes"], **unique, line_roles=roles, groups=tuple(groups), typed=False)
+    return RawMesh(arrays["nodes"], unique, roles, tuple(groups), typed=False)
 
 
 def _join_triangles(arrays: dict[str, NDArray[Any]]) -> None:
@@ -143,7 +142,7 @@ def _join_triangles(arrays: dict[str, NDArray[Any]]) -> None:
     arrays["triangles"], arrays["triangle_numbers"] = curved, numbers
 
 
-def _without_copies(connectivity: IntArray) -> tuple[IntArray, IntArray]:
+def _without_copies(connectivity: Indices) -> tuple[Indices, Indices]:
     """Elements in their order without repetitions, and the new row of each old one."""
     _, first, inverse = np.unique(np.sort(connectivity, axis=1), axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)

@@ -5,39 +5,28 @@ from __future__ import annotations
 import re
 
 from tautflex.errors import MeshError
-from tautflex.files.mesh.raw import LARGEST_NUMBER, shorten
+from tautflex.files.mesh.raw import shorten
 
 # "1.5-3" is Nastran's short form of 1.5e-3, "1.5d-3" Fortran's.
 _REAL = re.compile(r"([+-]?(?:\d{1,40}\.?\d{0,40}|\.\d{1,40}))(?:[eEdD]?([+-]\d{1,4})|[eEdD](\d{1,4}))?", re.ASCII)
-
-
-def integer(text: str, where: str) -> int:
-    """Read an integer of at most 62 bits, or raise MeshError."""
-    bare = text.strip()
-    digits = bare[1:] if bare[:1] in ("+", "-") else bare
-    if not (digits.isascii() and digits.isdigit() and len(digits) <= 19):
-        raise MeshError(f"{where}: expected an integer, got {shorten(text)}; correct the line")
-    value = int(bare)
-    if abs(value) > LARGEST_NUMBER:
-        raise MeshError(f"{where}: expected an integer up to 2^62, got {value}; renumber the mesh")
-    return value
+_LARGEST = 2**62
 
 
 def natural(text: str, where: str) -> int:
-    """Read an integer >= 1, or raise MeshError."""
-    value = integer(text, where)
-    if value < 1:
-        raise MeshError(f"{where}: expected a number >= 1, got {value}; correct the line")
+    """Read an integer from 1 to 2^62, or raise MeshError."""
+    if re.fullmatch(r"\s*[+-]?\d{1,19}\s*", text, re.ASCII) is None:
+        raise MeshError(f"{where}: expected an integer, got {shorten(text)}; correct the line")
+    value = int(text)
+    if not 1 <= value <= _LARGEST:
+        expected = "a number >= 1" if value < 1 else "an integer up to 2^62"
+        raise MeshError(f"{where}: expected {expected}, got {value}; correct the line or renumber the mesh")
     return value
 
 
 def real(text: str, where: str) -> float:
     """Read a number, blank being 0, in the spellings of Abaqus and Nastran; infinities are left to the caller.
 
-    Raises
-    ------
-    MeshError
-        If the text is no number; ``nan`` and ``inf`` are none.
+    What is no number, ``nan`` and ``inf`` among it, is a MeshError.
     """
     bare = text.strip()
     if not bare:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,32 +11,26 @@ from numpy.typing import NDArray
 from tautflex.errors import MeshError
 from tautflex.numeric import Array, Indices
 
-IntArray = Indices
-LARGEST_NUMBER = 2**62
+KINDS = ("triangles", "quads", "lines")
+_CORNERS = {"triangles": 3, "quads": 4, "lines": 2}
 _LARGEST_COORDINATE = 1e9  # [m]; squares and products of any two lengths stay finite
 _LARGEST_EXPANSION = 50_000_000
 
 
 @dataclass(frozen=True)
 class RawGroup:
-    """Named selection in a file.
+    """Named selection in a file: rows of ``"nodes"`` and of each kind of elements.
 
-    Parameters
-    ----------
-    name
-        As the file writes it.
-    triangles, lines, nodes, quads
-        Selected rows of the arrays of `RawMesh`.
-    directions
-        Directions that the file itself holds at these nodes; empty if it says nothing.
+    ``directions`` are those that the file itself holds at these nodes; empty if it says nothing.
     """
 
     name: str
-    triangles: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    lines: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    nodes: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    rows: Mapping[str, Indices]
     directions: tuple[str, ...] = ()
-    quads: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    def of(self, kind: str) -> Indices:
+        """Rows of one kind."""
+        return self.rows.get(kind, np.zeros(0, dtype=np.int64))
 
 
 @dataclass(frozen=True)
@@ -47,8 +41,8 @@ class RawMesh:
     ----------
     nodes
         Positions in the unit of the file, shape (node, 3).
-    triangles, lines, quads
-        Rows of ``nodes``, shapes (t, 3) or (t, 6), (l, 2), and (q, 4).
+    elements
+        Rows of ``nodes`` for each of `KINDS`, shapes (t, 3) or (t, 6), (q, 4) and (l, 2).
     line_roles
         What the element type says about each line, shape (l,): ``"cable"``, ``"beam"``, or ``""`` where the format
         does not distinguish them and the name of the group decides.
@@ -59,31 +53,49 @@ class RawMesh:
     """
 
     nodes: Array
-    triangles: IntArray
-    lines: IntArray
+    elements: Mapping[str, Indices]
     line_roles: NDArray[np.str_]
     groups: tuple[RawGroup, ...]
     typed: bool
-    quads: IntArray = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
+
+
+@dataclass
+class Gathered:
+    """Nodes and elements of a text file as they come, each element its number before those of its nodes."""
+
+    node_numbers: list[int] = field(default_factory=list)
+    positions: list[Sequence[float]] = field(default_factory=list)
+    elements: dict[str, list[Sequence[int]]] = field(default_factory=lambda: {kind: [] for kind in KINDS})
+    line_roles: list[str] = field(default_factory=list)
+
+    def add(self, role: str, numbers: Sequence[int]) -> tuple[str, int]:
+        """Add an element of a role; its kind, and its row in that."""
+        kind = "triangles" if role == "membrane" else "lines"
+        self.elements[kind].append(numbers)
+        if kind == "lines":
+            self.line_roles.append(role)
+        return kind, len(self.elements[kind]) - 1
+
+    def numbered(self, node: str) -> tuple[Numbering, Numbering]:
+        """Numberings of nodes, which the format calls so, and of elements: triangles, then lines."""
+        elements = [numbers[0] for kind in KINDS for numbers in self.elements[kind]]
+        return Numbering(node, integers(self.node_numbers)), Numbering("element", integers(elements))
+
+    def mesh(self, nodes: Numbering, groups: Iterable[RawGroup], words: Mapping[str, str]) -> RawMesh:
+        """All of it; ``words`` are what the format calls the kinds of elements."""
+        positions = np.array(self.positions, dtype=float).reshape(-1, 3)
+        require_coordinates(positions, integers(self.node_numbers))
+        elements = {
+            kind: nodes.rows(integers(rows).reshape(-1, 1 + _CORNERS[kind])[:, 1:], words.get(kind, kind))
+            for kind, rows in self.elements.items()
+        }
+        return RawMesh(positions, elements, np.array(self.line_roles, dtype="<U8"), tuple(groups), typed=True)
 
 
 class Numbering:
-    """Translates the numbers a file gives its nodes or elements into rows.
+    """Translates the numbers a file gives its nodes or elements into rows; MeshError if two have the same one."""
 
-    Parameters
-    ----------
-    what
-        ``"node"`` or ``"element"``, for messages.
-    numbers
-        Number of each row.
-
-    Raises
-    ------
-    MeshError
-        If two rows have the same number.
-    """
-
-    def __init__(self, what: str, numbers: IntArray) -> None:
+    def __init__(self, what: str, numbers: Indices) -> None:
         self._what = what
         self._order = np.argsort(numbers, kind="stable")
         self._sorted = numbers[self._order]
@@ -91,7 +103,7 @@ class Numbering:
         if twice.size:
             raise MeshError(f"{what} {self._sorted[twice[0]]}: defined twice; give every {what} its own number")
 
-    def rows(self, numbers: IntArray, of: str) -> IntArray:
+    def rows(self, numbers: Indices, of: str) -> Indices:
         """Rows of ``numbers`` (any shape), or MeshError naming the first that does not exist."""
         if not numbers.size:
             return np.zeros(numbers.shape, dtype=np.int64)
@@ -104,7 +116,7 @@ class Numbering:
             raise MeshError(f"{of}: expected an existing {self._what}, got {missing}; define it or correct the number")
         return self._order[place].astype(np.int64)
 
-    def within(self, first: int, last: int, step: int = 1) -> IntArray:
+    def within(self, first: int, last: int, step: int = 1) -> Indices:
         """Existing numbers from ``first`` to ``last`` in steps, without spelling out the range itself."""
         low, high = np.searchsorted(self._sorted, [first, last + 1])
         found = self._sorted[low:high]
@@ -126,12 +138,12 @@ class Budget:
             )
 
 
-def integer_array(values: Iterable[object], columns: int) -> IntArray:
-    """Array of shape (any, columns), also for no rows at all."""
-    return np.array(list(values), dtype=np.int64).reshape(-1, columns)
+def integers(values: Iterable[object]) -> Indices:
+    """Integers as an array, also none at all."""
+    return np.array(list(values), dtype=np.int64)
 
 
-def require_coordinates(nodes: Array, numbers: IntArray) -> None:
+def require_coordinates(nodes: Array, numbers: Indices) -> None:
     """Raise MeshError if a coordinate is not finite or absurdly large."""
     bad = np.flatnonzero(~(np.abs(nodes) <= _LARGEST_COORDINATE).all(axis=1))
     if bad.size:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-import stat
 from collections.abc import Callable, Mapping
-from pathlib import Path
 
 from tautflex import checks
 from tautflex.errors import MeshError
+from tautflex.files.content import read_bytes
 from tautflex.files.mesh.abaqus import read_abaqus
 from tautflex.files.mesh.assembly import assemble
 from tautflex.files.mesh.gmsh import read_gmsh
@@ -72,24 +71,8 @@ def read_mesh(
     reader = READERS.get(source.suffix.lower())
     if reader is None:
         raise MeshError(f"{shown}: expected a mesh named {', '.join(READERS)}, got {shorten(source.suffix)}; rename it")
-    content = _content(source, shown)
+    content = read_bytes(source, shown, "mesh", _LARGEST_FILE, "check its path", MeshError)
     try:
         return assemble(reader(content), names, unit_length)
     except MeshError as error:
         raise MeshError(f"{shown}: {error}") from None
-
-
-def _content(path: Path, shown: str) -> bytes:
-    """Bytes of a regular file; devices and pipes, which may never end, are refused before they are opened."""
-    try:
-        found = path.stat()
-        if not stat.S_ISREG(found.st_mode):
-            raise MeshError(f"{shown}: expected a mesh file, got a directory or device; name a file")
-        if found.st_size > _LARGEST_FILE:
-            raise MeshError(f"{shown}: expected a mesh below 200 MB, got {found.st_size / 1e6:.3g} MB; coarsen it")
-        return path.read_bytes()
-    except (OSError, ValueError) as error:
-        if isinstance(error, MeshError):
-            raise
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise MeshError(f"{shown}: cannot read the mesh ({reason}); check its path and permissions") from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.raw import shorten
@@ -31,31 +31,25 @@ def role_of_name(name: str) -> str | None:
     return next((role for word, role in WORDS.items() if lowered.startswith(word)), None)
 
 
-def stated_roles(names: Mapping[str, str] | None) -> dict[str, str]:
-    """Check the roles a user states; keys are compared in any case.
+def stated_roles(names: Mapping[str, str] | None, present: Sequence[str]) -> dict[str, str]:
+    """Check the roles a user states for groups of a file; keys are compared in any case.
 
     Raises
     ------
     MeshError
-        If a role is unknown.
+        If a role is unknown, or the file has no such group.
     """
-    stated = {}
+    stated, there = {}, {name.strip().casefold() for name in present}
     for name, role in (names or {}).items():
         known = WORDS.get(role, role)
         if known not in ROLES:
             choices = ", ".join(ROLES)
             raise MeshError(f"names: expected for group {name!r} one of {choices}, got {role!r}; choose one of them")
-        stated[name.strip().casefold()] = known
-    return stated
-
-
-def require_known(stated: Mapping[str, str], present: list[str]) -> None:
-    """Raise MeshError if the user names a group that the file does not have."""
-    there = {name.strip().casefold() for name in present}
-    for name in stated:
-        if name not in there:
+        if name.strip().casefold() not in there:
             listed = ", ".join(shorten(group) for group in present[:20]) or "none"
             raise MeshError(f"names: expected groups of the file ({listed}), got {name!r}; correct the name")
+        stated[name.strip().casefold()] = known
+    return stated
 
 
 def unknown_role(name: str) -> MeshError:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any
-
-from scipy.sparse import csr_array
+from typing import TYPE_CHECKING, Any
 
 from tautflex.mechanics.dampings.matrix import DampingMatrix
-from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
 from tautflex.text import brief
+
+if TYPE_CHECKING:  # reading a case file asks for the numbers alone
+    from scipy.sparse import csr_array
+
+    from tautflex.mechanics.system import StructuralSystem
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ class Modal(Damping):
     ratio
         Ratio of critical damping of the lowest modes [-], in [0, 1]: one number, or one per mode.
     modes
-        How many of the lowest modes share one number, by default 10; not beside a number per mode.
+        Number of the lowest modes that share one ratio, by default 10; not beside a number per mode.
 
     Notes
     -----

@@ -63,7 +63,8 @@ class StressChange(PreparedInput):
         """Change of initial stress by block number, shapes (element, strain)."""
         value = np.atleast_1d(value_at(self.name, self.function, time))
         if value.shape not in ((1,), (self.count,)) or not np.all(np.isfinite(value)):
-            raise InputError(f"{self.name}: expected one or {self.count} finite numbers, got {value.tolist()}")
+            several = "" if self.count == 1 else f", or {self.count} of them"
+            raise InputError(f"{self.name}: expected one finite number{several}, got {value.tolist()}; correct it")
         value = np.broadcast_to(value, (self.count,))
         return {index: column @ value for index, column in self.columns.items()}
 

@@ -59,6 +59,9 @@ class ModalBasis(Basis):
         checks.flag("static_correction", self.static_correction)
         if self.count is not None:
             checks.whole("count", self.count, 1)
+            if self.count > self.candidates:
+                text = f"count: expected at most candidates = {self.candidates}, got {self.count}"
+                raise InputError(f"{text}; raise candidates, or take fewer modes")
         checks.between("threshold", self.threshold, 0.0, 1.0)
         checks.whole("candidates", self.candidates, 1)
         checks.one_of("derivatives", self.derivatives, TREATMENTS)
@@ -87,5 +90,8 @@ class ModalBasis(Basis):
         """Modes in order of frequency; ``shares`` (direction, mode) are parts of the static strain energy."""
         best = shares.max(axis=0)
         order = np.argsort(-best, kind="stable")
+        if self.count is not None and self.count > len(best):
+            text = f"count: expected at most the {len(best)} modes among which is chosen, got {self.count}"
+            raise InputError(f"{text}; take fewer, or raise candidates if the structure has more")
         wanted = self.count if self.count is not None else max(1, int(np.sum(best >= self.threshold)))
         return np.sort(order[:wanted])

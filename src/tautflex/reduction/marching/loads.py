@@ -11,21 +11,21 @@ from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import FrameTerms
 
 
-class InputLoads:
-    """Projects the forces of inputs, bound to the structure of a reduced model, on coordinates and monomials.
+def require_forces(inputs: InputSet) -> None:
+    """Raise UnsupportedError if an input changes stresses: the polynomial holds for one prestress."""
+    if inputs.changes_stress():
+        text = "inputs: expected forces on a reduced model, got a change of tension or temperature"
+        raise UnsupportedError(f"{text}; simulate the full state")
 
-    Raises UnsupportedError if an input changes stresses: the polynomial holds for one prestress.
-    """
+
+class InputLoads:
+    """Projects the forces of inputs, bound to the structure of a reduced model, on coordinates and monomials."""
 
     def __init__(self, rom: OnBasis, inputs: InputSet) -> None:
         self._inputs, self.breaks = inputs, inputs.breaks
         if not inputs:
             return
-        if inputs.changes_stress():
-            raise UnsupportedError(
-                "inputs: expected forces on a reduced model, got a change of tension or temperature; simulate the full "
-                "state"
-            )
+        require_forces(inputs)
         self._vectors, self._count = np.concatenate([rom.basis.kept, rom.monomial_vectors]), rom.size
 
     def full_load(self, time: float) -> Array | float:

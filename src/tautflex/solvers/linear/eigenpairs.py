@@ -19,26 +19,10 @@ _RIGID = (2.0 * np.pi * 1e-3) ** 2
 
 
 def lowest_eigenpairs(pattern: SparsityPattern, stiffness: Array, mass: Array, n: int) -> tuple[Array, Array]:
-    """Eigenpairs of ``K phi = l M phi`` of lowest l.
+    """The ``n`` lowest eigenpairs, 1 to size, of ``K phi = l M phi`` with a positive definite M.
 
-    Parameters
-    ----------
-    pattern
-        Sparsity pattern of both matrices.
-    stiffness, mass
-        Values in it, shape (entries,); the mass is positive definite.
-    n
-        Number of eigenpairs, 1 to size.
-
-    Returns
-    -------
-    tuple
-        Eigenvalues [rad^2/s^2] in rising order, shape (n,), and vectors, ``phi' M phi = 1``, shape (n, size).
-
-    Raises
-    ------
-    NotConvergedError
-        If the eigensolver fails.
+    Matrices are values in a pattern, shape (entries,). Eigenvalues [rad^2/s^2] in rising order, shape (n,), and
+    vectors, ``phi' M phi = 1``, shape (n, size). NotConvergedError if the eigensolver fails.
     """
     size, masses = pattern.size, pattern.symmetric_matrix(mass)
     if size <= 3 * n + 20:
@@ -75,13 +59,7 @@ def _factorize_below(pattern: SparsityPattern, stiffness: Array, mass: Array) ->
 
 @dataclass(frozen=True)
 class NaturalModes:
-    """Natural modes of one state as dampings ask for them; found once, then remembered.
-
-    Parameters
-    ----------
-    pattern, stiffness, mass
-        As for `lowest_eigenpairs`.
-    """
+    """Natural modes of one state as dampings ask for them; found once, then remembered."""
 
     pattern: SparsityPattern
     stiffness: Array

@@ -17,13 +17,17 @@ import numpy as np
 from tautflex import checks
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.numeric import Array, Mask
-from tautflex.solvers.linear.backends import BACKENDS, Backend, Maker, PivotedLU
+from tautflex.solvers.linear.backend import Backend
+from tautflex.solvers.linear.ldl import PanelLDL
+from tautflex.solvers.linear.lu import PivotedLU
+from tautflex.solvers.linear.pardiso import Pardiso
+from tautflex.solvers.linear.qdldl import PlainLDL
 
-SOLVERS = ("auto", *BACKENDS)
+BACKENDS: dict[str, type[Backend]] = {"ldl": PanelLDL, "qdldl": PlainLDL, "superlu": PivotedLU, "pardiso": Pardiso}
+# Fastest at every size measured, 400 to 160 000 unknowns on one core.
+_DEFAULT = PanelLDL
 _chosen: ContextVar[str] = ContextVar("linear_solver", default="auto")
 
-# Fastest at every size measured, 400 to 160 000 unknowns on one core.
-_DEFAULT = "ldl"
 # Residual of a solution, relative to its right-hand side and the growth in it, that unpivoted factors may leave.
 _TRUSTED = 1e-8
 # Orders kept with a pattern: whole, reference state, mass, prestress.
@@ -46,18 +50,12 @@ def linear_solver(name: str) -> Iterator[None]:
     MissingExtraError
         At the first factorization, if ``"pardiso"`` is not installed.
     """
-    checks.one_of("linear_solver", name, SOLVERS)
+    checks.one_of("linear_solver", name, ("auto", *BACKENDS))
     token = _chosen.set(name)
     try:
         yield
     finally:
         _chosen.reset(token)
-
-
-def _choose() -> Maker:
-    """Class that factorizes the next pattern."""
-    name = _chosen.get()
-    return BACKENDS[_DEFAULT if name == "auto" else name]
 
 
 class SymmetricFactorization:
@@ -74,7 +72,8 @@ class SymmetricFactorization:
     transverse and in-plane unknowns do not meet. A later matrix that needs them gets the whole pattern.
 
     Most factors do not pivot. Should such a solver meet a zero pivot, or leave a residual in an indefinite matrix, LU
-    with pivoting takes over for that matrix. ``factorizations`` and ``solves`` count the work done.
+    with pivoting takes over for that matrix. ``factorizations`` and ``solves`` count the work done,
+    ``ready`` tells whether there are factors.
     """
 
     def __init__(self, pattern: SparsityPattern) -> None:
@@ -85,12 +84,7 @@ class SymmetricFactorization:
         self._fallback: PivotedLU | None = None
         self._kept: Mask | None = None
         self._start, self._rows = np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.int32)
-        self._ready = False
-
-    @property
-    def ready(self) -> bool:
-        """Whether a matrix has been factorized."""
-        return self._ready
+        self.ready = False
 
     def factorize(self, values: Array) -> None:
         """Factorize the symmetric matrix with these values in the pattern, shape (entries,).
@@ -108,10 +102,11 @@ class SymmetricFactorization:
         if not np.isfinite(upper.sum()) and not np.all(np.isfinite(upper)):
             raise np.linalg.LinAlgError("matrix has entries that are not finite")
         self.factorizations += 1
-        self._ready, self._fallback = False, None
+        self.ready, self._fallback = False, None
         kept = self._reduce(upper)
         if self._direct is None:
-            self._direct = _choose()(self.pattern.size, self._start, self._rows, self._memo())
+            kind = BACKENDS.get(_chosen.get(), _DEFAULT)
+            self._direct = kind(self.pattern.size, self._start, self._rows, self._memo())
         try:
             self._direct.factorize(kept)
             trusted = not self._direct.negative_pivots() or self._leaves_no_residual(upper)
@@ -120,7 +115,7 @@ class SymmetricFactorization:
         if not trusted:
             self._fallback = PivotedLU(self.pattern.size, self._start, self._rows, {})
             self._fallback.factorize(kept)
-        self._ready = True
+        self.ready = True
 
     def _reduce(self, upper: Array) -> Array:
         """Values without the entries that are left out; the pattern is widened if it must be."""
@@ -155,22 +150,23 @@ class SymmetricFactorization:
     def solve(self, right: Array) -> Array:
         """Solve for one right-hand side, shape (size,)."""
         self.solves += 1
-        backend = self._fallback or self._direct
-        assert backend is not None, "factorize first"
-        return backend.solve(right)
+        return self._factors.solve(right)
 
     def negative_pivots(self) -> int:
         """Number of negative eigenvalues of the factorized matrix (Sylvester's law of inertia).
 
         Where pivoting had to take over they are not known; such a matrix is not positive definite, so one is given.
         """
-        backend = self._fallback or self._direct
-        assert backend is not None, "factorize first"
-        count = backend.negative_pivots()
+        count = self._factors.negative_pivots()
         return 1 if count is None else count
 
     @property
     def fill(self) -> int:
         """Stored entries of the factors."""
+        return self._factors.fill
+
+    @property
+    def _factors(self) -> Backend:
         backend = self._fallback or self._direct
-        return 0 if backend is None else backend.fill
+        assert backend is not None, "factorize first"
+        return backend

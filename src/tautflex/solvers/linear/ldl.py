@@ -8,18 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.numeric import Array
+from tautflex.solvers.linear.backend import Backend
 from tautflex.solvers.linear.panels import PanelPattern, analyse, factorize_panels
 from tautflex.solvers.linear.substitution import substitute
 
 
-class PanelLDL:
-    """L D L' without pivoting, ordered once.
-
-    Parameters
-    ----------
-    size, column_start, rows, memo
-        As of `Backend`.
-    """
+class PanelLDL(Backend):
+    """L D L' without pivoting, ordered once."""
 
     def __init__(
         self, size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32], memo: dict[str, Any]

@@ -25,10 +25,7 @@ class Factors(Protocol):
 class LowRankUpdate:
     """Factors of A, and what makes them those of ``A + U' D U``.
 
-    Parameters
-    ----------
-    factors
-        Factors of A. Whenever they change, `correct` has to be called again; without it A itself is solved with.
+    Whenever the factors change, `correct` has to be called again; without it A itself is solved with.
     """
 
     def __init__(self, factors: Factors) -> None:
@@ -39,19 +36,8 @@ class LowRankUpdate:
     def correct(self, vectors: Array, core: Array) -> None:
         """Take the present factors and add ``vectors' core vectors`` to their matrix in place of any before.
 
-        Costs one solution per row of ``vectors``.
-
-        Parameters
-        ----------
-        vectors
-            U, shape (rank, size), few rows.
-        core
-            D, shape (rank, rank), or its diagonal, shape (rank,).
-
-        Raises
-        ------
-        numpy.linalg.LinAlgError
-            If the corrected matrix is singular.
+        ``vectors`` is U, shape (rank, size), and costs one solution per row; ``core`` is D, shape (rank, rank), or its
+        diagonal, shape (rank,). LinAlgError if the corrected matrix is singular.
         """
         square = core[:, None] * np.eye(len(core)) if core.ndim == 1 else core
         self._vectors = vectors

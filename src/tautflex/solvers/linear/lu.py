@@ -2,35 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_array, triu
 from scipy.sparse.linalg import SuperLU, splu
 
 from tautflex.numeric import Array
+from tautflex.solvers.linear.backend import Backend
 
 
-class PivotedLU:
-    """L U with partial pivoting.
+class PivotedLU(Backend):
+    """L U with partial pivoting, which does not keep the inertia."""
 
-    Parameters
-    ----------
-    size, column_start, rows, memo
-        As of `Backend`.
-    """
-
-    def __init__(
-        self, size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32], memo: dict[str, Any]
-    ) -> None:
-        self._size, self._start, self._rows = size, column_start, rows
-        self._factors: SuperLU | None = None
+    _factors: SuperLU | None = None
 
     def factorize(self, values: Array) -> None:
         """Factorize the matrix with these values of its upper triangle; LinAlgError if it is singular."""
-        upper = csc_array((values, self._rows, self._start), shape=(self._size, self._size))
-        self._factors = None
+        upper, self._factors = self._upper(values), None
         try:
             self._factors = splu(csc_array(upper + triu(upper, k=1).T))
         except RuntimeError as error:
@@ -41,10 +28,6 @@ class PivotedLU:
         if self._factors is None:
             raise np.linalg.LinAlgError("no matrix has been factorized")
         return np.asarray(self._factors.solve(right))
-
-    def negative_pivots(self) -> None:
-        """A pivoted LU does not keep the inertia."""
-        return
 
     @property
     def fill(self) -> int:

@@ -14,25 +14,14 @@ from scipy.sparse import csc_array
 
 from tautflex.numeric import Indices, Places, jit_in_order
 
-Rows = Places
 
-
-def order_and_fill(size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32]) -> tuple[Rows, Indices, Rows]:
+def order_and_fill(
+    size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32]
+) -> tuple[Places, Indices, Places]:
     """Order and pattern of the factor L of a symmetric matrix.
 
-    Parameters
-    ----------
-    size
-        Number of unknowns.
-    column_start, rows
-        Compressed columns of the upper triangle, diagonal included, rows sorted.
-
-    Returns
-    -------
-    order
-        Row of the matrix that stands at each place of L, shape (size,).
-    start, rows
-        Compressed columns of the strictly lower triangle of L, rows sorted.
+    From compressed columns of its upper triangle, diagonal included, rows sorted: the row of the matrix that stands at
+    each place of L, shape (size,), and compressed columns of the strictly lower triangle of L, rows sorted.
     """
     columns = np.repeat(np.arange(size, dtype=np.int32), np.diff(column_start))
     upper = csc_array((np.ones(len(rows), dtype=np.int8), rows, column_start), shape=(size, size))
@@ -118,7 +107,9 @@ def _column_starts(start: Indices, rows: NDArray[np.int32], begin: Indices) -> I
 
 
 @jit_in_order
-def _write_rows(start: Indices, rows: NDArray[np.int32], begin: Indices, fine_start: Indices, fine_rows: Rows) -> None:
+def _write_rows(
+    start: Indices, rows: NDArray[np.int32], begin: Indices, fine_start: Indices, fine_rows: Places
+) -> None:
     for j in range(start.size - 1):
         for column in range(begin[j], begin[j + 1]):
             entry = fine_start[column]

@@ -13,36 +13,26 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex.mechanics.pattern import find_slots
 from tautflex.numeric import Array, Indices, Places, jit
 from tautflex.solvers.linear.ordering import order_and_fill
-
-Rows = Places
+from tautflex.solvers.linear.substitution import add_columns
 
 
 class PanelPattern(NamedTuple):
     """Pattern of L, strictly lower, rows sorted in each column, and how it is cut into panels.
 
-    Parameters
-    ----------
-    order
-        Row of the matrix that stands at each place of L, shape (size,).
-    start, rows
-        Compressed columns of L.
-    panels
-        First column of each panel and, last, the number of columns.
-    member
-        Panel of each column, shape (size,).
-    target
-        For each entry of the matrix: its place among L's entries, or ``entries of L + column`` on the diagonal.
-    longest
-        Largest number of entries of a column, the diagonal included.
+    ``order`` is the row of the matrix that stands at each place of L, shape (size,), ``start`` and ``rows`` are
+    compressed columns of L, ``panels`` the first column of each panel and, last, the number of columns, ``member`` the
+    panel of each column, ``target`` the place of each entry of the matrix among L's entries, or ``entries of L +
+    column`` on the diagonal, ``longest`` the largest number of entries of a column, the diagonal included.
     """
 
-    order: Rows
+    order: Places
     start: Indices
-    rows: Rows
+    rows: Places
     panels: Indices
-    member: Rows
+    member: Places
     target: Indices
     longest: int
 
@@ -55,13 +45,16 @@ def analyse(size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32])
     member = np.repeat(np.arange(len(panels) - 1, dtype=np.uint32), np.diff(panels))
     place = np.empty(size, dtype=np.int64)
     place[order] = np.arange(size)
-    target = _find_targets(start, pattern_rows, place, rows, columns)
+    row, column = place[rows], place[columns]
+    target = np.empty(len(rows), dtype=np.int64)
+    find_slots(start, pattern_rows, np.maximum(row, column), np.minimum(row, column), target)
+    target = np.where(row == column, len(pattern_rows) + row, target)
     longest = 1 + int(np.diff(start).max(initial=0))
     return PanelPattern(order, start, pattern_rows, panels, member, target, longest)
 
 
 @jit
-def _find_panels(start: Indices, rows: Rows) -> Indices:
+def _find_panels(start: Indices, rows: Places) -> Indices:
     size = start.size - 1
     first, count = np.empty(size + 1, dtype=np.int64), 0
     for j in range(size):
@@ -78,59 +71,19 @@ def _find_panels(start: Indices, rows: Rows) -> Indices:
 
 
 @jit
-def _find_targets(
-    start: Indices, rows: Rows, place: Indices, row: NDArray[np.int32], column: NDArray[np.int32]
-) -> Indices:
-    target = np.empty(row.size, dtype=np.int64)
-    for k in range(row.size):
-        i, j = place[row[k]], place[column[k]]
-        if i == j:
-            target[k] = rows.size + i
-            continue
-        low, high = min(i, j), max(i, j)
-        left, right = start[low], start[low + 1]
-        while left < right:
-            middle = (left + right) // 2
-            if rows[middle] < high:
-                left = middle + 1
-            else:
-                right = middle
-        target[k] = left
-    return target
-
-
-@jit
-def _add_columns(
-    start: Indices, values: Array, diagonal: Array, first: int, last: int, length: int, result: Array
+def _add_updates(
+    start: Indices, values: Array, diagonal: Array, first: int, end: int, length: int, factors: Array, result: Array
 ) -> None:
     """Add the last ``length`` entries of columns, times their pivot and the first of these entries, to ``result``."""
-    j = first
-    while j + 5 <= last:
-        c0, c1 = values[start[j + 1] - length : start[j + 1]], values[start[j + 2] - length : start[j + 2]]
-        c2, c3 = values[start[j + 3] - length : start[j + 3]], values[start[j + 4] - length : start[j + 4]]
-        c4, c5 = values[start[j + 5] - length : start[j + 5]], values[start[j + 6] - length : start[j + 6]]
-        f0, f1, f2 = diagonal[j] * c0[0], diagonal[j + 1] * c1[0], diagonal[j + 2] * c2[0]
-        f3, f4, f5 = diagonal[j + 3] * c3[0], diagonal[j + 4] * c4[0], diagonal[j + 5] * c5[0]
-        for i in range(length):
-            result[i] += f0 * c0[i] + f1 * c1[i] + f2 * c2[i] + f3 * c3[i] + f4 * c4[i] + f5 * c5[i]
-        j += 6
-    while j + 2 <= last:
-        c0, c1 = values[start[j + 1] - length : start[j + 1]], values[start[j + 2] - length : start[j + 2]]
-        c2 = values[start[j + 3] - length : start[j + 3]]
-        f0, f1, f2 = diagonal[j] * c0[0], diagonal[j + 1] * c1[0], diagonal[j + 2] * c2[0]
-        for i in range(length):
-            result[i] += f0 * c0[i] + f1 * c1[i] + f2 * c2[i]
-        j += 3
-    while j <= last:
-        c0 = values[start[j + 1] - length : start[j + 1]]
-        f0 = diagonal[j] * c0[0]
-        for i in range(length):
-            result[i] += f0 * c0[i]
-        j += 1
+    for j in range(first, end):
+        factors[j] = diagonal[j] * values[start[j + 1] - length]
+    add_columns(start, values, factors, first, end - first, length, result)
 
 
 @jit
-def _factor_triangle(start: Indices, values: Array, diagonal: Array, first: int, last: int, buffer: Array) -> bool:
+def _factor_triangle(
+    start: Indices, values: Array, diagonal: Array, first: int, last: int, buffer: Array, factors: Array
+) -> bool:
     """Factorize a panel's columns against each other; False at a zero pivot."""
     for k in range(first, last + 1):
         column = values[start[k] : start[k + 1]]
@@ -139,7 +92,7 @@ def _factor_triangle(start: Indices, values: Array, diagonal: Array, first: int,
             # Columns before this one from its row on: the diagonal's share comes first.
             update = buffer[:length]
             update.fill(0.0)
-            _add_columns(start, values, diagonal, first, k - 1, length, update)
+            _add_updates(start, values, diagonal, first, k, length, factors, update)
             diagonal[k] -= update[0]
             for i in range(column.size):
                 column[i] -= update[i + 1]
@@ -154,7 +107,7 @@ def _factor_triangle(start: Indices, values: Array, diagonal: Array, first: int,
 
 @jit
 def _update_by_three(
-    start: Indices, values: Array, diagonal: Array, first: int, own: Rows, relative: Indices, k: int, inside: int,
+    start: Indices, values: Array, diagonal: Array, first: int, own: Places, relative: Indices, k: int, inside: int,
     behind: int,
 ) -> None:  # fmt: skip
     """Subtract the products of a panel of three columns from the ancestor columns ``own[k:inside]``."""
@@ -195,14 +148,8 @@ def _update_by_three(
 def factorize_panels(pattern: Any, entries: Array, values: Array, diagonal: Array) -> bool:
     """Fill the entries of L and D from those of the matrix's upper triangle; False at a zero pivot.
 
-    Parameters
-    ----------
-    pattern
-        Pattern of L, the parts of a `PanelPattern`.
-    entries
-        Values of the matrix, in the order of ``pattern.target``.
-    values, diagonal
-        Filled, shapes (entries of L,) and (size,).
+    ``pattern`` holds the parts of a `PanelPattern`, ``entries`` are in the order of its ``target``; ``values``, shape
+    (entries of L,), and ``diagonal``, shape (size,), are filled.
     """
     _, start, rows, panels, member, target, longest = pattern
     values.fill(0.0)
@@ -213,11 +160,11 @@ def factorize_panels(pattern: Any, entries: Array, values: Array, diagonal: Arra
             values[place] = entries[k]
         else:
             diagonal[place - values.size] = entries[k]
-    buffer, relative = np.empty(longest), np.empty(longest, dtype=np.int64)
+    buffer, relative, factors = np.empty(longest), np.empty(longest, dtype=np.int64), np.empty(diagonal.size)
 
     for panel in range(panels.size - 1):
         first, last = panels[panel], panels[panel + 1] - 1
-        if not _factor_triangle(start, values, diagonal, first, last, buffer):
+        if not _factor_triangle(start, values, diagonal, first, last, buffer, factors):
             return False
         below = start[last + 1] - start[last]
         own = rows[start[last] : start[last + 1]]
@@ -242,7 +189,7 @@ def factorize_panels(pattern: Any, entries: Array, values: Array, diagonal: Arra
             for m in range(k, inside):
                 column, update = np.int64(own[m]), buffer[m:below]
                 update.fill(0.0)
-                _add_columns(start, values, diagonal, first, last, below - m, update)
+                _add_updates(start, values, diagonal, first, last + 1, below - m, factors, update)
                 diagonal[column] -= update[0]
                 base = start[column] - column - 1
                 for i in range(m + 1, inside):

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex.errors import MissingExtraError
-from tautflex.numeric import Array, Indices
+from tautflex.numeric import Array
+from tautflex.solvers.linear.backend import Backend
 
 _SYMMETRIC_INDEFINITE = -2
 _ANALYSE, _FACTORIZE, _SOLVE, _RELEASE = 11, 22, 33, -1
@@ -23,13 +24,8 @@ def available() -> bool:
     return find_spec("pypardiso") is not None
 
 
-class Pardiso:
+class Pardiso(Backend):
     """L D L' with pivoting, ordered once.
-
-    Parameters
-    ----------
-    size, column_start, rows, memo
-        As of `Backend`.
 
     Raises
     ------
@@ -53,11 +49,8 @@ class Pardiso:
         self._order = places.data.astype(np.int64) - 1
         self._matrix = csr_array((np.zeros(len(rows)), places.indices, places.indptr), shape=(size, size))
         self._empty = np.zeros(size)
-        self._matrix.data[:] = np.where(self._matrix.indices == self._row_numbers(), 1.0, 0.0)
+        self._matrix.data[:] = self._matrix.indices == np.repeat(np.arange(size), np.diff(self._matrix.indptr))
         self._call(_ANALYSE, self._empty)
-
-    def _row_numbers(self) -> Indices:
-        return np.repeat(np.arange(self._matrix.shape[0]), np.diff(self._matrix.indptr))
 
     def _call(self, phase: int, right: Array) -> Array:
         self._solver.set_phase(phase)

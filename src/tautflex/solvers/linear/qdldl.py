@@ -6,30 +6,19 @@ from typing import Any
 
 import numpy as np
 import qdldl
-from numpy.typing import NDArray
-from scipy.sparse import csc_array
 
 from tautflex.numeric import Array
+from tautflex.solvers.linear.backend import Backend
 
 
-class PlainLDL:
-    """L D L' without pivoting, entry by entry.
+class PlainLDL(Backend):
+    """L D L' without pivoting, entry by entry."""
 
-    Parameters
-    ----------
-    size, column_start, rows, memo
-        As of `Backend`.
-    """
-
-    def __init__(
-        self, size: int, column_start: NDArray[np.int32], rows: NDArray[np.int32], memo: dict[str, Any]
-    ) -> None:
-        self._size, self._start, self._rows = size, column_start, rows
-        self._solver: Any = None
+    _solver: Any = None
 
     def factorize(self, values: Array) -> None:
         """Factorize the matrix with these values of its upper triangle; LinAlgError if a pivot is zero."""
-        matrix = csc_array((values, self._rows, self._start), shape=(self._size, self._size))
+        matrix = self._upper(values)
         try:
             if self._solver is None:
                 self._solver = qdldl.Solver(matrix, upper=True)

@@ -16,9 +16,17 @@ from tautflex.numeric import Array, Indices, jit
 
 
 @jit
-def _add_columns(start: Indices, values: Array, x: Array, first: int, width: int, below: int, result: Array) -> None:
-    """Add the panel's columns below its triangle, times their unknowns."""
+def add_columns(start: Indices, values: Array, x: Array, first: int, width: int, below: int, result: Array) -> None:
+    """Add the last ``below`` entries of columns of L, times a factor each, to ``result``."""
     j, end = first, first + width
+    while j + 6 <= end:
+        c0, c1 = values[start[j + 1] - below : start[j + 1]], values[start[j + 2] - below : start[j + 2]]
+        c2, c3 = values[start[j + 3] - below : start[j + 3]], values[start[j + 4] - below : start[j + 4]]
+        c4, c5 = values[start[j + 5] - below : start[j + 5]], values[start[j + 6] - below : start[j + 6]]
+        f0, f1, f2, f3, f4, f5 = x[j], x[j + 1], x[j + 2], x[j + 3], x[j + 4], x[j + 5]
+        for i in range(below):
+            result[i] += f0 * c0[i] + f1 * c1[i] + f2 * c2[i] + f3 * c3[i] + f4 * c4[i] + f5 * c5[i]
+        j += 6
     while j + 3 <= end:
         c0, f0 = values[start[j + 1] - below : start[j + 1]], x[j]
         c1, f1 = values[start[j + 2] - below : start[j + 2]], x[j + 1]
@@ -62,16 +70,10 @@ def _subtract_products(
 
 @jit
 def substitute(pattern: Any, values: Array, inverse: Array, right: Array) -> Array:
-    """Solve with the factors of a matrix.
+    """Solution for one right-hand side, shape (size,), with the factors of a matrix.
 
-    Parameters
-    ----------
-    pattern
-        Pattern of L, the parts of a `PanelPattern`.
-    values, inverse
-        Entries of L and reciprocal pivots, shapes (entries of L,) and (size,).
-    right
-        Right-hand side, shape (size,).
+    ``pattern`` holds the parts of a `PanelPattern`, ``values`` the entries of L, ``inverse`` the reciprocal pivots,
+    shape (size,).
     """
     order, start, rows, panels, _, _, longest = pattern
     size = order.size
@@ -97,7 +99,7 @@ def substitute(pattern: Any, values: Array, inverse: Array, right: Array) -> Arr
             continue
         result = part[:below]
         result[:] = 0.0
-        _add_columns(start, values, x, first, width, below, result)
+        add_columns(start, values, x, first, width, below, result)
         for i in range(below):
             x[own[i]] -= result[i]
     for i in range(size):

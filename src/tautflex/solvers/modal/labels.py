@@ -17,15 +17,8 @@ _OUTSIDE = 0.1  # largest part of the bounding box that the nodes may leave unco
 class FilmSampler:
     """Samples nodal fields on an even grid over the nodes' bounding box; build it once for many shapes.
 
-    Parameters
-    ----------
-    nodes_xy
-        Positions of the membrane's nodes (node, 2 or more) [m]; x and y along the sides of the rectangle.
-
-    Raises
-    ------
-    InputError
-        If the positions have the wrong shape or are not finite.
+    ``nodes_xy`` are positions of the membrane's nodes (node, 2 or more) [m], x and y along the sides of the rectangle;
+    InputError if they have the wrong shape or are not finite.
     """
 
     def __init__(self, nodes_xy: ArrayLike) -> None:
@@ -61,33 +54,16 @@ def half_wave_labels(
     in_plane: ArrayLike | None = None,
     separable: float = 0.5,
 ) -> tuple[int, int] | None:
-    """Count the half-waves of a transverse shape along x and y.
+    """Count the half-waves (m, n) of a transverse shape along x and y.
 
-    The shape, on a grid, is split into products of a function of x and a function of y (singular value
-    decomposition); the half-waves are the lobes of the leading pair. Edges may move: a lobe counts from its
-    sign, so a cosine of less than half a wave is one.
+    The shape, on a grid, is split into products of a function of x and a function of y (singular value decomposition);
+    the half-waves are the lobes of the leading pair, which must hold the part ``separable`` of the squared
+    displacement. Edges may move: a lobe counts from its sign, so a cosine of less than half a wave is one.
 
-    Parameters
-    ----------
-    film
-        A `FilmSampler`, or the positions of the membrane's nodes (node, 2 or more) [m].
-    w
-        Transverse displacement of these nodes (node,), any unit.
-    in_plane
-        In-plane displacement of the same nodes (node, 2), same unit: with more than half of the motion in the
-        plane the shape has no label.
-    separable
-        Least part of the squared displacement that the leading product must hold.
-
-    Returns
-    -------
-    (m, n) or None
-        None for shapes that are zero, in-plane, flat (rigid) or no product of functions of x and y.
-
-    Raises
-    ------
-    InputError
-        If the arrays do not fit together or are not finite.
+    ``film`` is a `FilmSampler`, or the positions of the membrane's nodes (node, 2 or more) [m]; ``w`` their transverse
+    displacement (node,) and ``in_plane`` (node, 2) that in the plane, any unit. None for shapes that are zero, mostly
+    in-plane, flat (rigid) or no product of functions of x and y; InputError if the arrays do not fit together or are
+    not finite.
     """
     sampler = film if isinstance(film, FilmSampler) else FilmSampler(film)
     shape = float_array("w", w, (len(sampler.nodes),))
@@ -105,25 +81,12 @@ def half_wave_labels(
 
 
 def symmetry_class(film: FilmSampler | ArrayLike, w: ArrayLike, tolerance: float = 0.8) -> str:
-    """Return two letters: symmetry of a transverse shape under x -> -x, then under y -> -y.
+    """Return two letters: symmetry of a transverse shape under x -> -x, then under y -> -y; arguments as above.
 
-    "S" symmetric, "A" antisymmetric, "-" neither. Reflections are about the middle of the nodes' bounding
-    box. On a mesh whose cells are all cut along the same diagonal the symmetry is only approximate.
-
-    Parameters
-    ----------
-    film
-        As for :func:`half_wave_labels`.
-    w
-        Transverse displacement of these nodes (node,), any unit.
-    tolerance
-        Least correlation, in absolute value, of the shape with its reflection; 0.8 asks for 90 % of the
-        squared displacement to be in the symmetric (or antisymmetric) part.
-
-    Raises
-    ------
-    InputError
-        If the arrays do not fit together or are not finite.
+    "S" symmetric, "A" antisymmetric, "-" neither. Reflections are about the middle of the nodes' bounding box. On a
+    mesh whose cells are all cut along the same diagonal the symmetry is only approximate. ``tolerance`` is the least
+    correlation, in absolute value, of the shape with its reflection; 0.8 asks for 90 % of the squared displacement to
+    be in the symmetric (or antisymmetric) part.
     """
     sampler = film if isinstance(film, FilmSampler) else FilmSampler(film)
     shape = float_array("w", w, (len(sampler.nodes),))

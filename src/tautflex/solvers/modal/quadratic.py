@@ -33,18 +33,10 @@ _ROUNDOFF = 8.0 * np.finfo(float).eps
 
 @dataclass(frozen=True)
 class QuadraticPencil:
-    """Matrices of a damped gyroscopic system by their values in one pattern.
+    """Matrices of a damped gyroscopic system by their values in one pattern, shapes (entries,).
 
-    Parameters
-    ----------
-    pattern
-        Sparsity pattern.
-    mass, damping, stiffness
-        Symmetric, mass positive definite, shape (entries,).
-    gyroscopic
-        Skew, shape (entries,).
-    beside
-        Damping whose vectors are added to that in the pattern.
+    Mass, damping and stiffness are symmetric, the mass positive definite, ``gyroscopic`` is skew; ``beside`` has
+    vectors that are added to the damping in the pattern.
     """
 
     pattern: SparsityPattern
@@ -82,29 +74,12 @@ def quadratic_forms(matrix: Any, vectors: Complex) -> Complex:
 
 
 def lowest_eigenpairs(pencil: QuadraticPencil, n: int, shift: float) -> tuple[Complex, Complex]:
-    """Eigenvalues of smallest modulus, one of each conjugate pair.
+    """The ``n`` eigenvalues of smallest modulus, one of each conjugate pair, and their vectors.
 
-    Parameters
-    ----------
-    pencil
-        The matrices.
-    n
-        Number of eigenvalues, 1 to size.
-    shift
-        Real shift [1/s], > 0 and not much larger than the wanted eigenvalues.
-
-    Returns
-    -------
-    eigenvalues
-        In order of modulus, imaginary part >= 0 [rad/s], shape (n,). Of the real pairs of an undamped system the
-        growing one, of a double zero one; real eigenvalues of a damped system one by one.
-    vectors
-        ``phi^H M phi = 1``, shape (n, size).
-
-    Raises
-    ------
-    NotConvergedError
-        If the factorization or Arnoldi's method fails.
+    Eigenvalues come in order of modulus, imaginary part >= 0 [rad/s], shape (n,): of the real pairs of an undamped
+    system the growing one, of a double zero one; real eigenvalues of a damped system one by one. Vectors have ``phi^H M
+    phi = 1``, shape (n, size). ``shift`` [1/s] is real, > 0 and not much larger than the wanted eigenvalues.
+    NotConvergedError if the factorization or Arnoldi's method fails.
     """
     raw, vectors = _nearest_to_shift(pencil, n, shift)
     values, noise = _rayleigh_functional(pencil, raw, vectors)

@@ -182,6 +182,11 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     """
     checks.instance("model", model, Model, "a Model", remedy="build_model(case) and Model.from_mesh(...) give one")
     checks.flag("check", check)
+    if not len(model.free_dofs):
+        raise PrestressError(
+            "prestress: expected nodes that can move, got supports that hold all of them; refine mesh.divisions, or "
+            "hold fewer nodes"
+        )
     given = StructuralSystem.from_model(model)
     needs_tension = any(group.section.kind != "beam" for group in model.groups)
     if check and needs_tension and not any(np.any(stress) for stress in given.initial_stress):
