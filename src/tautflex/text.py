@@ -12,9 +12,10 @@ _LINE, _MOST = 82, 12  # characters of a line, lines of a card
 
 
 def shown(value: object, most: int = 120) -> str:
-    """Text of a value on one short line."""
-    text = repr(value)
-    text = " ".join(text.split()) if "\n" in text else text
+    """Text of a value on one short line; of a card, its title."""
+    text, title = repr(value), type(value).__name__
+    if "\n" in text:
+        text = title if text.startswith(f"{title}\n") else " ".join(text.split())
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 

@@ -73,7 +73,7 @@ def doors(t):
     nodes, triangles = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
     knots = np.linspace(0, 1, 4)
     fixed = {"rate": 0.1, "duration": 0.1, "axis": (1, 0, 0), "origin": (0, 0, 0)}
-    force = {"nodes": [0], "force": lambda t: np.zeros((1, 3)), "breaks": ()}
+    force = {"nodes": [0], "force": lambda t: np.zeros(3), "breaks": ()}
     hub = {
         "mass": 1.0,
         "inertia": (1, 1, 1),

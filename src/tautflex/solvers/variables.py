@@ -11,6 +11,7 @@ from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.structure.model import Model
 from tautflex.structure.shapes import TRIANGLE3
+from tautflex.text import shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -204,9 +205,8 @@ def dataset_of(name: str, given: Any, *wanted: str, remedy: str) -> xr.Dataset:
         found = given.to_dataset() if hasattr(given, "to_dataset") else getattr(given, "data", given)
     expected = f"a Dataset with {', '.join(map(repr, wanted))}" if wanted else "a Dataset"
     data = checks.instance(name, found, xr.Dataset, expected, remedy=remedy)
-    if missing := [variable for variable in wanted if variable not in data]:
-        held = ", ".join(sorted(map(str, data.data_vars))) or "an empty one"
-        raise InputError(f"{name}: expected {expected}, got none of {missing} but {held}; {remedy}")
+    if any(variable not in data for variable in wanted):
+        raise InputError(f"{name}: expected {expected}, got {shown(sorted(map(str, data.variables)))}; {remedy}")
     return data
 
 

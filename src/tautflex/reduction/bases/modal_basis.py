@@ -59,7 +59,7 @@ class ModalBasis(Basis):
         checks.flag("static_correction", self.static_correction)
         if self.count is not None:
             checks.whole("count", self.count, 1)
-            if self.count > self.candidates:
+            if self.count > checks.whole("candidates", self.candidates, 1):
                 text = f"count: expected at most candidates = {self.candidates}, got {self.count}"
                 raise InputError(f"{text}; raise candidates, or take fewer modes")
         checks.between("threshold", self.threshold, 0.0, 1.0)

@@ -81,7 +81,7 @@ def campbell(
     if not len(values) or not (np.all(steps > 0.0) or np.all(steps < 0.0)):
         raise InputError(f"rates: expected increasing or decreasing rates [rad/s], got {values}; sort them")
     direction, size = unit_axis(axis), state.system.size
-    if checks.whole("n", n, 1) > size:
+    if not 1 <= checks.whole("n", n, 0) <= size:
         raise InputError(f"n: expected 1 to {size} branches, got {n}; refine the mesh for more")
     # Modes beyond the wanted ones may come down and cross these.
     pool = min(n + max(4, n // 2), size)

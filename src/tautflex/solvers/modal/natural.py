@@ -120,7 +120,7 @@ def solve_modes(state: PrestressedState, n: int = 10) -> Modes:
     """
     require_state(state)
     system = state.system
-    if checks.whole("n", n, 1) >= system.size:
+    if not 1 <= checks.whole("n", n, 0) < system.size:
         raise InputError(f"n: expected 1 to {system.size - 1} modes, got {n}; refine the mesh for more")
     values, vectors = lowest_eigenpairs(system.pattern, state.tangent_entries, system.inertia.mass_entries, n)
     frequencies = np.sign(values) * np.sqrt(np.abs(values)) / (2.0 * np.pi)

@@ -181,7 +181,7 @@ def solve_spinning_modes(
     for name, given, kind in (("coupling", coupling, Coupling), ("damping", damping, Damping)):
         checks.instance(name, given, (kind, type(None)), f"a {kind.__name__} or None")
     size = state.system.size
-    if checks.whole("n", n, 1) > size:
+    if not 1 <= checks.whole("n", n, 0) <= size:
         raise InputError(f"n: expected 1 to {size} modes, got {n}; refine the mesh for more")
     motion, coupling = fixed_axis_motion(1.0, 0.0, spin, point), coupling or Coupling()
     equilibrium = spinning_equilibrium(state, motion, coupling)

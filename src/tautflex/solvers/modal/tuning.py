@@ -77,8 +77,10 @@ def tune_pretension(
     """
     checks.instance("model", model, Model, "a Model", remedy="build_model(case) and Model.from_mesh(...) give one")
     targets = checks.float_array("frequencies", frequencies, (None,))
-    if targets.size not in (1, 2) or not np.all(targets > 0.0):
-        raise InputError(f"frequencies: expected one or two targets > 0, got {targets.tolist()}")
+    if targets.size not in (1, 2):
+        raise InputError(f"frequencies: expected one or two targets, got {targets.size}")
+    for target in targets.tolist():
+        checks.positive("frequencies", target)
     checks.positive("tolerance", tolerance)
     checks.whole("max_iterations", max_iterations, 1)
     given = range(1, targets.size + 1) if modes is None else checks.several("modes", modes, int, "1")
