@@ -11,6 +11,7 @@ import tautflex as tf
 from tautflex import BasisVectors, InputError
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.steps import march
+from tautflex.reduction.marching.work import stage_numbers
 from tautflex.solvers.transient.adaptive import error_constant
 from verification.dynamic_cases import small_antenna, soft_film, string
 
@@ -90,7 +91,7 @@ def test_reduced_step_whose_second_stage_fails_leaves_its_start(antenna):
     run = ReducedRun(rom, tf.TransientProblem(rom, STOP, **asked))
     run.start()
     before = [part.copy() for part in run._work[:3]]
-    stages = run._stages(5e-3)
+    stages = stage_numbers(tf.Bathe(), 5e-3)
     frame, nowhere = run._frames(run.segments[0], np.zeros(1), stages), np.full(1, -1)
     fails = stages[0], stages[1]._replace(weight=np.nan)
     for tried, done in ((fails, 0), (stages, 1)):

@@ -9,7 +9,6 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from numpy.typing import NDArray
 
 from tautflex.batch.equations.equation import EachRun
 from tautflex.batch.equations.rate_history import Numbers
@@ -39,13 +38,7 @@ def _workers() -> int:
 
 
 class ChunkRunner:
-    """Compiled runs of one kind after another.
-
-    Parameters
-    ----------
-    side_by_side
-        Whether the function takes many runs at once.
-    """
+    """Compiled runs of one kind after another; ``side_by_side`` tells whether the functions take many at once."""
 
     def __init__(self, side_by_side: bool) -> None:
         self._side_by_side = side_by_side
@@ -60,20 +53,9 @@ class ChunkRunner:
         runs: int,
         at_once: int,
     ) -> Response:
-        """Record of all runs, the run as first axis.
+        """Record of all runs, the run as first axis, by a function of their numbers that a key tells from others.
 
-        Parameters
-        ----------
-        function
-            Runs as a function of their numbers.
-        key
-            What tells it from other functions.
-        numbers
-            Numbers of the runs.
-        differ
-            Names of those that have one row per run.
-        runs, at_once
-            Number of runs, and of those side by side; the last chunk is filled up with copies.
+        The numbers that ``differ`` have one row per run; the last chunk of runs ``at_once`` is filled up with copies.
         """
 
         def rows(part: int) -> Table:
@@ -110,9 +92,6 @@ def _joined(parts: Iterable[Response], runs: int, at_once: int) -> Response:
         if whole is None:
             whole = jax.tree.map(lambda leaf: np.empty((runs, *leaf.shape[1:]), leaf.dtype), part)
         first = number * at_once
-
-        def put(all_runs: NDArray[Any], leaf: NDArray[Any], first: int = first) -> None:
+        for all_runs, leaf in zip(jax.tree.leaves(whole), jax.tree.leaves(part), strict=True):
             all_runs[first : first + at_once] = leaf[: runs - first]
-
-        jax.tree.map(put, whole, part)
     return whole

@@ -35,11 +35,7 @@ def checked_numbers(
     """Parameters as arrays, which axis of each counts the runs (0, or None), and the number of runs.
 
     ``damping`` has the default numbers of the damping. Its range, and that of the maneuver's, is not looked at here.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown, a value is out of range, or lengths disagree.
+    InputError if a name is unknown, a factor is out of range, or lengths disagree.
     """
     if not isinstance(given, Mapping):
         raise InputError(f"parameters: expected a mapping such as {{'tension_x': [0.9, 1.0]}}, got {given!r}")

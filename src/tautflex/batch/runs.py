@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from tautflex import checks
 from tautflex.batch.chunks import ChunkRunner, usual_chunk
 from tautflex.batch.damping import BatchDamping
-from tautflex.batch.equations.equation import STORED, EachRun, Plant
+from tautflex.batch.equations.equation import STORED, EachRun
 from tautflex.batch.equations.full import FullPlant
 from tautflex.batch.equations.rate_history import rate_history
 from tautflex.batch.equations.reduced import ReducedPlant
@@ -59,7 +59,7 @@ class Batch:
         expected, remedy = "a prestressed state or a reduced model", "solve_prestress(model) or reduce(state) gives one"
         checks.instance("plant", plant, (PrestressedState, ReducedModel), expected, remedy=remedy)
         self._model = plant
-        self._plant: Plant = ReducedPlant(plant) if isinstance(plant, ReducedModel) else FullPlant(plant)
+        self._plant = ReducedPlant(plant) if isinstance(plant, ReducedModel) else FullPlant(plant)
         self._run = ChunkRunner(self._plant.side_by_side)
 
     def __repr__(self) -> str:
@@ -185,7 +185,7 @@ class Batch:
 class _Asked:
     """A problem as functions of its numbers; raises as `Batch.simulate` for what has no batched form."""
 
-    def __init__(self, plant: Plant, problem: TransientProblem, store: Sequence[str]) -> None:
+    def __init__(self, plant: FullPlant | ReducedPlant, problem: TransientProblem, store: Sequence[str]) -> None:
         march_of = _march_of(plant, problem)
         store = checks.several("store", store, str, repr(STORED[0]))
         for name in store:
@@ -212,7 +212,7 @@ class _Asked:
         )
 
 
-def _march_of(plant: Plant, problem: TransientProblem) -> Callable[[Any], March]:
+def _march_of(plant: FullPlant | ReducedPlant, problem: TransientProblem) -> Callable[[Any], March]:
     """What makes the steps of an equation."""
     method, step = problem.method, problem.time_step
     if isinstance(method, CentralDifference):

@@ -15,7 +15,7 @@ from tautflex.files.mesh import read_mesh
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.motion.kinematics import Maneuver
-from tautflex.reduction.marching.loads import require_forces
+from tautflex.reduction.on_basis import require_forces
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection

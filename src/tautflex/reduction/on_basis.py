@@ -6,21 +6,22 @@ from abc import abstractmethod
 from functools import cached_property
 from typing import Any
 
-import numpy as np
 from scipy.sparse import csr_array
 
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
+from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.numeric import Array
 from tautflex.reduction.bases.vectors import BasisVectors, ReferenceSolver
 from tautflex.reduction.polynomial.condensation import CondensedModel
+from tautflex.reduction.polynomial.monomials import monomial_rates, monomials
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.problem import SteppingModel
 from tautflex.structure.model import Model
 
 
 class OnBasis(SteppingModel):
-    """Structure on a basis; as it stands here, nothing follows the coordinates but their vectors."""
+    """Structure on a basis: displacement = eta kept + (E y + load response) derivatives."""
 
     basis: BasisVectors
 
@@ -54,23 +55,46 @@ class OnBasis(SteppingModel):
         return (mass @ q.T).T @ self.basis.kept.T
 
     def displacement(self, eta: Array, offset: Array | None = None) -> Array:
-        """Free unknowns [m, rad] from coordinates, shape (..., r) -> (..., size)."""
-        return eta @ self.basis.kept
+        """Free unknowns [m, rad] from coordinates.
+
+        Parameters
+        ----------
+        eta
+            Coordinates, shape (..., r).
+        offset
+            Static derivatives that the load prescribes, shape (..., p); None is none.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (..., size).
+        """
+        result = eta @ self.basis.kept + self._following(monomials(eta))
+        return result if offset is None else result + offset @ self.basis.derivatives
+
+    def _following(self, y: Array) -> Array | float:
+        """Displacement that follows monomials at once, shape (..., m) -> (..., size)."""
+        return y @ self.monomial_vectors if len(self.basis.derivatives) else 0.0
 
     def motion(self, eta: Array, rate: Array, acceleration: Array, offset: Array) -> tuple[Array, Array, Array]:
         """Free unknowns, their velocities and accelerations from those of the coordinates, shapes (size,)."""
-        kept = self.basis.kept
-        return eta @ kept, rate @ kept, acceleration @ kept
+        kept, bend = self.basis.kept, monomial_rates(eta, acceleration) + 2.0 * monomials(rate)
+        v = rate @ kept + self._following(monomial_rates(eta, rate))
+        return self.displacement(eta, offset), v, acceleration @ kept + self._following(bend)
 
     def seen(self, look: csr_array, eta: Array, rate: Array, offset: Array) -> tuple[Array, Array]:
         """Readings ``look @ q`` of displacement and velocity at instants, shapes (time, reading)."""
-        vectors = (look @ self.basis.kept.T).T
-        return eta @ vectors, rate @ vectors
+        kept = (look @ self.basis.kept.T).T
+        place, speed = eta @ kept, rate @ kept
+        if not len(self.basis.derivatives):
+            return place, speed
+        derivatives, follow = ((look @ vectors.T).T for vectors in (self.basis.derivatives, self.monomial_vectors))
+        return place + monomials(eta) @ follow + offset @ derivatives, speed + monomial_rates(eta, rate) @ follow
 
-    @property
+    @cached_property
     def monomial_vectors(self) -> Array:
         """Displacement that follows each monomial, shape (m, size)."""
-        return np.zeros((0, self.state.system.size))
+        return self.coefficients.follow_quadratic.T @ self.basis.derivatives
 
 
 def refuse_drifting(state: PrestressedState) -> None:
@@ -80,3 +104,10 @@ def refuse_drifting(state: PrestressedState) -> None:
             f"supports: expected a structure held against rigid motion, {state.model.rigid_freedom} rigid motion(s) "
             "are free; hold the frame (frame.support = 'corners')"
         )
+
+
+def require_forces(inputs: InputSet) -> None:
+    """Raise UnsupportedError if an input changes stresses: the model holds for one prestress."""
+    if inputs.changes_stress():
+        text = "inputs: expected forces on a reduced model, got a change of tension or temperature"
+        raise UnsupportedError(f"{text}; simulate the full state")

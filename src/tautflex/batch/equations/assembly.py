@@ -59,14 +59,7 @@ class Fields:
 class Assembly:
     """What condensed models are weighed from: weights Z and loads are those of `FrameMoments.about_axis`.
 
-    Parameters
-    ----------
-    rom
-        Reduced model.
-    axis, origin
-        Line that the frame turns about.
-    cubic, viscous
-        Stress fields of the third-degree force and of the static derivatives' damping.
+    ``cubic`` and ``viscous`` are stress fields of the third-degree force and of the static derivatives' damping.
     """
 
     def __init__(
@@ -80,10 +73,7 @@ class Assembly:
         self._rom, self._cubic, self._viscous = rom, cubic, viscous
         line = unit_axis(axis), np.asarray(origin, dtype=float)
         self._moments = {k: FrameMoments.about_axis(part, *line) for k, part in rom.projection.inertia.items()}
-        self._find_structure()
-
-    def _find_structure(self) -> None:
-        """Which terms are nothing, and which change with stiffness or density, from two generic changes."""
+        # Which terms are nothing, and which change with stiffness or density, is found from two generic changes.
         no_readings = np.zeros((len(self._rom.basis.derivatives), 0))
         others = {kind: 1.07 + 0.06 * i for i, kind in enumerate(sorted(self._rom.projection.elastic))}
         own = self(Factors(), no_readings, np)
@@ -103,22 +93,10 @@ class Assembly:
         self.by_stiffness, self.by_density = changes(stiff), changes(heavy)
 
     def __call__(self, factors: Factors, readings: Any, xp: ModuleType) -> CondensedModel:
-        """Condensed model of one run.
+        """Condensed model of one run, as by `condense`, for readings of the static derivatives, shape (p, n).
 
-        Parameters
-        ----------
-        factors
-            Parameters, possibly traced.
-        readings
-            Readings of the static derivatives, shape (p, n).
-        xp
-            numpy or jax.numpy.
-
-        Returns
-        -------
-        CondensedModel
-            ``cubic`` and ``viscous`` are A of the forces ``Y' F' A F y``, see `Fields`; ``follow_quadratic`` and
-            ``follow_load`` lead to the readings, shapes (n, m) and (2, n).
+        ``cubic`` and ``viscous`` are A of the forces ``Y' F' A F y``, see `Fields`; ``follow_quadratic`` and
+        ``follow_load`` lead to the readings, shapes (n, m) and (2, n).
         """
         c = condense(self._rom.projection, self._moments, factors, xp)
         return c._replace(

@@ -13,26 +13,17 @@ from typing import Any, NamedTuple, Protocol
 import jax.numpy as jnp
 from jax import lax
 
-from tautflex.batch.equations.rate_history import RateHistory, Spin
+from tautflex.batch.equations.rate_history import Spin
 from tautflex.batch.library import jax
 from tautflex.batch.steps.grid import Instants
-from tautflex.motion.coupling import Coupling
-from tautflex.solvers.static.prestress import PrestressedState
 
 Array = jax.Array
 
 
 class Forces(NamedTuple):
-    """All forces but inertia, and the norms that residuals are measured against.
+    """All forces but inertia (n,), and the norms of the internal force and of the load of the moving frame.
 
-    Parameters
-    ----------
-    total
-        Shape (n,).
-    internal
-        Norm of the internal force.
-    load
-        Norm of the load of the moving frame.
+    Residuals are measured against the norms.
     """
 
     total: Array
@@ -48,8 +39,6 @@ STORED = ("displacement", "velocity", "energy")
 
 class Equation(Protocol):
     """``M a + P(q, v, t) = 0``."""
-
-    size: int
 
     def predicted(self, q: Array, v: Array, spin: Spin) -> Any:
         """What a step takes at its predicted state, because it is small and smooth; handed to `forces`."""
@@ -107,14 +96,8 @@ def jump_of(equation: Equation, q: Array, v: Array, step: Instants) -> Jump:
 class EachRun:
     """How a function of one run's numbers is applied to all runs.
 
-    Parameters
-    ----------
-    runs
-        Number of runs side by side, which are the last axis of every array; None: one run, no such axis.
-    differ
-        Names of the numbers that have one row per run.
-    results
-        Axis of the runs in results.
+    These are the last axis of every array, and the axis ``results`` of what comes out; with None there is one run and
+    no such axis. The numbers that ``differ`` have one row per run.
     """
 
     runs: int | None = None
@@ -137,21 +120,3 @@ class EachRun:
             return mapped(numbers, places, *arrays)  # type: ignore[no-untyped-call]
 
         return of_all
-
-
-class Plant(Protocol):
-    """A structure that a batch can run."""
-
-    state: PrestressedState
-    size: int
-    kinds: tuple[str, ...]
-    pairs: int
-    """Number of pairs that Anderson acceleration keeps."""
-    side_by_side: bool
-    """Whether its equation is that of many runs, the last axis of every array, or that of one."""
-
-    def equation(
-        self, numbers: dict[str, Any], each: EachRun, history: RateHistory, coupling: Coupling, probes: Any
-    ) -> Equation:
-        """Equation of one run, or of many."""
-        ...

@@ -8,6 +8,7 @@ modulus and density those of a kind of element. Nominal natural modes, all of th
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import jax.numpy as jnp
@@ -23,38 +24,38 @@ from tautflex.errors import UnsupportedError
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import unit_axis
 from tautflex.numeric import cross_matrix
+from tautflex.reduction.on_basis import refuse_drifting
 from tautflex.reduction.polynomial.projection import prestress_fields
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.probes import ProbeSet
 
 Array = jax.Array
-
-_PAIRS = 8
+Axis = tuple[float, float, float]
 
 # Unknowns beyond which the dense modes do not pay (a gigabyte, and minutes to find them).
 _MOST_UNKNOWNS = 12_000
 
 
 class FullPlant:
-    """A prestressed state for batches.
-
-    Parameters
-    ----------
-    state
-        Prestressed state; its laws must be elastic.
-
-    Raises
-    ------
-    UnsupportedError
-        If the structure has nonlinear laws, can drift away or is too large for dense modes.
-    """
+    """A prestressed state for batches; UnsupportedError for nonlinear laws, rigid freedom or too many unknowns."""
 
     side_by_side = False
+    """Whether its equation is that of many runs, the last axis of every array, or that of one."""
 
     def __init__(self, state: PrestressedState) -> None:
         system = state.system
-        _refuse(state)
-        self.state, self.size, self.pairs = state, system.size, _PAIRS
+        laws = sorted({block.law.name for block in system.blocks if not block.is_elastic})
+        if laws:
+            raise UnsupportedError(
+                f"law: expected elastic film and cables in a batch, got {', '.join(laws)}; run simulate one by one"
+            )
+        refuse_drifting(state)
+        if system.size > _MOST_UNKNOWNS:
+            raise UnsupportedError(
+                f"state: expected at most {_MOST_UNKNOWNS} unknowns in a batch of full models, got {system.size}; "
+                "reduce(state) first"
+            )
+        self.state, self.size, self.pairs = state, system.size, 8
         self.kinds = tuple(dict.fromkeys(block.kind for block in system.blocks))
         fields = prestress_fields(state)
         self.blocks, self.places = system.blocks, system.row_places
@@ -66,46 +67,22 @@ class FullPlant:
         stiffness = system.pattern.matrix(state.tangent_entries).toarray()
         values, modes = eigh(stiffness, system.inertia.mass_matrix.toarray())
         self.frequencies, self.modes = jnp.asarray(values), jnp.asarray(modes)
-        self._inertia: dict[Any, _Inertia] = {}
-
-    def place_inertia(self, history: RateHistory) -> _Inertia:
-        """Mass, gyroscopic and K_T matrices for the axis of a maneuver."""
-        key = history.axis, history.origin
-        if key not in self._inertia:
-            self._inertia[key] = _Inertia(self, history)
-        return self._inertia[key]
+        self._inertia = cache(lambda axis, origin: _Inertia(self, axis, origin))
 
     def equation(
         self, numbers: Numbers, each: EachRun, history: RateHistory, coupling: Coupling, probes: ProbeSet
     ) -> FullEquation:
         """Equation of one run."""
-        return FullEquation(self, numbers, self.place_inertia(history), coupling, probes)
-
-
-def _refuse(state: PrestressedState) -> None:
-    laws = sorted({block.law.name for block in state.system.blocks if not block.is_elastic})
-    if laws:
-        raise UnsupportedError(
-            f"law: expected elastic film and cables in a batch, got {', '.join(laws)}; run simulate one by one"
-        )
-    if state.model.rigid_freedom:
-        raise UnsupportedError("supports: expected a structure held against rigid motion in a batch; hold the frame")
-    if state.system.size > _MOST_UNKNOWNS:
-        raise UnsupportedError(
-            f"state: expected at most {_MOST_UNKNOWNS} unknowns in a batch of full models, got {state.system.size}; "
-            "reduce(state) first"
-        )
+        return FullEquation(self, numbers, self._inertia(history.axis, history.origin), coupling, probes)
 
 
 class _Inertia:
     """Matrices ``M(1), M(S), M(S^2)`` and loads of every kind of element for one axis; S turns about it."""
 
-    def __init__(self, plant: FullPlant, history: RateHistory) -> None:
-        system = plant.state.system
-        axis, origin = unit_axis(history.axis), np.asarray(history.origin, dtype=float)
-        spin = cross_matrix(axis)
+    def __init__(self, plant: FullPlant, axis: Axis, origin: Axis) -> None:
+        system, spin = plant.state.system, cross_matrix(unit_axis(axis))
         matrices = []
-        self.loads: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+        self.loads: dict[str, tuple[np.ndarray, ...]] = {}
         for kind in plant.kinds:
             operator = system.inertia_of(kind)
             for weight in (np.eye(3), spin, spin @ spin):
@@ -113,24 +90,13 @@ class _Inertia:
                 matrix.eliminate_zeros()
                 matrices.append(matrix)
             # The frame's origin is at -origin from the line.
-            self.loads[kind] = (
-                operator.load(spin, -spin @ origin),
-                operator.load(spin @ spin, -spin @ spin @ origin),
-            )
+            self.loads[kind] = tuple(operator.load(z, -z @ np.asarray(origin)) for z in (spin, spin @ spin))
         self.columns, values = shared_rows(matrices)
         self.values = {kind: tuple(values[3 * i : 3 * i + 3]) for i, kind in enumerate(plant.kinds)}
 
 
 class FullEquation:
-    """Equation (49) of one run.
-
-    Parameters
-    ----------
-    numbers
-        Factors and damping, possibly traced.
-    inertia
-        Matrices for the axis of the maneuver.
-    """
+    """Equation (49) of one run, whose factors and damping may be traced."""
 
     def __init__(
         self, plant: FullPlant, numbers: Numbers, inertia: _Inertia, coupling: Coupling, probes: ProbeSet
@@ -231,11 +197,8 @@ class FullEquation:
 
     def sample(self, q: Array, v: Array, spin: Spin, store: tuple[str, ...]) -> Sample:
         """What is stored of an instant."""
-        found: Sample = {}
-        if "displacement" in store:
-            found["displacement"] = (self._probes @ q).reshape(-1, 3)
-        if "velocity" in store:
-            found["velocity"] = (self._probes @ v).reshape(-1, 3)
+        looked = {"displacement": q, "velocity": v}
+        found = {name: (self._probes @ part).reshape(-1, 3) for name, part in looked.items() if name in store}
         if "energy" in store:
             found["energy"] = jnp.stack([0.5 * v @ self.mass(v), self._internal(q, v)[2]])
         return found

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from functools import singledispatch
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -31,10 +32,6 @@ class Spin(NamedTuple):
     rate: Any
     acceleration: Any
     square: Any
-
-    def minus(self, other: Spin) -> Spin:
-        """Jump from another spin to this one."""
-        return Spin(*(mine - its for mine, its in zip(self, other, strict=True)))
 
 
 def spin_of(rate: Any, acceleration: Any) -> Spin:
@@ -60,8 +57,6 @@ class RateHistory:
         Numbers -> instants where the motion may jump, any order, shape (k,).
     spin
         (numbers, time, an instant inside the stretch) -> motion; smooth in time within the stretch and beyond it.
-    end
-        Numbers -> end of the maneuver [s].
     """
 
     axis: tuple[float, float, float]
@@ -77,37 +72,23 @@ class RateHistory:
         return jnp.max(self.breaks(numbers), initial=0.0)
 
 
+@singledispatch
 def rate_history(maneuver: Any) -> RateHistory:
-    """Rate history of a maneuver.
-
-    Raises
-    ------
-    UnsupportedError
-        If the maneuver is no formula about an axis (`tautflex.FixedAxis`) and no single-axis Tabulated.
-    """
-    for kind, make in _MAKERS.items():
-        if isinstance(maneuver, kind):
-            return make(maneuver)
+    """Rate history of a maneuver; UnsupportedError if it is neither a formula nor rates about one axis."""
     raise UnsupportedError(
         f"maneuver: expected Stop, Slew, SpinUp or another FixedAxis, or Tabulated rates about one axis, got "
         f"{maneuver!r}; sample it: Tabulated(times, rates)"
     )
 
 
-def _rest(maneuver: AtRest) -> RateHistory:
-    nothing = spin_of(0.0, 0.0)
-    return RateHistory(
-        (1.0, 0.0, 0.0),
-        (0.0, 0.0, 0.0),
-        {},
-        "rest",
-        None,
-        lambda numbers: jnp.zeros(0),
-        lambda numbers, time, inside: nothing,
-    )
+@rate_history.register
+def _(maneuver: AtRest) -> RateHistory:
+    nothing, axis = Spin(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
+    return RateHistory(axis, (0.0, 0.0, 0.0), {}, "rest", None, lambda _: jnp.zeros(0), lambda *_: nothing)
 
 
-def _fixed_axis(maneuver: FixedAxis) -> RateHistory:
+@rate_history.register
+def _(maneuver: FixedAxis) -> RateHistory:
     """The maneuver's own formula, its numbers traced."""
     numbers = maneuver.numbers
     # What depends on no number is none of JAX's.
@@ -132,7 +113,8 @@ def _fixed_axis(maneuver: FixedAxis) -> RateHistory:
     )
 
 
-def _tabulated(maneuver: Tabulated) -> RateHistory:
+@rate_history.register
+def _(maneuver: Tabulated) -> RateHistory:
     """Cubic splines through rates are linear in the rates, so their matrices are computed once."""
     axis = unit_axis(maneuver.axis)
     rates = np.zeros((0, 3)) if maneuver.rates is None else np.asarray(maneuver.rates)
@@ -176,10 +158,3 @@ def _tabulated(maneuver: Tabulated) -> RateHistory:
         lambda numbers: limits,
         spin,
     )
-
-
-_MAKERS: dict[type, Callable[[Any], RateHistory]] = {
-    AtRest: _rest,
-    FixedAxis: _fixed_axis,
-    Tabulated: _tabulated,
-}

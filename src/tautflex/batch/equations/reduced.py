@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import jax.numpy as jnp
@@ -21,44 +22,29 @@ from tautflex.solvers.transient.probes import ProbeSet
 
 Array = jax.Array
 
-_PAIRS = 1
 # Beginnings of the names of numbers that change coefficients.
 _STRUCTURE = ("tension", "youngs_modulus", "density")
 
 
 class ReducedPlant:
-    """A reduced model for batches.
-
-    Parameters
-    ----------
-    rom
-        Reduced model.
-    """
+    """A reduced model for batches."""
 
     side_by_side = True
 
     def __init__(self, rom: ReducedModel) -> None:
-        self.rom, self.state, self.size = rom, rom.state, rom.size
-        self.pairs = _PAIRS
+        self.rom, self.state, self.size, self.pairs = rom, rom.state, rom.size, 1
         self.kinds = tuple(rom.projection.elastic)
         # Second-degree forces of a flat structure are round-off.
         self.curved = rom.arrays(Rayleigh()).quadratic.size > 0
         self.cubic, self.viscous = (Fields.of(part, rom.basis.amplitude) for part in rom.fields)
         self.monomials = Monomials(rom.size)
-        self._assemblies: dict[Any, Assembly] = {}
-
-    def assembly(self, history: RateHistory) -> Assembly:
-        """What coefficients are weighed from, for the axis of a maneuver."""
-        key = history.axis, history.origin
-        if key not in self._assemblies:
-            self._assemblies[key] = Assembly(self.rom, history.axis, history.origin, self.cubic, self.viscous)
-        return self._assemblies[key]
+        self._assembly = cache(lambda axis, origin: Assembly(rom, axis, origin, self.cubic, self.viscous))
 
     def equation(
         self, numbers: Numbers, each: EachRun, history: RateHistory, coupling: Coupling, probes: ProbeSet
     ) -> ReducedEquation:
         """Equation of all runs."""
-        assembly, basis = self.assembly(history), self.rom.basis
+        assembly, basis = self._assembly(history.axis, history.origin), self.rom.basis
         readings = jnp.asarray((probes.map @ basis.derivatives.T).T)
 
         def weigh(numbers: Numbers) -> tuple[Any, ...]:
@@ -99,7 +85,7 @@ def _factors(numbers: Numbers, kinds: tuple[str, ...]) -> Factors:
 def _same_for_all(assembly: Assembly, differ: frozenset[str]) -> frozenset[str]:
     """Names of the coefficients that do not differ from run to run."""
     # Readings were not part of the comparison; they follow the static derivatives.
-    different = {"follow_linear", "follow_quadratic", "follow_load"}
+    different = {"follow_quadratic", "follow_load"}
     if any(not name.startswith("density") for name in differ):
         different |= assembly.by_stiffness
     if any(name.startswith("density") for name in differ):
@@ -120,8 +106,6 @@ class ReducedEquation:
 
     Parameters
     ----------
-    plant
-        Reduced model.
     c
         Condensed model of every run; what all runs share lacks the last axis.
     damping
@@ -130,8 +114,6 @@ class ReducedEquation:
         Natural modes as columns, and squares of their frequencies.
     bounds
         Traces of two parts of the tangent as quadratic forms, matrices, and the norm of the inverse of the mass matrix.
-    coupling
-        Switches of the rotating-frame terms.
     absent
         Names and places of turning terms that are zero.
     kept
@@ -165,11 +147,8 @@ class ReducedEquation:
     def _weights(self, spin: Spin) -> tuple[Any, Any, Any]:
         """Factors of the gyroscopic, Euler and centrifugal terms."""
         c = self._coupling
-        return (
-            2.0 * spin.rate * float(c.gyroscopic),
-            spin.acceleration * float(c.euler),
-            spin.square * float(c.centrifugal),
-        )
+        gyro, turn = 2.0 * spin.rate * float(c.gyroscopic), spin.acceleration * float(c.euler)
+        return gyro, turn, spin.square * float(c.centrifugal)
 
     def _load(self, load: Array, spin: Spin) -> Array:
         """Loads of angular acceleration and squared rate on something, shape (2, n) -> (n, runs)."""

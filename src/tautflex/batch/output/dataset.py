@@ -23,16 +23,7 @@ def to_dataset(
 ) -> xr.Dataset:
     """Dataset with dimensions run, time, probe and the variable names of `tautflex.simulate`.
 
-    Parameters
-    ----------
-    record
-        Arrays with the run as first axis.
-    parameters, axes
-        Numbers of the runs; those with axis 0 become coordinates of the runs.
-    runs
-        Number of runs.
-    problem
-        What the runs have in common.
+    The record has the run as first axis; parameters with axis 0 become coordinates of the runs.
     """
     arrays: dict[str, Any] = {}
     for values, suffix in ((record.displacement, ""), (record.velocity, "_velocity")):

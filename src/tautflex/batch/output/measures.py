@@ -6,6 +6,7 @@ from typing import Any
 
 import jax.numpy as jnp
 
+from tautflex import checks
 from tautflex.batch.library import jax
 from tautflex.batch.output.response import Response
 from tautflex.errors import InputError
@@ -25,8 +26,7 @@ def history(response: Response, probe: int = 0, component: str = "w") -> Array:
     """
     if response.displacement is None:
         raise InputError("response: expected a record with displacement, got none; store = ('displacement',)")
-    if component not in _COMPONENTS:
-        raise InputError(f"component: expected one of {', '.join(_COMPONENTS)}, got {component!r}")
+    checks.one_of("component", component, _COMPONENTS)
     return response.displacement[:, probe, _COMPONENTS.index(component)]
 
 

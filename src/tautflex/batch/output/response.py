@@ -8,8 +8,10 @@ from typing import Any, NamedTuple, Protocol
 import jax.numpy as jnp
 from jax import lax
 
-from tautflex.batch.equations.equation import STORED, EachRun, Plant, Sample
+from tautflex.batch.equations.equation import STORED, EachRun, Sample
+from tautflex.batch.equations.full import FullPlant
 from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin, spin_of
+from tautflex.batch.equations.reduced import ReducedPlant
 from tautflex.batch.library import jax
 from tautflex.batch.steps.grid import SLACK, Instants, Steps, instants, spin_at, steps_of_run
 from tautflex.batch.steps.implicit import static_start
@@ -70,34 +72,16 @@ class March(Protocol):
 
 
 def response_function(
-    plant: Plant,
+    plant: FullPlant | ReducedPlant,
     problem: TransientProblem,
     history: RateHistory,
     velocity: Any,
     store: tuple[str, ...],
     march_of: Callable[[Any], March],
 ) -> Callable[[Numbers, EachRun], Response]:
-    """Pure function from numbers to the record of a run, or of many side by side.
+    """Pure function from numbers to the record of a run, or of many side by side, then with the runs as last axis.
 
-    Parameters
-    ----------
-    plant
-        Structure.
-    problem
-        What is asked of it.
-    history
-        Maneuver.
-    velocity
-        Initial velocity of the coordinates, shape (n,).
-    store
-        Names of `STORED`.
-    march_of
-        Makes the steps from an equation.
-
-    Returns
-    -------
-    callable
-        Its result has the runs as last axis.
+    ``velocity`` is the initial one of the coordinates, shape (n,); ``march_of`` makes the steps from an equation.
     """
     time_step, count = problem.time_step, problem.count
     # Blocks of equal length, so that few steps without length are added.

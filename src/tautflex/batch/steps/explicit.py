@@ -2,39 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from tautflex.batch.equations.equation import Equation, jump_of
+from tautflex.batch.equations.equation import jump_of
 from tautflex.batch.equations.rate_history import Spin
+from tautflex.batch.equations.reduced import ReducedEquation
 from tautflex.batch.library import jax
 from tautflex.batch.steps.grid import Instants
 
 Array = jax.Array
 
 # Parts of the stable step that a run may start with, and that it may use later; as in the single run.
-START_SHARE, _STABLE_SHARE = 1.0, 0.8
-
-
-class ExplicitEquation(Equation, Protocol):
-    """What central differences ask for besides."""
-
-    def internal(self, q: Array, v: Array, predicted: Any) -> Array:
-        """Internal force, shape (n,)."""
-        ...
-
-    def around(self, q: Array, v: Array, spin: Spin, predicted: Any) -> Array:
-        """All other forces but inertia, shape (n,)."""
-        ...
-
-    def end_acceleration(self, force: Array, half: Any, spin: Spin) -> Array:
-        """Solution a of ``(M + half (C + G)) a = force``, shape (n,)."""
-        ...
-
-    def follows(self, size: float, share: float, q: Array, predicted: Any) -> Array:
-        """Whether a share of the limit of central differences lets steps of a size follow the stiffness at q."""
-        ...
+_START_SHARE, _STABLE_SHARE = 1.0, 0.8
 
 
 class ExplicitState(NamedTuple):
@@ -49,21 +30,13 @@ class ExplicitState(NamedTuple):
 
 
 class ExplicitMarch:
-    """Steps: ``M a + (C + G) v + ... = 0`` at the end of each, the derivatives' damping at the predicted velocity.
-
-    Parameters
-    ----------
-    equation
-        Of the runs.
-    time_step
-        Nominal step [s].
-    """
+    """Steps: ``M a + (C + G) v + ... = 0`` at the end of each, the derivatives' damping at the predicted velocity."""
 
     # Steps between two looks at the stability.
     block = 32
     evaluations: tuple[float, ...] = (1.0,)
 
-    def __init__(self, equation: ExplicitEquation, time_step: float) -> None:
+    def __init__(self, equation: ReducedEquation, time_step: float) -> None:
         self._equation, self._time_step = equation, time_step
 
     def start(self, q: Array, v: Array, spin: Spin) -> ExplicitState:
@@ -72,14 +45,9 @@ class ExplicitMarch:
         predicted = e.predicted(q, v, spin)
         forces = e.forces(q, v, spin, predicted)
         still = jax.tree.map(jnp.zeros_like, predicted)
-        return ExplicitState(
-            q,
-            v,
-            e.mass_solve(-forces.total),
-            e.internal(q, v, predicted),
-            e.follows(self._time_step, START_SHARE, q, still),
-            jnp.zeros(q.shape[1:]),
-        )
+        a, internal = e.mass_solve(-forces.total), e.internal(q, v, predicted)
+        alive = e.follows(self._time_step, _START_SHARE, q, still)
+        return ExplicitState(q, v, a, internal, alive, jnp.zeros(q.shape[1:]))
 
     def check(self, at: ExplicitState, first: Instants) -> ExplicitState:
         """Runs that have become too stiff, or too strongly damped, for their steps end."""

@@ -20,15 +20,7 @@ SLACK = 1e-9
 
 
 class Steps(NamedTuple):
-    """Steps of one run, shape (n,) each.
-
-    Parameters
-    ----------
-    start, size
-        Begin and length [s].
-    jump
-        Whether the motion may jump at the end.
-    """
+    """Begin and length of the steps of one run [s], and whether the motion may jump at the end, shape (n,) each."""
 
     start: Array
     size: Array
@@ -36,25 +28,10 @@ class Steps(NamedTuple):
 
 
 def steps_of_run(breaks: Any, time_step: float, count: int, multiple: int = 1) -> tuple[Steps, Array]:
-    """Steps that reach ``count`` instants of the grid and all breaks between.
+    """Steps that reach ``count`` instants of the grid and all breaks between, which are in any order, shape (k,).
 
-    Parameters
-    ----------
-    breaks
-        Discontinuities [s], any order, shape (k,).
-    time_step
-        Spacing of the grid [s].
-    count
-        Number of grid steps.
-    multiple
-        The number of steps is filled up to a multiple of this by steps without length.
-
-    Returns
-    -------
-    steps
-        Of the run.
-    place
-        Number of the step that ends at each instant of the grid, shape (count,).
+    Filled up to a multiple by steps without length. With them comes the number of the step that ends at each instant of
+    the grid, shape (count,).
     """
     grid = time_step * jnp.arange(1, count + 1)
     end = time_step * count
@@ -72,22 +49,10 @@ def steps_of_run(breaks: Any, time_step: float, count: int, multiple: int = 1) -
 
 
 class Instants(NamedTuple):
-    """What a step has to know, shape (n,) each.
+    """What a step has to know, shape (n,) each: its length [s], whether it has any, and its motion.
 
-    Parameters
-    ----------
-    size
-        Length [s].
-    real
-        Whether it has any.
-    spins
-        Motion where the forces of each stage are evaluated.
-    jump
-        Whether the motion may jump at the end.
-    change
-        By how much.
-    after
-        Motion at the end, behind the jump.
+    That is known where the forces of each stage are evaluated, and at the end: whether it may jump, by how much, and
+    what is behind the jump.
     """
 
     size: Array
@@ -116,7 +81,7 @@ def instants(
         length = jnp.where(real, size, time_step)
         spins = tuple(spin_at(history, numbers, start + part * length, middle) for part in evaluations)
         after = spin_at(history, numbers, edge, edge + slack)
-        change = after.minus(spin_at(history, numbers, edge, middle))
+        change = jax.tree.map(jnp.subtract, after, spin_at(history, numbers, edge, middle))
         return Instants(size, real, spins, jump, change, after)
 
     return jax.vmap(of)(*steps)

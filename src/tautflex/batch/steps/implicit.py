@@ -36,27 +36,8 @@ class ImplicitState(NamedTuple):
     memory: tuple[Memory, ...]
 
 
-def combine(c: Combination, d: Array, v: Array, a: Array) -> Array:
-    """Linear combination of increment, velocity and acceleration."""
-    return c.d * d + c.v * v + c.a * a
-
-
 class ImplicitMarch:
-    """Steps of a run, or of many.
-
-    Parameters
-    ----------
-    equation
-        Of the run.
-    method
-        Integrator.
-    time_step
-        Nominal step [s].
-    tolerance
-        Residual norm over force scale.
-    depth
-        Pairs that Anderson acceleration keeps.
-    """
+    """Steps of a run, or of many: nominal size [s], residual norm over force scale, pairs that acceleration keeps."""
 
     block = 64
 
@@ -90,14 +71,10 @@ class ImplicitMarch:
         for stage, tangent, spin in zip(stages, self._tangents, step.spins, strict=True):
             passed.append(self._solve(passed, stage, tangent, spin, step))
         end, h0, real = passed[-1], step.size, step.real
-        moved = end._replace(
-            q=jnp.where(real, end.q, at.q + h0 * at.v),
-            v=jnp.where(real, end.v, at.v + h0 * at.a),
-            a=jnp.where(real, end.a, at.a + h0 * at.jerk),
-            jerk=jnp.where(real, end.jerk, at.jerk),
-            forces=jnp.where(real, end.forces, at.forces),
-            largest=jnp.where(real, end.largest, at.largest),
-        )
+        passing = at._replace(q=at.q + h0 * at.v, v=at.v + h0 * at.a, a=at.a + h0 * at.jerk)
+        parts: Any = zip(at._fields[:6], end, passing, strict=False)  # all but whether it goes on, counts and memory
+        chosen: dict[str, Any] = {name: jnp.where(real, new, old) for name, new, old in parts}
+        moved = end._replace(**chosen)
         jump = jump_of(self._equation, moved.q, moved.v, step)
         return moved._replace(
             a=moved.a + jump.acceleration,
@@ -131,15 +108,19 @@ class ImplicitMarch:
         inverse = e.inverse(scheme.inertia.d, scheme.weight * scheme.velocity.d, scheme.weight)
         root = find_root(residual, guess, inverse, at.memory[tangent], self._tolerance, at.alive & step.real)
         d = root.x
+
+        def combined(c: Combination) -> Array:
+            return c.d * d + c.v * start_v + c.a * start_a
+
         forces = at.forces
         if scheme.weight < 1.0:
             # At a root the residual has no derivative; its value keeps errors from adding up over the steps.
-            inertia_force = e.mass(combine(scheme.inertia, d, start_v, start_a))
-            forces = (root.residual - inertia_force - (1.0 - scheme.weight) * at.forces) / scheme.weight
-        a = combine(scheme.end_acceleration, d, start_v, start_a)
+            inertia = e.mass(combined(scheme.inertia))
+            forces = (root.residual - inertia - (1.0 - scheme.weight) * at.forces) / scheme.weight
+        a = combined(scheme.end_acceleration)
         return ImplicitState(
-            at.q + combine(scheme.end_displacement, d, start_v, start_a),
-            combine(scheme.end_velocity, d, start_v, start_a),
+            at.q + combined(scheme.end_displacement),
+            combined(scheme.end_velocity),
             a,
             (a - at.a) / h,
             forces,

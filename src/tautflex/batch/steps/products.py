@@ -36,20 +36,7 @@ def norm(vector: Array) -> Array:
 
 
 def product(matrix: Array, vector: Array) -> Array:
-    """Matrix times vector of every run.
-
-    Parameters
-    ----------
-    matrix
-        Shape (n, k, runs), or (n, k) if all runs share it.
-    vector
-        Shape (k, runs).
-
-    Returns
-    -------
-    jax.Array
-        Shape (n, runs).
-    """
+    """Matrix (n, k, runs), or (n, k) if all runs share it, times the vector of every run, (k, runs) -> (n, runs)."""
     return matrix @ vector if matrix.ndim == 2 else _product(matrix, vector)
 
 
@@ -106,13 +93,7 @@ def refined(matrix: Callable[[Array], Array], approximate: Callable[[Array], Arr
 
 
 class Monomials:
-    """Products ``q_i q_j``, i <= j, of coordinates, and the forces of stresses that work on them.
-
-    Parameters
-    ----------
-    count
-        Number r of coordinates; there are m = r (r + 1) / 2 monomials.
-    """
+    """The m products ``q_i q_j``, i <= j, of r coordinates, and the forces of stresses that work on them."""
 
     def __init__(self, count: int) -> None:
         self.first, self.second = pairs(count)

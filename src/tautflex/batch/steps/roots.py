@@ -112,26 +112,10 @@ def find_root(
     tolerance: float,
     active: Array,
 ) -> Solution:
-    """Solve ``residual(x) = 0``.
+    """Solve ``residual(x) = 0`` until the ratio of the residual's norm to its scale is as small as the tolerance.
 
-    Parameters
-    ----------
-    residual
-        x -> (residual, scale its norm is measured against).
-    guess
-        First iterate, shape (n,).
-    inverse
-        Symmetric positive approximate inverse of the tangent.
-    memory
-        Pairs of earlier, similar equations.
-    tolerance
-        Allowed ratio of residual norm to scale.
-    active
-        Whether to iterate at all.
-
-    Returns
-    -------
-    Solution
+    ``residual`` gives both, ``inverse`` is a symmetric positive approximate inverse of the tangent, ``memory`` has the
+    pairs of earlier, similar equations, and ``active`` tells whether to iterate at all.
     """
 
     def iterate(state: _Iteration) -> _Iteration:

@@ -9,7 +9,6 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.numeric import Array, Indices
 from tautflex.reduction.bases.static_derivatives import TREATMENTS, add_static_derivatives
 from tautflex.reduction.bases.vectors import Basis, BasisVectors, ReferenceSolver, ritz
 from tautflex.solvers.modal.natural import solve_modes
@@ -77,7 +76,12 @@ class ModalBasis(Basis):
         values = (2.0 * np.pi * modes.frequencies) ** 2
         participation = (modes.vectors @ loads.T).T
         shares = participation**2 / values / np.einsum("di,di->d", loads, static)[:, None]
-        chosen = self._choose(shares)
+        best = shares.max(axis=0)  # parts of the static strain energy
+        if self.count is not None and self.count > len(best):
+            text = f"count: expected at most the {len(best)} modes among which is chosen, got {self.count}"
+            raise InputError(f"{text}; take fewer, or raise candidates if the structure has more")
+        wanted = self.count if self.count is not None else max(1, int(np.sum(best >= self.threshold)))
+        chosen = np.sort(np.argsort(-best, kind="stable")[:wanted])
         kept = modes.vectors[chosen]
         if self.static_correction:
             kept = np.concatenate([kept, static])
@@ -85,13 +89,3 @@ class ModalBasis(Basis):
         amplitude = np.abs(loads @ kept.T).max(axis=0) / solver.energies(kept)
         text = f"{len(chosen)} natural modes"
         return add_static_derivatives(state, solver, kept, amplitude, self.directions, self.derivatives, text)
-
-    def _choose(self, shares: Array) -> Indices:
-        """Modes in order of frequency; ``shares`` (direction, mode) are parts of the static strain energy."""
-        best = shares.max(axis=0)
-        order = np.argsort(-best, kind="stable")
-        if self.count is not None and self.count > len(best):
-            text = f"count: expected at most the {len(best)} modes among which is chosen, got {self.count}"
-            raise InputError(f"{text}; take fewer, or raise candidates if the structure has more")
-        wanted = self.count if self.count is not None else max(1, int(np.sum(best >= self.threshold)))
-        return np.sort(order[:wanted])

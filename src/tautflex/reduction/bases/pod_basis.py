@@ -70,15 +70,7 @@ def orthogonal_modes(snapshots: Array, weighted: Array, count: int | None, lost:
 
     Method of snapshots: eigenvectors of the Gram matrix, which is as small as the number of snapshots. (Results are
     decomposed by `tautflex.pod`, whose singular values keep the digits of weak modes, at the cost of the whole matrix.)
-
-    Parameters
-    ----------
-    snapshots, weighted
-        Rows, and W times them, shape (n, size).
-    count, lost
-        As in `PodBasis`.
-    name
-        Argument to name in the InputError where the snapshots have fewer independent directions.
+    ``weighted`` is W times the snapshots; the InputError where they have fewer independent directions names ``name``.
     """
     values, weights = np.linalg.eigh(snapshots @ weighted.T)
     values, weights = values[::-1], weights[:, ::-1]

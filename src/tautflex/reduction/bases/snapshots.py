@@ -16,19 +16,8 @@ def full_snapshots(state: PrestressedState, data: xr.Dataset) -> Array:
     """Free unknowns of the stored fields of a run, shape (field, size).
 
     Results store translations only. Rotations of frame nodes follow from them by static equilibrium: the bending
-    energy is least for them, ``K_rr theta = -K_rt u``.
-
-    Parameters
-    ----------
-    state
-        Prestressed state of the same structure.
-    data
-        Result with stored fields.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than two fields, or they belong to another mesh.
+    energy is least for them, ``K_rr theta = -K_rt u``. Raises InputError if there are fewer than two fields, or they
+    belong to another mesh.
     """
     fields = data["displacement"].values if "displacement" in data else np.zeros((0, 0, 3))
     nodes = len(state.model.nodes)

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.numeric import Array, cross_matrix
 from tautflex.reduction.bases.vectors import BasisVectors, ReferenceSolver, ritz
 from tautflex.reduction.polynomial.monomials import pairs
@@ -39,22 +38,8 @@ def add_static_derivatives(
 ) -> BasisVectors:
     """Static modal derivatives of the kept vectors, split into slow ones (unknowns) and fast ones (condensed).
 
-    Parameters
-    ----------
-    state
-        Prestressed state.
-    solver
-        Its static solver.
-    kept
-        Mass-normalised Ritz vectors, shape (r, size).
-    amplitude
-        Typical size of each coordinate, shape (r,); it weighs what the derivatives are worth.
-    directions
-        Rigid accelerations whose spin pulls on the static derivatives.
-    mode
-        One of `TREATMENTS`.
-    text
-        Description of the kept vectors.
+    ``kept`` and ``amplitude``, which weighs what the derivatives are worth, are as in `BasisVectors`, ``mode`` is one
+    of `TREATMENTS`, ``directions`` have the rigid accelerations whose spin pulls on the derivatives.
     """
     nothing = np.zeros((0, state.system.size))
     if mode == "none":
@@ -63,9 +48,11 @@ def add_static_derivatives(
     sizes = np.maximum(amplitude, 1e-2 * amplitude.max())
     forces = quadratic_forces(state.system, kept) * (sizes[first] * sizes[second])[:, None]
     fields = np.array([-solver.solve(force) for force in forces])
-    # Responses to the centrifugal loads carry the stiffening by spin.
+    # Responses to the centrifugal loads of unit angular velocities carry the stiffening by spin.
     inertia = state.system.inertia
-    offset = np.array([solver.solve(load) for load in _spin_loads(inertia, directions)]).reshape(-1, state.system.size)
+    spins = [cross_matrix(np.eye(3)[RIGID_DIRECTIONS.index(name) - 3]) for name in directions if name.startswith("r")]
+    loads = [load for spin in spins if np.any(load := inertia.load(spin @ spin))]
+    offset = np.array([solver.solve(load) for load in loads]).reshape(-1, state.system.size)
     offset = offset * np.sqrt(solver.energies(fields).max() / solver.energies(offset))[:, None]
     fields = np.concatenate([fields, offset])
     # Orthogonal to the kept vectors in the energy, so that both do not compete.
@@ -91,10 +78,3 @@ def add_static_derivatives(
     parts = np.concatenate([kept * amplitude[:, None], fields]) @ (inertia.mass_matrix @ joined.T)
     worth = np.sqrt(np.sum(parts**2, axis=0))
     return BasisVectors(joined, fast, worth, text)
-
-
-def _spin_loads(inertia: InertiaOperator, directions: Sequence[str]) -> list[Array]:
-    """Centrifugal loads of unit angular velocities about the given axes that are not zero [N, N m], shapes (size,)."""
-    spins = [cross_matrix(np.eye(3)[RIGID_DIRECTIONS.index(name) - 3]) for name in directions if name.startswith("r")]
-    loads = [inertia.load(spin @ spin) for spin in spins]
-    return [load for load in loads if np.any(load)]

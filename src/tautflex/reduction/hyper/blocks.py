@@ -8,6 +8,7 @@ of a reduced structure come out of the very kernel that serves the full one.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from tautflex.mechanics.store import build_store
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array, Places
 
+_OF_ROWS = ("gradient", "elasticity", "initial_stress", "measure", "size", "axes")
 Store = tuple[NDArray[np.generic], ...]
 
 
@@ -46,18 +48,8 @@ def chosen_blocks(blocks: list[ElementBlock], weights: Array) -> list[ElementBlo
     for block, weight in zip(blocks, np.split(weights, ends), strict=True):
         keep = np.flatnonzero(weight > 0.0)
         if keep.size:
-            result.append(
-                replace(
-                    block,
-                    dofs=block.dofs[keep],
-                    gradient=block.gradient[keep],
-                    elasticity=block.elasticity[keep],
-                    initial_stress=block.initial_stress[keep],
-                    measure=weight[keep] * block.measure[keep],
-                    size=block.size[keep],
-                    axes=block.axes[keep],
-                )
-            )
+            rows: dict[str, Any] = {name: getattr(block, name)[keep] for name in _OF_ROWS}
+            result.append(replace(block, dofs=block.dofs[keep], **{**rows, "measure": weight[keep] * rows["measure"]}))
     return result
 
 

@@ -13,7 +13,7 @@ from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.mechanics.tangent import PACK, pack_core
 from tautflex.numeric import Array, Indices, jit
 from tautflex.reduction.marching.dispatch import KERNELS, ForceKernels
-from tautflex.reduction.polynomial.forces import energies
+from tautflex.reduction.polynomial.forces import strain_energies
 
 
 class HyperArrays(NamedTuple):
@@ -50,33 +50,35 @@ class HyperArrays(NamedTuple):
 
 
 @jit
+def _extended(q: Array) -> Array:
+    """Coordinates with the zero of held unknowns behind them, as the kernel reads them."""
+    place = np.zeros(q.size + 1)
+    place[:-1] = q
+    return place
+
+
+@jit
 def element_force(arrays: HyperArrays, q: Array, v: Array, given: Array, force: Array) -> None:
     """Internal force less that of the reference, as `internal_force`; there is no stress per monomial to be given."""
-    r = q.size
-    place, total = np.zeros(r + 1), np.zeros(r + 1)
-    place[:r] = q
-    add_forces(arrays.store, place, total, arrays.stresses, True, False)
-    for i in range(r):
+    total = np.zeros(q.size + 1)
+    add_forces(arrays.store, _extended(q), total, arrays.stresses, True, False)
+    for i in range(q.size):
         force[i] = total[i] - arrays.reference[i]
 
 
 @jit
 def element_average(arrays: HyperArrays, start: Array, end: Array, v: Array, given: Array, force: Array) -> None:
     """As `average_force`."""
-    r = start.size
-    before, after, total = np.zeros(r + 1), np.zeros(r + 1), np.zeros(r + 1)
-    before[:r], after[:r] = start, end
-    add_average_forces(arrays.store, before, after, total)
-    for i in range(r):
+    total = np.zeros(start.size + 1)
+    add_average_forces(arrays.store, _extended(start), _extended(end), total)
+    for i in range(start.size):
         force[i] = total[i] - arrays.reference[i]
 
 
 @jit
 def element_tangent(arrays: HyperArrays, q: Array, given: Array) -> Array:
     """Tangent ``sum G' V (B' D B + sigma.Q) G``, as `tangent`: one product of tall matrices for all elements."""
-    r = q.size
-    place = np.zeros(r + 1)
-    place[:r] = q
+    r, place = q.size, _extended(q)
     half = np.zeros(arrays.gradient.shape)
     start = 0
     for block in range(arrays.store[3].shape[0]):
@@ -109,19 +111,15 @@ def element_tangent(arrays: HyperArrays, q: Array, given: Array) -> Array:
 
 
 @jit
-def _strain_energies(arrays: HyperArrays, q: Array) -> Array:
-    place, total = np.zeros(q.shape[1] + 1), np.zeros(q.shape[1] + 1)
-    result = np.empty(q.shape[0])
+def _element_energies(arrays: HyperArrays, q: Array) -> Array:
+    result, total = np.empty(q.shape[0]), np.zeros(q.shape[1] + 1)
     for n in range(result.size):
-        place[:-1] = q[n]
-        energy = add_forces(arrays.store, place, total, arrays.stresses, False, True)
+        energy = add_forces(arrays.store, _extended(q[n]), total, arrays.stresses, False, True)
         result[n] = energy - np.dot(arrays.reference, q[n])
     return result
 
 
-@energies.register
-def _(arrays: HyperArrays, q: Array, v: Array) -> Array:
-    return np.stack([0.5 * np.einsum("nr,nr->n", v @ arrays.mass, v), _strain_energies(arrays, q)], axis=1)
+strain_energies.register(HyperArrays, _element_energies)
 
 
 KERNELS[HyperArrays] = ForceKernels(element_force, element_average, element_tangent)

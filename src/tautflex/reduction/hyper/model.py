@@ -63,18 +63,16 @@ class HyperReducedModel(OnBasis):
         system, vectors = self.state.system, self.basis.kept
         moments = FrameMoments.general(project_moments(system.inertia, vectors))
         stiffness = system.pattern.symmetric_matrix(self.state.tangent_entries)
-        linear, mass, r = vectors @ (stiffness @ vectors.T), moments.pair[0], self.size
         return CondensedModel(
-            mass=even(mass),
-            linear=even(linear),
-            quadratic=np.zeros((r, 0)),
+            mass=even(moments.pair[0]),
+            linear=even(vectors @ (stiffness @ vectors.T)),
+            quadratic=np.zeros((self.size, 0)),
             cubic=np.zeros((0, 0)),
             viscous=np.zeros((0, 0)),
             turning=moments.pair[1:],
-            turning_derivatives=np.zeros((9, 0, r)),
+            turning_derivatives=np.zeros((9, 0, self.size)),
             load=moments.load,
             load_stress=np.zeros((12, 0)),
-            follow_linear=np.zeros((0, r)),
             follow_quadratic=np.zeros((0, 0)),
             follow_load=np.zeros((12, 0)),
         )

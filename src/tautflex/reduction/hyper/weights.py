@@ -61,17 +61,10 @@ def element_forces(blocks: list[ElementBlock], states: Array) -> Array:
 
 
 def train_weights(forces: Array, scale: Array, tolerance: float) -> ElementWeights:
-    """Few non-negative weights that reproduce sums of element forces.
+    """Few non-negative weights that reproduce sums of element forces in training states, shape (n, row, r).
 
-    Parameters
-    ----------
-    forces
-        Forces of the rows in the training states, shape (n, row, r).
-    scale
-        Natural frequency of each coordinate [rad/s], shape (r,): forces over it are measured by the root of the strain
-        energy of the motion that they cause.
-    tolerance
-        Relative error at which no more elements are added.
+    ``scale`` is the natural frequency of each coordinate [rad/s], shape (r,): forces over it are measured by the root
+    of the strain energy of the motion that they cause. No more elements are added at the relative error ``tolerance``.
     """
     count = forces.shape[1]
     rows = (forces / scale).transpose(0, 2, 1)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -19,27 +18,15 @@ _DEGREES = (2, 4, 8, 16, 32, 64)
 _ACCURACY = 1e-13
 
 
-@dataclass(frozen=True)
 class ReducedMoments:
-    """Load moments of coordinates and of monomials; a `LoadMoments`.
+    """Loads of any motion, shape (12, n) as of a `CondensedModel`; a `LoadMoments`, of many instants too."""
 
-    Parameters
-    ----------
-    first, zeroth
-        Shapes (3, 3, r + m), (3, r + m).
-    """
-
-    first: Array
-    zeroth: Array
-
-    @property
-    def size(self) -> int:
-        """Length of the load."""
-        return self.zeroth.shape[1]
+    def __init__(self, loads: Array) -> None:
+        self._first, self._zeroth, self.size = loads[:9].reshape(3, 3, -1), loads[9:], loads.shape[1]
 
     def load(self, weight: ArrayLike, acceleration: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-        """Load ``Z : first + a . zeroth``, shape (size,)."""
-        return np.einsum("ab,abi->i", np.asarray(weight), self.first) + np.asarray(acceleration) @ self.zeroth
+        """Load ``Z : first + a . zeroth`` for weights (..., 3, 3) and accelerations (..., 3), shape (..., n)."""
+        return np.einsum("...ab,abi->...i", np.asarray(weight), self._first) + np.asarray(acceleration) @ self._zeroth
 
 
 def sample(function: Callable[[float], Array], times: Array) -> Array:
@@ -77,24 +64,12 @@ def sample(function: Callable[[float], Array], times: Array) -> Array:
 def frame_terms(
     coupling: Coupling, moments: ReducedMoments, segment: Segment, times: Array, coordinates: int
 ) -> FrameTerms:
-    """Matrices and loads of a segment at the given instants.
-
-    Parameters
-    ----------
-    coupling
-        Switches of the terms.
-    moments
-        Load moments of the r coordinates, then of the m monomials.
-    segment
-        Stretch of a maneuver.
-    times
-        Instants [s], in order.
-    coordinates
-        Number r.
-    """
+    """Matrices and loads of a segment at instants [s] in order; ``moments`` of the coordinates, then the monomials."""
 
     def terms(time: float) -> Array:
-        return _terms(coupling, moments, segment.motion(time))
+        motion = segment.motion(time)
+        weights = coupling.velocity_weight(motion), coupling.displacement_weight(motion)
+        return np.concatenate([*(weight.ravel() for weight in weights), coupling.load(motion, moments)])
 
     values = sample(terms, times)
     velocity, displacement = values[:, :9].reshape(-1, 3, 3), values[:, 9:18].reshape(-1, 3, 3)
@@ -107,13 +82,3 @@ def frame_at(coupling: Coupling, moments: ReducedMoments, motion: RigidMotion, c
     """Matrices and loads of one motion."""
     segment = Segment(0.0, np.inf, lambda time: motion)
     return frame_terms(coupling, moments, segment, np.zeros(1), coordinates)
-
-
-def _terms(coupling: Coupling, moments: ReducedMoments, motion: RigidMotion) -> Array:
-    return np.concatenate(
-        [
-            coupling.velocity_weight(motion).ravel(),
-            coupling.displacement_weight(motion).ravel(),
-            coupling.load(motion, moments),
-        ]
-    )

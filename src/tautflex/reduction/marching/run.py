@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,14 +14,13 @@ from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, Indices, cross_matrices
 from tautflex.reduction.marching.dispatch import internal_force, tangent
 from tautflex.reduction.marching.frame_terms import ReducedMoments, frame_at, frame_terms, sample
-from tautflex.reduction.marching.loads import InputLoads
 from tautflex.reduction.marching.schedule import Stretch, stretches
 from tautflex.reduction.marching.steps import march, march_explicit
-from tautflex.reduction.marching.work import EXPLICIT, StageNumbers, new_work, stage_numbers
-from tautflex.reduction.on_basis import OnBasis
-from tautflex.reduction.polynomial.condensation import load_moments
+from tautflex.reduction.marching.work import StageNumbers, new_work, stage_numbers
+from tautflex.reduction.on_basis import OnBasis, require_forces
 from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, rows_from, total_force
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
+from tautflex.solvers.transient.methods.generalized_alpha import Newmark
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Statistics
@@ -34,17 +32,8 @@ _LONGEST = 4096
 class ReducedRun:
     """State and record of a run.
 
-    Parameters
-    ----------
-    rom
-        Reduced model.
-    problem
-        What is asked of it.
-
-    Raises
-    ------
-    UnsupportedError
-        If a free hub, adaptive steps, changes of tension or an unknown explicit method are asked for.
+    Raises UnsupportedError if a free hub, adaptive steps, changes of tension or an unknown explicit method are asked
+    for.
     """
 
     def __init__(self, rom: OnBasis, problem: TransientProblem) -> None:
@@ -58,21 +47,25 @@ class ReducedRun:
         method = problem.method
         if not isinstance(method, Method | CentralDifference):
             raise UnsupportedError(f"method: expected an implicit method or CentralDifference(), got {method!r}")
-        self._method = method if isinstance(method, Method) else None
+        self._explicit = isinstance(method, CentralDifference)
+        # Of a scheme, an explicit step needs its size and that its forces are those at its end.
+        self._method = method if isinstance(method, Method) else Newmark()
         self.arrays = rom.arrays(problem.damping)
         c = rom.coefficients
-        self.moments = ReducedMoments(*load_moments(np.concatenate([c.load, c.load_stress], axis=1)))
-        self.inputs = InputLoads(rom, InputSet(rom.state.system, problem.inputs))
+        self.moments = ReducedMoments(np.concatenate([c.load, c.load_stress], axis=1))
+        self._offsets = ReducedMoments(c.follow_load)
+        self.inputs = InputSet(rom.state.system, problem.inputs)
+        require_forces(self.inputs)
         self._began = problem.maneuver.start()
         self.segments = split_segments(problem.maneuver.segments(), self.inputs.breaks)
-        self._tolerance = 1.0 if self._method is None else problem.tolerance or self._method.tolerance
+        self._tolerance = problem.tolerance or self._method.tolerance
         # Numbers of the grid instants whose coordinates are kept, sorted; the first is 0.
         fields = np.array(sorted(problem.field_steps), dtype=np.int64)
         self.stored = np.union1d(np.arange(0, problem.count + 1, problem.every), fields)
         self.eta, self.rate = np.zeros((2, len(self.stored), rom.size))
         self.reached = 0
-        self._work = new_work(rom.size, (0,) if self._method is None else self._method.tangents)
-        self._march = march_explicit if self._method is None else march
+        self._work = new_work(rom.size, self._method.tangents)
+        self._march = march_explicit if self._explicit else march
         self._halvings = 0
 
     @property
@@ -88,7 +81,7 @@ class ReducedRun:
         work.v[:] = self.rom.coordinates(self.problem.velocity)
         self._balance(self._frame(self.segments[0], 0.0))
         self.eta[0], self.rate[0] = work.q, work.v
-        if self._method is None:
+        if self._explicit:
             self._check_step(self.problem.time_step)
 
     def march(self, progress: Progress) -> bool:
@@ -109,7 +102,7 @@ class ReducedRun:
 
     def _march_stretch(self, segment: Segment, stretch: Stretch) -> bool:
         """Steps of equal size; those that fail are halved."""
-        stages = self._stages(stretch.size)
+        stages = stage_numbers(self._method, stretch.size)
         frame = self._frames(segment, stretch.starts, stages)
         rows = self._rows(stretch.grid)
         first, stored = 0, (self.eta, self.rate)
@@ -119,16 +112,12 @@ class ReducedRun:
             if first < len(rows):
                 start = float(stretch.starts[first])
                 if not self._halve(segment, start, stretch.size, self.problem.max_halvings):
-                    self._note(stretch.grid[:first])
-                    return False
+                    break
                 if rows[first] >= 0:
                     self.eta[rows[first]], self.rate[rows[first]] = self._work.q, self._work.v
                 first += 1
-        self._note(stretch.grid)
-        return True
-
-    def _note(self, grid: Indices) -> None:
-        self.reached = max(self.reached, int(grid.max(initial=0)))
+        self.reached = max(self.reached, int(stretch.grid[:first].max(initial=0)))
+        return first == len(rows)
 
     def _rows(self, grid: Indices) -> Indices:
         """Where each grid instant is stored; -1: nowhere."""
@@ -140,7 +129,7 @@ class ReducedRun:
         if left == 0:
             return False
         self._halvings += 1
-        stages, stored = self._stages(0.5 * size), (self.eta, self.rate)
+        stages, stored = stage_numbers(self._method, 0.5 * size), (self.eta, self.rate)
         nowhere = np.full(1, -1)
         for begin in (start, start + 0.5 * size):
             frame = self._frames(segment, np.array([begin]), stages)
@@ -149,24 +138,29 @@ class ReducedRun:
                 return False
         return True
 
-    def _stages(self, size: float) -> tuple[StageNumbers, ...]:
-        """Plain numbers of a step of a size [s]."""
-        if self._method is None:
-            return (EXPLICIT._replace(size=size, step=size),)
-        return stage_numbers(self._method, size)
-
     def _frames(self, segment: Segment, starts: Array, stages: tuple[StageNumbers, ...]) -> FrameTerms:
         """Terms of the moving frame and inputs for every stage of steps inside one segment."""
         into = np.cumsum([0.0, *(stage.size for stage in stages[:-1])])
         offsets = into + np.array([stage.evaluation * stage.size for stage in stages])
         instants = (starts[:, None] + offsets).ravel()
         frame = frame_terms(self.problem.coupling, self.moments, segment, instants, self.rom.size)
-        return self.inputs.added(frame, instants, segment.end)
+        return self._pushed(frame, instants, segment.end)
 
     def _frame(self, segment: Segment, time: float, before: float = np.inf) -> FrameTerms:
         """Terms of the moving frame and inputs at one instant."""
         frame = frame_at(self.problem.coupling, self.moments, segment.motion(time), self.rom.size)
-        return self.inputs.added(frame, np.array([time]), before)
+        return self._pushed(frame, np.array([time]), before)
+
+    def _pushed(self, frame: FrameTerms, times: Array, before: float) -> FrameTerms:
+        """FrameTerms terms less the inputs at the given instants; a jump at ``before`` is not met yet."""
+        if not self.inputs:
+            return frame
+        last = float(np.nextafter(before, -np.inf))
+        forces = np.array([self.inputs.load(min(float(time), last)) for time in times])
+        frame = frame._replace(load=frame.load - forces @ self.rom.basis.kept.T)
+        if not len(self.rom.basis.derivatives):
+            return frame
+        return frame._replace(stress=frame.stress - forces @ self.rom.monomial_vectors.T)
 
     def _balance(self, frame: FrameTerms) -> None:
         """Acceleration that balances all forces at the present state."""
@@ -174,7 +168,7 @@ class ReducedRun:
         total_force(self.arrays, frame, 0, work.q, work.v, work.forces)
         work.a[:] = -np.linalg.solve(self.arrays.mass, work.forces)
         work.jerk[:] = 0.0
-        if self._method is None:
+        if self._explicit:
             stress, other = np.empty(len(self.arrays.first)), np.empty(self.rom.size)
             derivative_forces(self.arrays, frame, 0, work.q, work.v, stress, other)
             internal_force(self.arrays, work.q, work.v, stress, work.forces)
@@ -197,7 +191,7 @@ class ReducedRun:
         total_force(self.arrays, self._frame(segments[current + 1], time), 0, work.q, work.v, after)
         change = after - before
         if change.any():
-            if self._method is not None:
+            if not self._explicit:
                 work.forces[:] += change
             work.a[:] -= np.linalg.solve(self.arrays.mass, change)
             work.jerk[:] = 0.0
@@ -233,10 +227,9 @@ class ReducedRun:
         place = _place(self.segments, times)
         for number in np.unique(place):
             here = place == number
-            motion = self.segments[number].motion
 
-            def at(time: float, motion: Callable[[float], RigidMotion] = motion) -> Array:
-                now = motion(time)
+            def at(time: float, segment: Segment = self.segments[number]) -> Array:
+                now = segment.motion(time)
                 return np.concatenate([now.angular_velocity, now.angular_acceleration, now.origin_acceleration])
 
             result[here] = sample(at, times[here])
@@ -244,13 +237,10 @@ class ReducedRun:
 
     def prescribed_offset(self, motions: Array) -> Array:
         """Static derivatives prescribed by the inertial load, shape (time, p)."""
-        c = self.rom.coefficients
         if not self.problem.coupling.inertial_load or not motions.any():
-            return np.zeros((len(motions), len(c.follow_linear)))
+            return np.zeros((len(motions), self._offsets.size))
         spin, turn = cross_matrices(motions[:, :3]), cross_matrices(motions[:, 3:6])
-        weight = turn + spin @ spin
-        first, zeroth = load_moments(c.follow_load)
-        return np.einsum("tab,abp->tp", weight, first) + motions[:, 6:] @ zeroth
+        return self._offsets.load(turn + spin @ spin, motions[:, 6:])
 
     def read(self, probes: Any, eta: Array, rate: Array, motions: Array) -> Array:
         """Displacements and velocities of probes, shape (time, 2, probe, 3)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,20 +11,10 @@ from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array, Indices
 
 
-@dataclass(frozen=True)
-class Stretch:
+class Stretch(NamedTuple):
     """Steps of equal size inside one segment.
 
-    Parameters
-    ----------
-    segment
-        Number of the segment.
-    size
-        Step [s].
-    starts
-        Where each step starts [s], shape (n,).
-    grid
-        Number of the grid instant at the end of each step, -1 where it ends between two, shape (n,).
+    ``starts`` are instants [s], ``grid`` the number of the grid instant at the end of each step, -1 between two.
     """
 
     segment: int

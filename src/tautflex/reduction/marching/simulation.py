@@ -24,14 +24,8 @@ def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = 
     """Integrate the equation of motion of a reduced model.
 
     Besides what a full run stores, ``run.data`` has the coordinates; resultants of the film are evaluated at the
-    instants of ``check_time`` (the largest motion of each of a few windows) and are NaN between them.
-
-    Raises
-    ------
-    InputError
-        If the step of an explicit method is not stable.
-    UnsupportedError
-        If a free hub, adaptive steps or changes of tension are asked for.
+    instants of ``check_time`` (the largest motion of each of a few windows) and are NaN between them. Raises as
+    `ReducedRun`, and InputError if the step of an explicit method is not stable.
     """
     run = ReducedRun(rom, problem)
     began = clock.perf_counter()

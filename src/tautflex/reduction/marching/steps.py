@@ -7,7 +7,14 @@ import numpy as np
 from tautflex.numeric import Array, Indices, jit
 from tautflex.reduction.marching.dispatch import average_force, internal_force, tangent
 from tautflex.reduction.marching.work import StageNumbers, Work
-from tautflex.reduction.polynomial.forces import FrameTerms, ReducedArrays, derivative_forces, frame_matrices, slopes
+from tautflex.reduction.polynomial.forces import (
+    FrameTerms,
+    ReducedArrays,
+    add_times,
+    derivative_forces,
+    frame_matrices,
+    slopes,
+)
 
 # A tangent is renewed when an iteration leaves more than this part of the error.
 _SLOW = 0.2
@@ -19,7 +26,6 @@ _MOST_ITERATIONS = 40
 _CHECK_INTERVAL, _STABLE_SHARE = 32, 0.8
 
 
-# Loops in place of array expressions: those make the compiler generate shape checks and error texts, half of its time.
 @jit
 def _mix(a: float, x: Array, b: float, y: Array, c: float, z: Array) -> Array:
     """``a x + b y + c z``."""
@@ -27,16 +33,6 @@ def _mix(a: float, x: Array, b: float, y: Array, c: float, z: Array) -> Array:
     for i in range(x.size):
         result[i] = a * x[i] + b * y[i] + c * z[i]
     return result
-
-
-@jit
-def _add_times(factor: float, matrix: Array, vector: Array, result: Array) -> None:
-    """Add ``factor * matrix @ vector`` to ``result``."""
-    for i in range(result.size):
-        total = 0.0
-        for j in range(vector.size):
-            total += matrix[i, j] * vector[j]
-        result[i] += factor * total
 
 
 @jit
@@ -62,11 +58,17 @@ def _invert(matrix: Array, tangent: int, size: float, work: Work) -> bool:
 
 
 @jit
+def _lagging(arrays: ReducedArrays, q: Array) -> Array:
+    """Damping matrix of the static derivatives at q, shape (r, r)."""
+    moved = arrays.viscous @ slopes(arrays, q)
+    return moved.T @ moved
+
+
+@jit
 def _renew(arrays: ReducedArrays, c: StageNumbers, q: Array, given: Array, work: Work) -> bool:
     """Invert the effective stiffness at q; whether that was possible."""
     matrix = tangent(arrays, q, given)
-    moved = arrays.viscous @ slopes(arrays, q)
-    damping = moved.T @ moved
+    damping = _lagging(arrays, q)
     for i in range(q.size):
         for j in range(q.size):
             rate = work.on_velocity[i, j] + damping[i, j]
@@ -103,11 +105,11 @@ def _residual(
         internal_force(arrays, place, velocity, given, forces)
     work.counts[3] += 1
     inside = _dot(forces, forces)
-    _add_times(c.velocity[0], work.on_velocity, d, forces)
-    _add_times(1.0, work.on_displacement, place, forces)
+    add_times(c.velocity[0], work.on_velocity, d, forces)
+    add_times(1.0, work.on_displacement, place, forces)
     for i in range(r):
         result[i] = known[i] + c.weight * forces[i]
-    _add_times(c.inertia[0], arrays.mass, d, result)
+    add_times(c.inertia[0], arrays.mass, d, result)
     return np.sqrt(_dot(result, result)), c.weight * np.sqrt(inside)
 
 
@@ -128,8 +130,8 @@ def implicit_step(
     derivative_forces(arrays, frame, row, place, predicted, given, constant)
     frame_matrices(arrays, frame, row, work.on_velocity, work.on_displacement)
     load = frame.load[row % frame.load.shape[0]]
-    _add_times(1.0, work.on_velocity, speed, constant)
-    _add_times(1.0, arrays.mass, _mix(c.inertia[1], start[0], c.inertia[2], start[1], 0.0, work.a), known)
+    add_times(1.0, work.on_velocity, speed, constant)
+    add_times(1.0, arrays.mass, _mix(c.inertia[1], start[0], c.inertia[2], start[1], 0.0, work.a), known)
     for i in range(r):
         constant[i] += load[i]
         known[i] += c.weight * constant[i] + (1.0 - c.weight) * work.forces[i]
@@ -147,7 +149,7 @@ def implicit_step(
                 return False
             fresh = True
         move = np.zeros(r)
-        _add_times(-1.0, work.inverse[c.tangent], residual, move)
+        add_times(-1.0, work.inverse[c.tangent], residual, move)
         work.counts[1] += 1
         fraction = 1.0
         while True:
@@ -201,18 +203,18 @@ def explicit_step(arrays: ReducedArrays, frame: FrameTerms, row: int, size: floa
     internal_force(arrays, q, predicted, given, internal)
     work.counts[3] += 1
     # Stiffness that this very step has felt, against what central differences can follow.
-    _add_times(1.0, arrays.mass, half, inertia)
+    add_times(1.0, arrays.mass, half, inertia)
     felt, limit = size * (_dot(half, internal) - _dot(half, work.forces)), 4.0 * _dot(half, inertia)
     if not felt <= limit * (1.0 + 1e-9) + 1e-300:
         return False
     load = frame.load[row % frame.load.shape[0]]
     for i in range(r):
         total[i] += internal[i] + load[i]
-    _add_times(1.0, work.on_velocity, half, total)
+    add_times(1.0, work.on_velocity, half, total)
     if frame.turns:
-        _add_times(1.0, work.on_displacement, q, total)
+        add_times(1.0, work.on_displacement, q, total)
     a = np.zeros(r)
-    _add_times(-1.0, work.inverse[0], total, a)
+    add_times(-1.0, work.inverse[0], total, a)
     for i in range(r):
         work.q[i], work.v[i], work.a[i], work.forces[i] = q[i], half[i] + 0.5 * size * a[i], a[i], internal[i]
     work.counts[0] += 1
@@ -228,11 +230,7 @@ def _stable(arrays: ReducedArrays, frame: FrameTerms, row: int, size: float, wor
     given, other = np.empty(arrays.first.size), np.empty(work.q.size)
     derivative_forces(arrays, frame, row, work.q, work.v, given, other)
     stiffest = np.linalg.eigvalsh(tangent(arrays, work.q, given))[-1]
-    moved = arrays.viscous @ slopes(arrays, work.q)
-    lagged = 0.0
-    for i in range(moved.shape[0]):
-        for j in range(moved.shape[1]):
-            lagged += moved[i, j] * moved[i, j]
+    lagged = np.trace(_lagging(arrays, work.q))
     return size * size * stiffest <= _STABLE_SHARE * 4.0 and size * lagged <= _STABLE_SHARE
 
 
@@ -253,30 +251,14 @@ def march(
     for n in range(rows.size):
         for place in range(len(stages)):
             if len(stages) > 1:
-                _keep(work, place)
+                work.passed[place] = work.state
             if not implicit_step(arrays, frame, len(stages) * n + place, stages[place], work, tolerance):
                 if place > 0:
-                    _return(work)
+                    work.state[:] = work.passed[0]
                 return n
         work.counts[0] += 1
         _store(work, rows[n], stored)
     return rows.size
-
-
-@jit
-def _keep(work: Work, place: int) -> None:
-    """Note the state at the start of a stage."""
-    for i in range(work.q.size):
-        work.passed[place, 0, i], work.passed[place, 1, i], work.passed[place, 2, i] = work.q[i], work.v[i], work.a[i]
-        work.passed[place, 3, i], work.passed[place, 4, i] = work.jerk[i], work.forces[i]
-
-
-@jit
-def _return(work: Work) -> None:
-    """Go back to the start of the step."""
-    for i in range(work.q.size):
-        work.q[i], work.v[i], work.a[i] = work.passed[0, 0, i], work.passed[0, 1, i], work.passed[0, 2, i]
-        work.jerk[i], work.forces[i] = work.passed[0, 3, i], work.passed[0, 4, i]
 
 
 @jit
@@ -292,9 +274,8 @@ def march_explicit(
     """As `march`, by central differences."""
     c = stages[0]
     for n in range(rows.size):
-        if n % _CHECK_INTERVAL == 0 and not _stable(arrays, frame, n, c.size, work):
-            return n
-        if not explicit_step(arrays, frame, n, c.size, work):
+        stable = n % _CHECK_INTERVAL != 0 or _stable(arrays, frame, n, c.size, work)
+        if not (stable and explicit_step(arrays, frame, n, c.size, work)):
             return n
         _store(work, rows[n], stored)
     return rows.size

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from typing import NamedTuple
 
 import numpy as np
 
 from tautflex.numeric import Array, Indices
-from tautflex.solvers.transient.methods.scheme import Combination, Method, Stage
+from tautflex.solvers.transient.methods.scheme import Method, Stage
 
 
 class StageNumbers(NamedTuple):
@@ -49,7 +50,9 @@ class Work(NamedTuple):
     Parameters
     ----------
     q, v, a, jerk, forces
-        State at the last instant; ``forces`` are all but inertia.
+        State at the last instant, rows of ``state``; ``forces`` are all but inertia.
+    state
+        Shape (5, r).
     passed
         State at the start of every stage of this step as it was last set, shape (stage, 5, r); of one stage it is not.
     inverse
@@ -69,6 +72,7 @@ class Work(NamedTuple):
     a: Array
     jerk: Array
     forces: Array
+    state: Array
     passed: Array
     inverse: Array
     on_velocity: Array
@@ -80,11 +84,11 @@ class Work(NamedTuple):
 
 def new_work(size: int, tangents: tuple[int, ...] = (0,)) -> Work:
     """Zeros for ``size`` coordinates and stages with the given numbers of effective stiffnesses."""
-    q, v, a, jerk, forces = (np.zeros(size) for _ in range(5))
-    passed, inverse = np.zeros((len(tangents), 5, size)), np.zeros((max(tangents) + 1, size, size))
-    on_velocity, on_displacement = (np.zeros((size, size)) for _ in range(2))
+    state, passed = np.zeros((5, size)), np.zeros((len(tangents), 5, size))
+    inverse, (on_velocity, on_displacement) = np.zeros((max(tangents) + 1, size, size)), np.zeros((2, size, size))
     scale, sizes, counts = np.zeros(1), np.zeros(len(inverse)), np.zeros(4, dtype=np.int64)
-    return Work(q, v, a, jerk, forces, passed, inverse, on_velocity, on_displacement, scale, sizes, counts)
+    q, v, a, jerk, forces = state
+    return Work(q, v, a, jerk, forces, state, passed, inverse, on_velocity, on_displacement, scale, sizes, counts)
 
 
 def stage_numbers(method: Method, size: float) -> tuple[StageNumbers, ...]:
@@ -94,31 +98,23 @@ def stage_numbers(method: Method, size: float) -> tuple[StageNumbers, ...]:
 
 
 def _of_stage(stage: Stage, size: float, place: int, tangent: int) -> StageNumbers:
-    scheme = stage.scheme
-
-    def triple(c: Combination) -> tuple[float, float, float]:
-        return float(c.d), float(c.v), float(c.a)
-
-    recalled = [(triple(v), triple(a)) for v, a in zip(stage.velocity, stage.acceleration, strict=True)]
+    evaluation, weight, *combinations, average, _ = astuple(stage.scheme)
+    inertia, velocity, place_end, velocity_end, acceleration_end = (
+        (float(d), float(v), float(a)) for d, v, a in combinations
+    )
+    recalled = [(astuple(v), astuple(a)) for v, a in zip(stage.velocity, stage.acceleration, strict=True)]
     return StageNumbers(
-        float(scheme.evaluation),
-        float(scheme.weight),
-        triple(scheme.inertia),
-        triple(scheme.velocity),
-        triple(scheme.end_displacement),
-        triple(scheme.end_velocity),
-        triple(scheme.end_acceleration),
-        bool(scheme.average_stress),
+        float(evaluation),
+        float(weight),
+        inertia,
+        velocity,
+        place_end,
+        velocity_end,
+        acceleration_end,
+        bool(average),
         float(stage.share * size),
         float(size),
         place,
         tangent,
         np.array(recalled, dtype=float).reshape(-1, 2, 3),
     )
-
-
-# What an explicit step needs of a scheme: frame terms at its end, and its size.
-_NOTHING = (0.0, 0.0, 0.0)
-EXPLICIT = StageNumbers(
-    1.0, 1.0, _NOTHING, _NOTHING, _NOTHING, _NOTHING, _NOTHING, False, 0.0, 0.0, 0, 0, np.zeros((0, 2, 3))
-)

@@ -44,7 +44,7 @@ class CondensedModel(NamedTuple):
     """Equation of motion of the coordinates, static derivatives condensed, for k weights Z and l loads of the frame.
 
     For any motion (`FrameMoments.general`) these are the nine entries of Z, and of the load moments
-    ``int rho V' x``, ``int rho V'`` the nine and three entries, see `load_moments`.
+    ``int rho V' x``, ``int rho V'`` the nine and three entries.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ class CondensedModel(NamedTuple):
         The same between static derivatives (per monomial) and coordinates, shape (k, m, r).
     load, load_stress
         Loads on the coordinates, and those on static derivatives as seen by the monomials, shapes (l, r) and (l, m).
-    follow_linear, follow_quadratic, follow_load
-        Static derivatives from coordinates (p, r), monomials (p, m) and loads (l, p).
+    follow_quadratic, follow_load
+        Static derivatives from monomials (p, m) and loads (l, p).
     """
 
     mass: Any
@@ -75,14 +75,8 @@ class CondensedModel(NamedTuple):
     turning_derivatives: Any
     load: Any
     load_stress: Any
-    follow_linear: Any
     follow_quadratic: Any
     follow_load: Any
-
-
-def load_moments(loads: Array) -> tuple[Array, Array]:
-    """First and zeroth moments, shapes (3, 3, n) and (3, n), of the loads of any motion, shape (12, n)."""
-    return loads[:9].reshape(3, 3, -1), loads[9:]
 
 
 @dataclass(frozen=True)
@@ -103,12 +97,8 @@ class FrameMoments:
     @classmethod
     def general(cls, moments: Moments) -> FrameMoments:
         """For any motion: Z and the loads ``int rho V' x``, ``int rho V'`` entry by entry, k = 9, l = 12."""
-        size = moments.pair.shape[-1]
-        mass = np.einsum("aapq->pq", moments.pair)
-        return cls(
-            np.concatenate([mass[None], moments.pair.reshape(9, size, size)]),
-            np.concatenate([moments.first.reshape(9, size), moments.zeroth]),
-        )
+        mass, rows = np.einsum("aapq->pq", moments.pair), moments.pair.reshape(9, *moments.pair.shape[2:])
+        return cls(np.stack([mass, *rows]), np.concatenate([*moments.first, moments.zeroth]))
 
     @classmethod
     def about_axis(cls, moments: Moments, axis: Array, origin: Array) -> FrameMoments:
@@ -121,10 +111,13 @@ class FrameMoments:
         return cls(np.stack(pairs), np.stack(loads))
 
 
-def weigh(projection: Projection, factors: Factors, xp: ModuleType) -> tuple[Any, Any, Any]:
-    """Stiffness (P, P), second-degree force (P, m) and fourth-degree coefficients (m, m) under parameters.
+def condense(
+    projection: Projection, inertia: Mapping[str, FrameMoments], factors: Factors, xp: ModuleType
+) -> CondensedModel:
+    """Weigh the parts with parameters, which may be traced, and condense the static derivatives.
 
-    Arguments as of `condense`.
+    ``inertia`` has moments by kind of element, for the weights and loads that are wanted; ``xp`` is numpy, or a library
+    with its interface such as jax.numpy.
     """
     young = {kind: factors.youngs_modulus.get(kind, 1.0) for kind in projection.elastic}
     tension = {
@@ -132,31 +125,11 @@ def weigh(projection: Projection, factors: Factors, xp: ModuleType) -> tuple[Any
         "y": factors.tension_y,
         "xy": xp.sqrt(factors.tension_x * factors.tension_y) if "xy" in projection.stress else 0.0,
     }
-    stiffness = sum(young[kind] * part for kind, part in projection.elastic.items())
+    stiffness: Any = sum(young[kind] * part for kind, part in projection.elastic.items())
     stiffness = stiffness + sum(tension[name] * part for name, part in projection.stress.items())
-    force = sum(young[kind] * part.quadratic for kind, part in projection.higher.items())
-    cubic = sum(young[kind] * part.cubic for kind, part in projection.higher.items())
-    return stiffness, force, cubic
-
-
-def condense(
-    projection: Projection, inertia: Mapping[str, FrameMoments], factors: Factors, xp: ModuleType
-) -> CondensedModel:
-    """Weigh the parts with parameters and condense the static derivatives.
-
-    Parameters
-    ----------
-    projection
-        Projected structure.
-    inertia
-        Kind of element -> moments for the weights and loads that are wanted.
-    factors
-        Parameters, possibly traced.
-    xp
-        Array library: numpy, or one with its interface such as jax.numpy.
-    """
+    force: Any = sum(young[kind] * part.quadratic for kind, part in projection.higher.items())
+    cubic: Any = sum(young[kind] * part.cubic for kind, part in projection.higher.items())
     r = projection.kept
-    stiffness, force, cubic = weigh(projection, factors, xp)
     density = {kind: factors.density.get(kind, 1.0) for kind in inertia}
     pair: Any = sum(density[kind] * part.pair for kind, part in inertia.items())
     load: Any = sum(density[kind] * part.load for kind, part in inertia.items())
@@ -180,7 +153,6 @@ def condense(
         turning_derivatives=e.T @ moved[1:, r:],
         load=load @ reach,
         load_stress=load[:, r:] @ e,
-        follow_linear=d,
         follow_quadratic=e,
         follow_load=offset,
     )

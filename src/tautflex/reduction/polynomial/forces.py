@@ -75,6 +75,36 @@ class FrameTerms(NamedTuple):
     turns: bool
 
 
+# Loops in place of array expressions: those make the compiler generate shape checks and error texts, half of its time.
+@jit
+def add_times(factor: float, matrix: Array, vector: Array, result: Array) -> None:
+    """Add ``factor * matrix @ vector`` to ``result``."""
+    for i in range(matrix.shape[0]):
+        total = 0.0
+        for j in range(vector.size):
+            total += matrix[i, j] * vector[j]
+        result[i] += factor * total
+
+
+@jit
+def _pair_products(arrays: ReducedArrays, a: Array, b: Array) -> Array:
+    """Products ``a_i b_j`` of the pairs that make the monomials, shape (m,)."""
+    result = np.empty(arrays.first.size)
+    for k in range(result.size):
+        result[k] = a[arrays.first[k]] * b[arrays.second[k]]
+    return result
+
+
+@jit
+def _rates(arrays: ReducedArrays, q: Array, v: Array) -> Array:
+    """Rates of the monomials, shape (m,)."""
+    result = np.empty(arrays.first.size)
+    for k in range(result.size):
+        i, j = arrays.first[k], arrays.second[k]
+        result[k] = q[i] * v[j] + v[i] * q[j]
+    return result
+
+
 @jit
 def add_product(factor: Array, vector: Array, result: Array) -> None:
     """Add ``F'F vector`` to ``result``; four rows of F at a time save memory traffic."""
@@ -103,27 +133,14 @@ def internal_force(arrays: ReducedArrays, q: Array, v: Array, given: Array, forc
 
     The static derivatives' damping belongs here: at large deflections it is stiff, and a step has to solve for it.
     """
-    r, m = q.size, arrays.first.size
-    y, stress = np.empty(m), given.copy()
-    for k in range(m):
-        y[k] = q[arrays.first[k]] * q[arrays.second[k]]
-    for i in range(r):
-        total = 0.0
-        for j in range(r):
-            total += arrays.linear[i, j] * q[j]
-        force[i] = total
-    for i in range(arrays.quadratic.shape[0]):
-        total = 0.0
-        for k in range(m):
-            total += arrays.quadratic[i, k] * y[k]
-        force[i] += total
+    y, stress = _pair_products(arrays, q, q), given.copy()
+    force.fill(0.0)
+    add_times(1.0, arrays.linear, q, force)
+    add_times(1.0, arrays.quadratic, y, force)
     add_product(arrays.fields, y, stress)
     if arrays.viscous.shape[0]:
-        for k in range(m):
-            i, j = arrays.first[k], arrays.second[k]
-            y[k] = q[i] * v[j] + v[i] * q[j]
-        add_product(arrays.viscous, y, stress)
-    for k in range(m):
+        add_product(arrays.viscous, _rates(arrays, q, v), stress)
+    for k in range(y.size):
         i, j = arrays.first[k], arrays.second[k]
         force[i] += stress[k] * q[j]
         force[j] += stress[k] * q[i]
@@ -162,10 +179,7 @@ def derivative_forces(
     force.fill(0.0)
     if not frame.turns:
         return
-    rate = np.empty(m)
-    for k in range(m):
-        i, j = arrays.first[k], arrays.second[k]
-        rate[k] = q[i] * v[j] + v[i] * q[j]
+    y, rate = _pair_products(arrays, q, q), _rates(arrays, q, v)
     at = row % frame.velocity.shape[0]
     for a in range(3):
         for b in range(3):
@@ -173,7 +187,7 @@ def derivative_forces(
             if gyro == 0.0 and turn == 0.0:
                 continue
             for k in range(m):
-                here = gyro * rate[k] + turn * q[arrays.first[k]] * q[arrays.second[k]]
+                here = gyro * rate[k] + turn * y[k]
                 total = 0.0
                 for j in range(r):
                     total += arrays.turning_derivatives[a, b, k, j] * (gyro * v[j] + turn * q[j])
@@ -218,8 +232,8 @@ def total_force(arrays: Any, frame: FrameTerms, row: int, q: Array, v: Array, fo
     load = frame.load[row % frame.load.shape[0]]
     for i in range(r):
         force[i] += other[i] + load[i]
-        for j in range(r):
-            force[i] += on_velocity[i, j] * v[j] + on_displacement[i, j] * q[j]
+    add_times(1.0, on_velocity, v, force)
+    add_times(1.0, on_displacement, q, force)
 
 
 @jit
@@ -235,35 +249,36 @@ def slopes(arrays: ReducedArrays, q: Array) -> Array:
 @jit
 def tangent(arrays: ReducedArrays, q: Array, given: Array) -> Array:
     """Derivative of the internal force at q under a given stress per monomial, shape (r, r)."""
-    slope = slopes(arrays, q)
-    y = np.empty(arrays.first.size)
-    for k in range(y.size):
-        y[k] = q[arrays.first[k]] * q[arrays.second[k]]
-    stress = given.copy()
-    add_product(arrays.fields, y, stress)
+    slope, stress = slopes(arrays, q), given.copy()
+    add_product(arrays.fields, _pair_products(arrays, q, q), stress)
     moved = arrays.fields @ slope
     result = moved.T @ moved
     for i in range(q.size):
         for j in range(q.size):
             result[i, j] += arrays.linear[i, j]
             if arrays.quadratic.shape[0]:
-                for k in range(y.size):
+                for k in range(stress.size):
                     result[i, j] += arrays.quadratic[i, k] * slope[k, j]
-    for k in range(y.size):
+    for k in range(stress.size):
         result[arrays.first[k], arrays.second[k]] += stress[k]
         result[arrays.second[k], arrays.first[k]] += stress[k]
     return result
 
 
-@singledispatch
 def energies(arrays: Any, q: Array, v: Array) -> Array:
     """Kinetic and strain energy [J] of rows of states (n, r), shape (n, 2)."""
+    return np.stack([0.5 * np.einsum("nr,nr->n", v @ arrays.mass, v), strain_energies(arrays, q)], axis=1)
+
+
+@singledispatch
+def strain_energies(arrays: Any, q: Array) -> Array:
+    """Strain energy [J] of rows of coordinates (n, r), shape (n,)."""
     y = monomials(q)
     fields = y @ arrays.fields.T
     strain = 0.5 * np.einsum("nr,nr->n", q @ arrays.linear, q) + 0.5 * np.einsum("nk,nk->n", fields, fields)
     if len(arrays.quadratic):
         strain += np.einsum("nr,nr->n", y @ arrays.quadratic.T, q) / 3.0
-    return np.stack([0.5 * np.einsum("nr,nr->n", v @ arrays.mass, v), strain], axis=1)
+    return np.asarray(strain)
 
 
 def rows_from(frame: FrameTerms, first: int) -> FrameTerms:

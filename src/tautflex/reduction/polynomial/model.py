@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from tautflex import checks
 from tautflex.errors import UnsupportedError
@@ -19,7 +18,7 @@ from tautflex.reduction.marching.simulation import solve_reduced
 from tautflex.reduction.on_basis import OnBasis, refuse_drifting
 from tautflex.reduction.polynomial.condensation import CondensedModel, assemble
 from tautflex.reduction.polynomial.forces import ReducedArrays
-from tautflex.reduction.polynomial.monomials import WEAK_FIELD, monomial_rates, monomials, pairs, stress_fields
+from tautflex.reduction.polynomial.monomials import WEAK_FIELD, pairs, stress_fields
 from tautflex.reduction.polynomial.projection import Projection, project
 from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.transient.problem import Progress, TransientProblem
@@ -60,11 +59,6 @@ class ReducedModel(OnBasis):
         """Equation of motion of the coordinates at the parameters of the state."""
         return assemble(self.projection)
 
-    @cached_property
-    def monomial_vectors(self) -> Array:
-        """Displacement that follows each monomial, shape (m, size)."""
-        return self.coefficients.follow_quadratic.T @ self.basis.derivatives
-
     def arrays(self, damping: Damping) -> ReducedArrays:
         """Arrays for the compiled stepper under a damping model."""
         c = self.coefficients
@@ -104,44 +98,11 @@ class ReducedModel(OnBasis):
     @property
     def memory(self) -> int:
         """Bytes of basis and projection."""
-        arrays = [self.basis.kept, self.basis.derivatives, *self.projection.stress.values()]
-        arrays += [*self.projection.elastic.values()]
+        arrays = [self.basis.kept, self.basis.derivatives]
+        arrays += [*self.projection.stress.values(), *self.projection.elastic.values()]
         arrays += [array for part in self.projection.higher.values() for array in (part.quadratic, part.cubic)]
         arrays += [array for part in self.projection.inertia.values() for array in (part.pair, part.first, part.zeroth)]
         return sum(array.nbytes for array in arrays)
-
-    def displacement(self, eta: Array, offset: Array | None = None) -> Array:
-        """Free unknowns [m, rad] from coordinates.
-
-        Parameters
-        ----------
-        eta
-            Coordinates, shape (..., r).
-        offset
-            Static derivatives that the load prescribes, shape (..., p); None is none.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (..., size).
-        """
-        result = eta @ self.basis.kept + monomials(eta) @ self.monomial_vectors
-        return result if offset is None else result + offset @ self.basis.derivatives
-
-    def motion(self, eta: Array, rate: Array, acceleration: Array, offset: Array) -> tuple[Array, Array, Array]:
-        """Free unknowns, their velocities and accelerations from those of the coordinates, shapes (size,)."""
-        kept, follow = self.basis.kept, self.monomial_vectors
-        v = rate @ kept + monomial_rates(eta, rate) @ follow
-        a = acceleration @ kept + (monomial_rates(eta, acceleration) + 2.0 * monomials(rate)) @ follow
-        return self.displacement(eta, offset), v, a
-
-    def seen(self, look: csr_array, eta: Array, rate: Array, offset: Array) -> tuple[Array, Array]:
-        """Readings ``look @ q`` of displacement and velocity at instants, shapes (time, reading)."""
-        kept, derivatives, follow = (
-            (look @ vectors.T).T for vectors in (self.basis.kept, self.basis.derivatives, self.monomial_vectors)
-        )
-        place = eta @ kept + monomials(eta) @ follow + offset @ derivatives
-        return place, rate @ kept + monomial_rates(eta, rate) @ follow
 
     def __repr__(self) -> str:
         return (

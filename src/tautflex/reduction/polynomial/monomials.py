@@ -64,16 +64,10 @@ def monomial_sizes(amplitude: Array) -> Array:
 
 
 def stress_fields(matrix: Array, amplitude: Array, weak: float = WEAK_FIELD) -> Array:
-    """Factor F with few rows such that ``F'F`` is a positive semidefinite matrix over monomials, shape (k, m).
+    """Factor F with few rows such that ``F'F`` is a positive semidefinite matrix over monomials, (m, m) -> (k, m).
 
-    Parameters
-    ----------
-    matrix
-        Symmetric matrix over monomials, shape (m, m).
-    amplitude
-        Typical size of each coordinate, shape (r,): what is weak is judged at these sizes.
-    weak
-        Fields with less than this part of the strongest one's energy are left out.
+    Fields with less than the part ``weak`` of the strongest one's energy at the typical sizes of the coordinates, shape
+    (r,), are left out.
     """
     size = monomial_sizes(amplitude)
     values, vectors = np.linalg.eigh(size[:, None] * matrix * size)

@@ -68,9 +68,10 @@ def project(state: PrestressedState, basis: BasisVectors) -> Projection:
     """Project a prestressed state, whose laws must all be elastic, on a basis."""
     system, vectors = state.system, np.concatenate([basis.kept, basis.derivatives])
     higher = higher_degrees(system, basis.kept, vectors)
-    elastic = {kind: _projected(_only_elastic(system, kind), vectors) for kind in higher}
+    none = [np.zeros_like(stress) for stress in system.initial_stress]
+    elastic = {kind: _stiffness(system, vectors, none, kind) for kind in higher}
     stress = {
-        name: _projected(_only_stress(system, field), vectors)
+        name: _stiffness(system, vectors, field)
         for name, field in prestress_fields(state).items()
         if any(np.any(part) for part in field)
     }
@@ -96,23 +97,14 @@ def prestress_fields(state: PrestressedState) -> dict[str, list[Array]]:
     return fields
 
 
-def _only_elastic(system: StructuralSystem, kind: str) -> StructuralSystem:
-    """Elastic stiffness of one kind, without prestress."""
+def _stiffness(system: StructuralSystem, vectors: Array, stress: list[Array], elastic: str | None = None) -> Array:
+    """Stiffness of a prestress field, and of the elastic matrices of one kind of element, on vectors, shape (P, P)."""
     blocks = tuple(
-        block if block.kind == kind else replace(block, elasticity=np.zeros_like(block.elasticity))
+        block if block.kind == elastic else replace(block, elasticity=np.zeros_like(block.elasticity))
         for block in system.blocks
     )
-    return system.with_initial_stress([np.zeros_like(stress) for stress in system.initial_stress], blocks)
-
-
-def _only_stress(system: StructuralSystem, field: list[Array]) -> StructuralSystem:
-    """Stiffness of a prestress field alone."""
-    blocks = tuple(replace(block, elasticity=np.zeros_like(block.elasticity)) for block in system.blocks)
-    return system.with_initial_stress(field, blocks)
-
-
-def _projected(system: StructuralSystem, vectors: Array) -> Array:
-    matrix = system.pattern.symmetric_matrix(system.tangent(np.zeros(system.size)))
+    part = system.with_initial_stress(stress, blocks)
+    matrix = part.pattern.symmetric_matrix(part.tangent(np.zeros(system.size)))
     result = vectors @ (matrix @ vectors.T)
     return 0.5 * (result + result.T)
 
@@ -120,9 +112,7 @@ def _projected(system: StructuralSystem, vectors: Array) -> Array:
 def project_moments(inertia: InertiaOperator, vectors: Array) -> Moments:
     """Moments of an inertia operator on vectors (P, size)."""
     pair = np.zeros((3, 3, len(vectors), len(vectors)))
-    unit = np.eye(3)
-    for a in range(3):
-        for b in range(3):
-            if len(inertia.values[a][b]):
-                pair[a, b] = vectors @ (inertia.matrix(np.outer(unit[a], unit[b])) @ vectors.T)
+    for a, b in np.ndindex(3, 3):
+        if len(inertia.values[a][b]):
+            pair[a, b] = vectors @ (inertia.matrix(np.outer(np.eye(3)[a], np.eye(3)[b])) @ vectors.T)
     return Moments(pair, inertia.first_moment @ vectors.T, inertia.zeroth_moment @ vectors.T)

@@ -18,8 +18,8 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.numeric import Array, Indices
-from tautflex.reduction.polynomial.monomials import packed, pairs
+from tautflex.numeric import Array
+from tautflex.reduction.polynomial.monomials import packed
 
 _CHUNK_NUMBERS = 4_000_000  # doubles in the largest temporary of one chunk of elements
 
@@ -40,29 +40,14 @@ class HigherDegrees:
     cubic: Array
 
 
-@dataclass(frozen=True)
-class _Chunk:
-    """Some elements of a block on a basis; the element is the first axis."""
+def _chunks(system: StructuralSystem, vectors: Array) -> Iterator[tuple[str, Array, Array, Array]]:
+    """Forces of all elements on the basis, in parts that fit in memory.
 
-    index: int
-    part: slice
-    places: Indices
-    gradient: Array
-    linear: Array
-    slope: Array
-    quadratic: Array
-
-    def full_forces(self, elastic_quadratic: Array, elastic_linear: Array, strain_of_gradient: Array) -> Array:
-        """Second-degree element forces per monomial, shape (element, dof, m)."""
-        conjugate = 0.5 * np.einsum("sg,esm->egm", strain_of_gradient, elastic_quadratic)
-        conjugate += packed(np.einsum("esgi,esj->egij", self.slope, elastic_linear))
-        return np.einsum("egd,egm->edm", self.gradient, conjugate)
-
-
-def _chunks(system: StructuralSystem, vectors: Array) -> Iterator[_Chunk]:
-    """Strains of all elements on the basis, in parts that fit in memory."""
+    Yields the kind of the elements, their second-degree force on the unknowns per monomial, shape (size, m), and rows
+    of B and of DB, weighed with the measure, shapes (row, m).
+    """
     extended = np.concatenate([vectors, np.zeros((len(vectors), 1))], axis=1)
-    for index, (block, places) in enumerate(zip(system.blocks, system.row_places, strict=True)):
+    for block, places in zip(system.blocks, system.row_places, strict=True):
         strains, gradients = block.linear.shape
         each = strains * max(len(vectors) ** 2, gradients * len(vectors))
         step = max(1, _CHUNK_NUMBERS // each)
@@ -71,9 +56,20 @@ def _chunks(system: StructuralSystem, vectors: Array) -> Iterator[_Chunk]:
             local = extended[:, places[part]].transpose(1, 2, 0)
             gamma = np.matmul(block.gradient[part], local)
             slope = np.einsum("sgh,ehr->esgr", block.quadratic, gamma)
-            products = np.einsum("egi,esgj->esij", gamma, slope)
-            linear = np.einsum("sg,egr->esr", block.linear, gamma)
-            yield _Chunk(index, part, places[part], block.gradient[part], linear, slope, packed(products))
+            quadratic = packed(np.einsum("egi,esgj->esij", gamma, slope))
+            weighed = block.measure[part, None, None] * block.elasticity[part]
+            elastic = weighed @ quadratic
+            conjugate = 0.5 * np.einsum("sg,esm->egm", block.linear, elastic)
+            linear = weighed @ np.einsum("sg,egr->esr", block.linear, gamma)
+            conjugate += packed(np.einsum("esgi,esj->egij", slope, linear))
+            forces = np.einsum("egd,egm->edm", block.gradient[part], conjugate)
+            count = quadratic.shape[-1]
+            flat = places[part].ravel()
+            selection = csr_array(
+                (np.ones(flat.size), (flat, np.arange(flat.size))), shape=(system.size + 1, flat.size)
+            )
+            summed = np.asarray(selection @ forces.reshape(flat.size, -1))[:-1]
+            yield block.kind, summed, quadratic.reshape(-1, count), elastic.reshape(-1, count)
 
 
 def higher_degrees(system: StructuralSystem, vectors: Array, forces_on: Array) -> dict[str, HigherDegrees]:
@@ -82,19 +78,12 @@ def higher_degrees(system: StructuralSystem, vectors: Array, forces_on: Array) -
     Second-degree forces are projected on the vectors ``forces_on`` (P, size).
     """
     found: dict[str, HigherDegrees] = {}
-    for chunk in _chunks(system, vectors):
-        block = system.blocks[chunk.index]
-        weighed = block.measure[chunk.part, None, None] * block.elasticity[chunk.part]
-        elastic_linear, elastic_quadratic = weighed @ chunk.linear, weighed @ chunk.quadratic
-        forces = chunk.full_forces(elastic_quadratic, elastic_linear, block.linear)
-        count = chunk.quadratic.shape[-1]
-        flat = chunk.quadratic.reshape(-1, count)
-        quadratic = forces_on @ _scatter(forces, chunk.places, system.size)
-        cubic = flat.T @ elastic_quadratic.reshape(-1, count)
-        known = found.get(block.kind)
+    for kind, forces, strains, stresses in _chunks(system, vectors):
+        quadratic, cubic = forces_on @ forces, strains.T @ stresses
+        known = found.get(kind)
         if known is not None:
             quadratic, cubic = known.quadratic + quadratic, known.cubic + cubic
-        found[block.kind] = HigherDegrees(quadratic, cubic)
+        found[kind] = HigherDegrees(quadratic, cubic)
     return found
 
 
@@ -103,17 +92,4 @@ def quadratic_forces(system: StructuralSystem, vectors: Array) -> Array:
 
     ``f(V eta) = f(0) + K V eta + y(eta) @ result + third degree``.
     """
-    total = np.zeros((system.size, len(pairs(len(vectors))[0])))
-    for chunk in _chunks(system, vectors):
-        block = system.blocks[chunk.index]
-        weighed = block.measure[chunk.part, None, None] * block.elasticity[chunk.part]
-        forces = chunk.full_forces(weighed @ chunk.quadratic, weighed @ chunk.linear, block.linear)
-        total += _scatter(forces, chunk.places, system.size)
-    return total.T
-
-
-def _scatter(forces: Array, places: Indices, size: int) -> Array:
-    """Sum element forces (element, dof, m) on the free unknowns, shape (size, m)."""
-    flat = places.ravel()
-    selection = csr_array((np.ones(flat.size), (flat, np.arange(flat.size))), shape=(size + 1, flat.size))
-    return np.asarray(selection @ forces.reshape(flat.size, -1))[:-1]
+    return np.asarray(sum(forces for _, forces, _, _ in _chunks(system, vectors))).T
