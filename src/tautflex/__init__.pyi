@@ -46,6 +46,8 @@ from .mechanics.dampings.modal import Modal as Modal
 from .mechanics.dampings.rayleigh import Rayleigh as Rayleigh
 from .mechanics.loads.cable_tension import CableTension as CableTension
 from .mechanics.loads.edge_force import EdgeForce as EdgeForce
+from .mechanics.loads.film_pressure import Pressure as Pressure
+from .mechanics.loads.inputs import FollowerForce as FollowerForce
 from .mechanics.loads.inputs import PreparedInput as PreparedInput
 from .mechanics.loads.inputs import TimeInput as TimeInput
 from .mechanics.loads.membrane_temperature import MembraneTemperature as MembraneTemperature

@@ -179,6 +179,7 @@ def doors(t):
         "Newmark": (tf.Newmark, {"gamma": 0.5, "beta": 0.25}),
         "NodalForce": (bound(tf.NodalForce), force),
         "PodBasis": (tf.PodBasis, {"data": run.data, "count": 2, "lost": 1e-5, "derivatives": "condensed"}),
+        "Pressure": (bound(tf.Pressure), {"pressure": 1.0, "breaks": ()}),
         "PressureLoad": (tf.PressureLoad, {"system": state.system, "pressure": 1.0}),
         "Rayleigh": (tf.Rayleigh, {"alpha": 0.1, "beta": 0.1}),
         "Sequence": (tf.Sequence, {"steps": (tf.Slew(0.1, 1.0), tf.Slew(-0.1, 1.0)), "holds": (0.1,)}),

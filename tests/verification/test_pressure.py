@@ -1,4 +1,4 @@
-"""Films under pressure: the load itself, Hencky's circular film, the square airbag."""
+"""Films under pressure: the load itself, Hencky's circular film, the square airbag, free edges."""
 
 from __future__ import annotations
 
@@ -7,11 +7,25 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from tautflex import CableSection, InputError, Material, MembraneSection, Model, PressureLoad, Shape, solve_static
+from tautflex import (
+    CableSection,
+    InputError,
+    Material,
+    MembraneSection,
+    Model,
+    PressureLoad,
+    Shape,
+    build_model,
+    solve_prestress,
+    solve_static,
+)
+from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.errors import MeshError, NotConvergedError
 from tautflex.mechanics.membrane import principal_resultants
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.structure.mesh import rectangle_mesh
 from tautflex.structure.model import Support
+from tautflex.structure.orientation import facing
 from tautflex.structure.shapes import QUAD4, TRIANGLE3, TRIANGLE6
 from verification.builders import disc_mesh, observed_order, unstressed
 
@@ -74,7 +88,7 @@ def held(shape: Shape) -> Model:
 def test_pressure_on_a_curved_film_of_any_shape(shape, verification_row):
     """On ``z = d + b x + c y + e x y + f x^2 + g y^2`` over a rectangle, of which each shape takes its share exactly.
 
-    The normal times dA is ``(-z_x, -z_y, 1) dx dy``; the cones to the origin hold ``(z - x z_x - y z_y) / 3``.
+    The normal times dA is ``(-z_x, -z_y, 1) dx dy``; what lies between it and the plane is the integral of z.
     """
     model = held(shape)
     x, y, _ = model.nodes.T
@@ -89,10 +103,65 @@ def test_pressure_on_a_curved_film_of_any_shape(shape, verification_row):
     load = PressureLoad(system, p)
     total = load.force(q.ravel()).reshape(-1, 3).sum(axis=0)
     exact = p * a * h * np.array([-(b + e * h / 2 + f * a), -(c + e * a / 2 + g * h), 1.0])
-    volume = a * h * (d - e * a * h / 4 - f * a**2 / 3 - g * h**2 / 3) / 3.0
+    volume = a * h * (d + b * a / 2 + c * h / 2 + e * a * h / 4 + f * a**2 / 3 + g * h**2 / 3)
     error = max(np.abs(total / exact - 1.0).max(), abs(load.work(q.ravel()) / (p * volume) - 1.0))
     assert error < 1e-13
     verification_row(f"pressure on a curved film, {shape.name}: resultant and volume", 0.0, error, "closed form")
+
+
+def test_free_edges_have_an_unsymmetric_load_stiffness(verification_row):
+    """The derivative of the force is exact there too, and no potential has it."""
+    system = StructuralSystem.from_model(Model(held(QUAD4).nodes, held(QUAD4).groups))
+    load, rng = PressureLoad(system, 2.0), np.random.default_rng(3)
+    q = 0.1 * rng.standard_normal(system.size)
+    columns = np.array([(load.force(q + 1e-3 * u) - load.force(q - 1e-3 * u)) / 2e-3 for u in np.eye(system.size)]).T
+    tangent = system.matrix(load.tangent(q)).toarray()
+    error = np.abs(tangent - columns).max() / np.abs(tangent).max()
+    assert error < 1e-11
+    assert np.abs(tangent - tangent.T).max() > 0.1 * np.abs(tangent).max()
+    verification_row("follower pressure, free edge: tangent against differences of the force", 0.0, error, "exact")
+
+
+@pytest.mark.parametrize("shape", [TRIANGLE3, TRIANGLE6, QUAD4], ids=lambda shape: shape.name)
+def test_elements_listed_the_other_way_round_do_not_turn_the_pressure(shape, verification_row):
+    model = held(shape)
+    (group,) = model.groups
+    mirrored = {TRIANGLE3: [0, 2, 1], TRIANGLE6: [0, 2, 1, 5, 4, 3], QUAD4: [0, 3, 2, 1]}[shape]
+    elements = group.connectivity.copy()
+    elements[1] = elements[1, mirrored]
+    mixed = Model.from_mesh(
+        model.nodes, surfaces={shape.name: elements}, membrane=group.section, supports=model.supports
+    )
+    forces = [PressureLoad(system, 3.0) for system in map(StructuralSystem.from_model, (model, mixed))]
+    q = 0.1 * np.random.default_rng(2).standard_normal(len(model.free_dofs))
+    wanted, found = (load.force(q) for load in forces)
+    error = float(np.abs(found - wanted).max() / np.abs(wanted).max())
+    assert error < 1e-14
+    verification_row(f"pressure with one clockwise {shape.name}: force against none", 0.0, error, "same surface")
+
+
+def test_pieces_of_film_face_each_its_own_way():
+    """A side that three elements share parts them: nobody can say which two go on in each other."""
+    nodes = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]], dtype=float)
+    film = Model.from_mesh(
+        nodes, triangles=[[0, 1, 2], [0, 1, 3], [1, 0, 4]], membrane=MembraneSection(Material(1.0, 1.0, 0.3), 1.0)
+    )
+    np.testing.assert_array_equal(facing(film.nodes, film.surfaces), [1.0, 1.0, 1.0])
+    two = Model.from_mesh(
+        nodes[:4], triangles=[[0, 1, 2], [0, 1, 3]], membrane=MembraneSection(Material(1.0, 1.0, 0.3), 1.0)
+    )
+    np.testing.assert_array_equal(facing(two.nodes, two.surfaces), [1.0, -1.0])
+
+
+def test_a_film_with_one_side_is_refused():
+    angle = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    across = np.column_stack([np.cos(angle / 2) * np.cos(angle), np.cos(angle / 2) * np.sin(angle), np.sin(angle / 2)])
+    middle = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(12)])
+    nodes = np.concatenate([middle + 0.2 * across, middle - 0.2 * across])
+    quads = [[i, i + 1, 12 + i + 1, 12 + i] for i in range(11)] + [[11, 12, 0, 23]]
+    strip = Model.from_mesh(nodes, quads=quads, membrane=MembraneSection(Material(1.0, 1.0, 0.3), 1.0))
+    with pytest.raises(MeshError, match=r"expected two sides.*cut the strip open"):
+        PressureLoad(StructuralSystem.from_model(strip), 1.0)
 
 
 @pytest.mark.parametrize("name", ["closed", "held", "held triangle6", "held quad4", "symmetry planes"])
@@ -194,3 +263,117 @@ def test_square_airbag(verification_row):
     elastic = 1e3 * float(state.system.translations(q)[0, 2])
     assert elastic < 0.9 * rises[1]
     verification_row("square airbag, elastic law, 8 x 8 cells [mm]", "< 217", f"{elastic:.0f}", "counter-example", "")
+
+
+# Pressure [Pa] and largest deflection [m] of the package's antenna in equilibrium, found by another way: the force on
+# the last shape as a dead load, until nothing changes.
+ANTENNA = ((9e-6, 3.9459e-07), (1e-3, 4.3843e-05), (0.1, 4.0588e-03), (1.0, 1.73751e-02))
+
+
+def test_antenna_under_pressure(verification_row):
+    """Its film's edges hang in cables: free edges, on which the follower force has no potential."""
+    state = solve_prestress(build_model(parse_case(M2_TEMPLATE, ["prestress.mode=equilibrium"])))
+    for pressure, expected in ANTENNA:
+        q = solve_static(state, pressure=PressureLoad(state.system, pressure))
+        found = float(np.abs(state.system.translations(q)[:, 2]).max())
+        assert found == pytest.approx(expected, rel=2e-5)
+        verification_row(f"antenna under {pressure:g} Pa: largest deflection [m]", expected, found, "fixed point")
+
+
+def long_strip(pretension: float = 3000.0, clockwise: bool = False) -> tuple[Model, float]:
+    """Film strip 5 m wide between held long edges, its ends free to move out of the plane; stiffness E h/(1 - nu^2)."""
+    young, nu, thickness, count = 1.5e9, 0.3, 1.5e-3, 24
+    nodes, triangles = rectangle_mesh(np.linspace(-2.5, 2.5, count + 1), np.array([0.0, 5.0 / count]))
+    if clockwise:
+        triangles[1::2] = triangles[1::2, [0, 2, 1]]
+    ends = Support(tuple(np.flatnonzero(np.abs(nodes[:, 0]) > 2.5 - 1e-9)), ("x", "y", "z"))
+    plane = Support(tuple(range(len(nodes))), ("y",))
+    section = MembraneSection(Material(young, 1200.0, nu), thickness, "green-lagrange")
+    stress = (pretension / thickness, nu * pretension / thickness, 0.0)
+    model = Model.from_mesh(
+        nodes, triangles=triangles, membrane=section, membrane_stress=stress, supports=(ends, plane)
+    )
+    return model, young * thickness / (1.0 - nu**2)
+
+
+@pytest.mark.parametrize("clockwise", [False, True], ids=["counter-clockwise", "half of the elements clockwise"])
+def test_strip_with_two_free_edges(clockwise, verification_row, monkeypatch):
+    """Shallow parabola w = p a^2 / 2N with N = N0 + E h/(1 - nu^2) (p a / N)^2 / 6; Newton on the follower force."""
+    pressure, half = 500.0, 2.5
+    model, stiffness = long_strip(clockwise=clockwise)
+    tension = brentq(lambda n: n - 3000.0 - stiffness * (pressure * half / n) ** 2 / 6.0, 3000.0, 1e7)
+    exact, state = pressure * half**2 / (2.0 * tension), solve_prestress(model)
+    tangents, derivative = [], PressureLoad.tangent
+    monkeypatch.setattr(PressureLoad, "tangent", lambda self, q: tangents.append(q) or derivative(self, q))
+    q = solve_static(state, pressure=PressureLoad(state.system, pressure), tolerance=1e-8)
+    found = float(state.system.translations(q)[:, 2].max())
+    assert found == pytest.approx(exact, rel=2e-3)
+    assert found == pytest.approx(0.1604, rel=5e-4)
+    case = "strip, 5 m wide, 500 Pa, two free edges" + ", half of the elements clockwise" * clockwise
+    verification_row(f"{case}: rise [m]", exact, found, "shallow parabola (exact for small rise: 0.1601)")
+    assert len(tangents) <= 10  # of which the first and the last ask whether these shapes are stable
+    left = [float(np.linalg.norm(point - q)) for point in tangents[2:-1]]
+    order = np.log(left[-1] / left[-2]) / np.log(left[-2] / left[-3])
+    assert order > 1.7
+    verification_row(f"{case}: order of Newton's last steps", "2", f"{order:.1f}", "exact tangent", "")
+
+
+@pytest.mark.parametrize("pressure", [5.0, 5e4])
+def test_a_strip_without_pretension_is_inflated(pressure):
+    """From flat: N^3 = E h/(1 - nu^2) (p a)^2 / 6; the arc is not shallow at the higher pressure."""
+    model, stiffness = long_strip(0.0)
+    state = unstressed(model)
+    q = solve_static(state, pressure=PressureLoad(state.system, pressure))
+    rise = float(state.system.translations(q)[:, 2].max())
+    exact = pressure * 2.5**2 / 2.0 / (stiffness * (pressure * 2.5) ** 2 / 6.0) ** (1 / 3)
+    assert rise == pytest.approx(exact, rel=3e-3 if pressure < 10.0 else 0.05)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"tolerance": np.nan}, "tolerance: expected a finite number, got nan"),
+        ({"tolerance": 0.0}, "tolerance: expected a number > 0 and < 1, got 0.0"),
+        ({"tolerance": "small"}, "tolerance: expected a finite number, got 'small'"),
+        ({"start": np.zeros(3)}, r"start: expected shape \(.*\), got \(3,\)"),
+        ({"load": [1.0, 2.0]}, r"load: expected shape .*, got \(2,\)"),
+        ({"load": "heavy"}, "load: expected an array of numbers, got 'heavy'"),
+        ({"extra": [1.0]}, "extra: expected shape"),
+        ({"forces": [[0.0, 0.0, 1.0]]}, "forces: expected shape"),
+        ({"steps": 0}, "steps: expected an integer >= 1, got 0"),
+        ({"pressure": 1.0}, r"pressure: expected a load on the film of this state, got 1.0; give PressureLoad"),
+    ],
+)
+def test_bad_arguments_of_statics_are_named(arguments, words):
+    state = unstressed(disc(2, "von-karman"))
+    with pytest.raises(InputError, match=words):
+        solve_static(state, **arguments)
+
+
+def test_numbers_that_are_none_are_named():
+    state = unstressed(disc(2, "von-karman"))
+    for name in ("load", "start"):
+        with pytest.raises(InputError, match=f"{name}: expected finite numbers, got nan"):
+            solve_static(state, **{name: np.full(state.system.size, np.nan)})
+    with pytest.raises(InputError, match="pressure: expected finite numbers, got nan"):
+        PressureLoad(state.system, np.nan)
+    with pytest.raises(InputError, match="pressure: expected an array of numbers, got 'high'"):
+        PressureLoad(state.system, "high")
+    with pytest.raises(
+        InputError, match=r"system: expected a StructuralSystem, got PrestressedState; give state\.system"
+    ):
+        PressureLoad(state, 1.0)
+    with pytest.raises(InputError, match="pressure: expected a load on the film of this state, got one on another"):
+        solve_static(state, pressure=PressureLoad(unstressed(disc(3, "von-karman")).system, 1.0))
+    with pytest.raises(InputError, match=r"state: expected a prestressed state, got Model; solve_prestress\(model\)"):
+        solve_static(state.model)
+
+
+@pytest.mark.parametrize("name", ["load", "start", "pressure"])
+def test_forces_beyond_floating_point_numbers_are_said(name):
+    """An error of ours, and no warning of numpy's, which the tests would raise."""
+    state = unstressed(disc(2, "von-karman"))
+    huge = np.full(state.system.size, 1e200)
+    given = {name: PressureLoad(state.system, 1e200) if name == "pressure" else huge}
+    with pytest.raises(NotConvergedError, match="leave the range of numbers; check the units of load, pressure"):
+        solve_static(state, **given)

@@ -135,6 +135,7 @@ def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:
             found.append(given.placed(state.model))
             tried = found[-1].prepare(state.system)
             tried.load(0.0)
+            tried.follower(0.0)
             tried.stress(0.0)
     if case.reduction is not None:
         require_forces(InputSet(state.system, found))

@@ -114,6 +114,7 @@ INPUTS = Registry(
     {
         "nodal-force": "mechanics.loads.nodal_force:NodalForce",
         "edge-force": "mechanics.loads.edge_force:EdgeForce",
+        "pressure": "mechanics.loads.film_pressure:Pressure",
         "cable-tension": "mechanics.loads.cable_tension:CableTension",
         "membrane-temperature": "mechanics.loads.membrane_temperature:MembraneTemperature",
     },

@@ -12,6 +12,8 @@ from scipy.sparse import csc_array, csr_array, eye_array
 
 from tautflex.numeric import Array, Indices, Places, jit_in_order
 
+_ROUND_OFF = 1e-12
+
 
 @jit_in_order
 def find_slots(start: Any, rows: Any, row: Any, column: Any, slots: Any) -> None:
@@ -105,6 +107,11 @@ class SparsityPattern:
     def transpose_slots(self) -> Places:
         """Position of (j, i) for every stored (i, j)."""
         return self.slots(self.columns, self.rows)
+
+    def is_symmetric(self, values: Array) -> bool:
+        """Whether a matrix is symmetric but for the round-off of its largest entry."""
+        skew = np.abs(values - values[self.transpose_slots]).max(initial=0.0)
+        return bool(skew <= _ROUND_OFF * np.abs(values).max(initial=0.0))
 
     @cached_property
     def upper(self) -> tuple[Indices, NDArray[np.int32], NDArray[np.int32]]:

@@ -107,7 +107,10 @@ def refuse_drifting(state: PrestressedState) -> None:
 
 
 def require_forces(inputs: InputSet) -> None:
-    """Raise UnsupportedError if an input changes stresses: the model holds for one prestress."""
-    if inputs.changes_stress():
-        text = "inputs: expected forces on a reduced model, got a change of tension or temperature"
-        raise UnsupportedError(f"{text}; simulate the full state")
+    """Raise UnsupportedError if an input changes stresses (the model holds for one prestress) or follows the film."""
+    for given, words in (
+        (inputs.changes_stress(), "forces on a reduced model, got a change of tension or temperature"),
+        (inputs.followers(0.0), "dead forces on a reduced model, got pressure, which follows the film"),
+    ):
+        if given:
+            raise UnsupportedError(f"inputs: expected {words}; simulate the full state")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -16,6 +17,22 @@ from tautflex import checks
 from tautflex.mechanics.loads.time_table import TimeTable
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
+
+
+class FollowerForce(Protocol):
+    """Force that depends on the free unknowns q, shape (size,)."""
+
+    def force(self, q: Array) -> Array:
+        """Force on the free unknowns [N, N m], shape (size,)."""
+        ...
+
+    def mean_force(self, start: Array, end: Array) -> Array:
+        """Its mean on the straight way between two states, shape (size,)."""
+        ...
+
+    def wrench(self, q: Array) -> Array:
+        """Force [N], and torque about the origin [N m], on all nodes, held ones too, shape (6,)."""
+        ...
 
 
 class PreparedInput:
@@ -27,6 +44,10 @@ class PreparedInput:
 
     def held_wrench(self, time: float) -> Array | None:
         """Force, and torque about the origin, that supported directions take up [N, N m], shape (6,), or None."""
+        return None
+
+    def follower(self, time: float) -> FollowerForce | None:
+        """Force that depends on the motion, or None."""
         return None
 
     def stress(self, time: float) -> dict[int, Array]:
@@ -88,6 +109,10 @@ class InputSet:
         """Force [N], and torque about the origin [N m], on supported directions at an instant [s], shape (6,)."""
         held = [part for item in self._inputs if (part := item.held_wrench(time)) is not None]
         return np.sum(held, axis=0) if held else np.zeros(6)
+
+    def followers(self, time: float) -> list[FollowerForce]:
+        """Forces that depend on the motion, at an instant [s]."""
+        return [part for item in self._inputs if (part := item.follower(time)) is not None]
 
     def stress(self, time: float) -> dict[int, Array]:
         """Change of initial stress at an instant [s] by block number, shapes (element, strain)."""

@@ -19,8 +19,12 @@ TimeFunction = Callable[[float], ArrayLike] | ArrayLike
 
 
 def value_at(name: str, function: TimeFunction, time: float) -> Array:
-    """Value of a function of time, or of a constant."""
-    return checks.numbers(name, function(time) if callable(function) else function)
+    """Value of a function of time, or of a constant; InputError, with the name of the argument, if it is no number."""
+    value = function(time) if callable(function) else function
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: expected numbers at t = {time:g} s, got {value!r}") from None
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,7 @@ class PatternLoad(PreparedInput):
     name: str
 
     def __post_init__(self) -> None:
-        _check_function(self.name, self.function)
+        check_function(self.name, self.function)
 
     def load(self, time: float) -> Array:
         """Force on the free unknowns [N, N m], shape (size,)."""
@@ -57,7 +61,7 @@ class StressChange(PreparedInput):
     name: str
 
     def __post_init__(self) -> None:
-        _check_function(self.name, self.function)
+        check_function(self.name, self.function)
 
     def stress(self, time: float) -> dict[int, Array]:
         """Change of initial stress by block number, shapes (element, strain)."""
@@ -69,7 +73,8 @@ class StressChange(PreparedInput):
         return {index: column @ value for index, column in self.columns.items()}
 
 
-def _check_function(name: str, function: TimeFunction) -> None:
+def check_function(name: str, function: TimeFunction) -> None:
+    """Raise InputError for a function of anything but the time."""
     if callable(function):
         checks.function(name, function, "time")
 

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from copy import copy
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.system import HasSystem, StructuralSystem, system_of
-from tautflex.numeric import Array
+from tautflex.numeric import Array, Places
 from tautflex.structure.groups import ElementGroup
+from tautflex.structure.orientation import facing
 from tautflex.text import count, span
 
-_EVEN, _ODD = ("ijk", "jki", "kij"), ("jik", "ikj", "kji")  # orders of three nodes, by the sign of their triple product
+# What leaves the range of numbers makes no step of any solver, which says so.
+_QUIETLY = np.errstate(over="ignore", invalid="ignore")
 
 
 def nodal_load(system: StructuralSystem, forces: ArrayLike) -> Array:
@@ -45,10 +51,8 @@ def nodal_load(system: StructuralSystem, forces: ArrayLike) -> Array:
 class PressureLoad:
     """Pressure that stays normal to the film while it moves.
 
-    It acts along the right-hand normal of each element's corner order and is integrated over the interpolated surface.
-    Its work is pressure times enclosed volume, whose second derivative is the symmetric tangent; that is exact where
-    the film's edge is closed, held, or slides in planes through the origin (symmetry planes), and otherwise the
-    symmetric part [Bufler 1984].
+    It acts along the right-hand normal of the corner order and is integrated over the interpolated surface. Elements
+    that are listed the other way round than most of their piece of film are turned over first.
 
     Parameters
     ----------
@@ -60,81 +64,117 @@ class PressureLoad:
     Raises
     ------
     InputError
-        If there is no film, or the shape is wrong.
+        If there is no film, an argument has the wrong type or shape, or a value is not finite.
+    MeshError
+        If the film has one side only.
+
+    Notes
+    -----
+    The derivative of the force is symmetric where the film's edge is closed, held, or slides in planes through the
+    origin (symmetry planes); its work is then pressure times enclosed volume. A free edge takes and gives work on the
+    way round a closed path: the derivative has a skew part there, and no potential exists [Bufler 1984].
     """
 
     def __init__(self, system: StructuralSystem | HasSystem, pressure: ArrayLike) -> None:
         system = system_of("system", system)
-        count = system.model.membrane_count
-        if not count:
+        model = system.model
+        if not model.membrane_count:
             raise InputError("pressure: expected a model with a film, got none; give triangles and a membrane section")
-        self.pressure = checks.spread("pressure", pressure, count)
-        self._system = system
-        ends = np.cumsum([len(group.connectivity) for group in system.model.surfaces])[:-1]
+        self.pressure, self._system = checks.spread("pressure", pressure, model.membrane_count), system
+        sign = facing(model.nodes, model.surfaces)
+        ends = np.cumsum([len(group.connectivity) for group in model.surfaces])[:-1]
         self._patches = [
-            _Patch(system, group, own)
-            for group, own in zip(system.model.surfaces, np.split(self.pressure, ends), strict=True)
+            _Patch(system, group, own) for group, own in zip(model.surfaces, np.split(sign, ends), strict=True)
         ]
 
     def __repr__(self) -> str:
         return f"PressureLoad({span(self.pressure, 'Pa')} on {count(self.pressure, 'film element')})"
 
+    def scaled(self, pressure: ArrayLike) -> PressureLoad:
+        """Another pressure [Pa] on the same film, one number or one per film element, shape (t,)."""
+        other = copy(self)
+        other.pressure = checks.spread("pressure", pressure, len(self.pressure))
+        return other
+
+    def belongs_to(self, system: StructuralSystem) -> bool:
+        """Whether the film is that of a system, in whatever state."""
+        own, other = self._system, system
+        return own.pattern.entries == other.pattern.entries and np.array_equal(own.model.nodes, other.model.nodes)
+
+    def _parts(self) -> Iterator[tuple[_Patch, Array]]:
+        first = 0
+        for patch in self._patches:
+            yield patch, self.pressure[first : first + patch.count]
+            first += patch.count
+
+    @_QUIETLY
     def force(self, q: Array) -> Array:
         """Force on the free unknowns [N], shape (size,): ``p n`` weighted with each node's interpolation function."""
         force, extended = np.zeros(self._system.size + 1), np.append(q, 0.0)
-        for patch in self._patches:
-            np.add.at(force, patch.dofs, patch.forces(extended))
+        for patch, pressure in self._parts():
+            np.add.at(force, patch.dofs, patch.forces(pressure, extended))
         return force[:-1]
 
+    @_QUIETLY
+    def wrench(self, q: Array) -> Array:
+        """Force [N], and torque about the origin [N m], on all nodes, held ones too, shape (6,)."""
+        total, extended = np.zeros(6), np.append(q, 0.0)
+        for patch, pressure in self._parts():
+            forces, places = patch.forces(pressure, extended), patch.places(extended)
+            total += np.concatenate([forces.sum(axis=(0, 1)), np.cross(places, forces).sum(axis=(0, 1))])
+        return total
+
+    def mean_force(self, start: Array, end: Array) -> Array:
+        """Mean of the force on the straight way between two states [N], shape (size,); exact, it is quadratic in q."""
+        return (self.force(start) + 4.0 * self.force(0.5 * (start + end)) + self.force(end)) / 6.0
+
     def work(self, q: Array) -> float:
-        """Pressure times the volume between the film and the origin, above that of the reference [J]."""
-        extended = np.append(q, 0.0)
-        return sum(patch.work(extended) - patch.work(np.zeros_like(extended)) for patch in self._patches)
+        """Work on the straight way from the reference [J]: pressure times the volume that the film sweeps."""
+        return float(self.mean_force(np.zeros_like(q), q) @ q)
 
     def tangent(self, q: Array) -> Array:
-        """Second derivative of the work [N/m], values in the pattern, shape (entries,)."""
+        """Derivative of the force [N/m], values in the pattern, shape (entries,)."""
         values, extended = np.zeros(self._system.pattern.entries + 1), np.append(q, 0.0)
-        for patch in self._patches:
-            np.add.at(values, patch.slots, patch.second_derivative(extended))
+        for patch, pressure in self._parts():
+            np.add.at(values, patch.slots, patch.derivative(pressure, extended))
         return values[:-1]
 
 
 class _Patch:
-    """Film elements of one shape under pressure."""
+    """Film elements of one shape under pressure; ``sign`` is -1 for those to be turned over, shape (element,)."""
 
-    def __init__(self, system: StructuralSystem, group: ElementGroup, pressure: Array) -> None:
-        self.pressure = pressure
+    def __init__(self, system: StructuralSystem, group: ElementGroup, sign: Array) -> None:
+        self.count, self._sign = len(sign), sign
         self.dofs = system.place[system.model.translation_dofs[group.connectivity]]
-        flat = self.dofs.reshape(len(self.dofs), -1)
-        self.slots = system.pattern.slots(flat[:, :, None], flat[:, None, :])
         self._reference = system.model.nodes[group.connectivity]
-        points, self._weights = group.shape.product_rule
-        self._functions, self._slopes = group.shape.functions(points), group.shape.slopes(points)
-        # The volume is sum over i, j, k of triple[i, j, k] x_i . (x_j x x_k) / 6, each triple counted with its sign.
-        one = np.einsum("p,pi,pj,pk->ijk", self._weights, self._functions, *np.moveaxis(self._slopes, 2, 0)) / 3.0
-        even, odd = (sum(np.einsum(f"{order}->ijk", one) for order in orders) for orders in (_EVEN, _ODD))
-        self._triple = even - odd
+        self._system, shape = system, group.shape
+        points, weights = shape.product_rule
+        slopes = shape.slopes(points)
+        # Force of node i: sum over j, k of weight[i, j, k] x_j x x_k, skew in j and k.
+        one = np.einsum("p,pi,pj,pk->ijk", weights, shape.functions(points), slopes[:, :, 0], slopes[:, :, 1])
+        self._weight = 0.5 * (one - one.swapaxes(1, 2))
 
-    def _normals(self, corners: Array) -> Array:
-        """Area vectors that the points of the rule stand for, shape (element, point, 3)."""
-        along = np.einsum("pid,nik->npdk", self._slopes, corners)
-        return self._weights[:, None] * np.cross(along[:, :, 0], along[:, :, 1])
+    @cached_property
+    def slots(self) -> Places:
+        """Place of every entry of the elements' matrices in the pattern, shape (element, 3 node, 3 node)."""
+        flat = self.dofs.reshape(len(self.dofs), -1)
+        return self._system.pattern.slots(flat[:, :, None], flat[:, None, :])
 
-    def forces(self, extended: Array) -> Array:
+    def places(self, extended: Array) -> Array:
+        """Where the nodes are [m], shape (element, node, 3)."""
+        return np.asarray(self._reference + extended[self.dofs])
+
+    def _levers(self, pressure: Array, places: Array) -> Array:
+        """Of nodes i, j: the force on i is the sum over j of x_j x lever [N/m], shape (element, i, j, 3)."""
+        return np.einsum("n,ijk,nkx->nijx", pressure * self._sign, self._weight, places, optimize=True)
+
+    def forces(self, pressure: Array, extended: Array) -> Array:
         """Nodal forces [N], shape (element, node, 3)."""
-        normals = self._normals(self._reference + extended[self.dofs])
-        return np.einsum("pi,npk->nik", self._functions, self.pressure[:, None, None] * normals)
+        places = self.places(extended)
+        return np.cross(places[:, None], self._levers(pressure, places)).sum(axis=2)
 
-    def work(self, extended: Array) -> float:
-        """Pressure times the volume of the cones between the elements and the origin [J]."""
-        corners = self._reference + extended[self.dofs]
-        places = np.einsum("pi,nik->npk", self._functions, corners)
-        return float(self.pressure @ np.einsum("npk,npk->n", places, self._normals(corners))) / 3.0
-
-    def second_derivative(self, extended: Array) -> Array:
-        """Of the work [N/m], shape (element, 3 node, 3 node)."""
-        corners = self._reference + extended[self.dofs]
-        levers = np.einsum("n,ijk,nkx->nijx", self.pressure, self._triple, corners)
-        # Block (i, j) turns a motion d of node j into d x lever.
-        blocks = np.cross(np.eye(3), levers[:, :, :, None, :])
+    def derivative(self, pressure: Array, extended: Array) -> Array:
+        """Of the nodal forces by the displacements [N/m], shape (element, 3 node, 3 node)."""
+        # A motion d of node j changes both factors, each by the same: it turns into d x (2 lever).
+        blocks = np.cross(np.eye(3), 2.0 * self._levers(pressure, self.places(extended))[:, :, :, None, :])
         return blocks.transpose(0, 1, 4, 2, 3).reshape(self.slots.shape)

@@ -1,13 +1,14 @@
-"""Minimum of a potential energy, also where Newton's tangent is singular or indefinite far from it.
+"""Stable balance of forces, also where Newton's tangent is singular or indefinite far from it.
 
-Statics of wrinkling and inflated films start without transverse stiffness and pass unstable shapes on their way.
-What is wanted is a minimum of the potential, so every step must lower it: the tangent is shifted until its factors
-have no negative pivot, and the shift follows how well the quadratic model foretold the change (Levenberg, Marquardt).
+Statics of wrinkling and inflated films start without transverse stiffness and pass unstable shapes on their way. What
+is wanted is where every motion costs work, a minimum of the potential if the forces have one, so every step must go
+along with them: the symmetric part of the tangent is shifted until its factors have no negative pivot, and the shift
+follows how well the linear model foretold the work on the step's straight way (Levenberg, Marquardt).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -15,50 +16,27 @@ import numpy as np
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
-from tautflex.solvers.nonlinear.newton import relative_error
+from tautflex.solvers.linear.lu import general_solver
+from tautflex.solvers.nonlinear.newton import NewtonOutcome
 
 # Shifts relative to the largest diagonal entry of the tangent met so far (wrinkled film may be soft everywhere).
-_RESTART, _LEAST_SHIFT, _LARGEST_SHIFT = 1e-8, 1e-14, 1e3
-# Energy differences below this part of the energy's terms are round-off.
-_ROUND_OFF = 1e-13
+_RESTART, _LEAST_SHIFT = 1e-8, 1e-14
 
 
-class Potential(Protocol):
-    """Potential energy of the free unknowns."""
+class Forces(Protocol):
+    """Forces that have to balance each other."""
 
-    def gradient(self, x: Array) -> tuple[Array, float, float, float]:
-        """Gradient [N], potential [J], force scale [N] and sum of the sizes of the potential's terms [J]."""
+    def residual(self, x: Array) -> tuple[Array, float]:
+        """Sum of the forces [N] and its norm over the force scale that it is measured against."""
         ...
 
     def tangent(self, x: Array) -> Array:
-        """Second derivative, values in the pattern, shape (entries,)."""
+        """Derivative of the sum, values in the pattern, shape (entries,)."""
         ...
 
 
-@dataclass
-class MinimumOutcome:
-    """Result of one minimisation.
-
-    Parameters
-    ----------
-    x
-        Last accepted point.
-    converged
-        Whether the gradient's norm fell below tolerance times scale.
-    history
-        Norms of the gradient divided by their scales, one per accepted step.
-    iterations
-        Factorizations made.
-    """
-
-    x: Array
-    converged: bool = False
-    history: list[float] = field(default_factory=list)
-    iterations: int = 0
-
-
 def find_minimum(
-    potential: Potential,
+    forces: Forces,
     pattern: SparsityPattern,
     start: Array,
     tolerance: float,
@@ -66,19 +44,19 @@ def find_minimum(
     first_shift: float = 0.0,
     floor: float = 0.0,
     max_iterations: int = 300,
-) -> MinimumOutcome:
-    """Go down from ``start`` to a point where the potential is stationary and its tangent has no negative pivot.
+) -> NewtonOutcome:
+    """Go down from ``start`` to a point of balance where the symmetric part of the tangent has no negative pivot.
 
     Parameters
     ----------
-    potential
-        Energy, gradient and tangent.
+    forces
+        Residual and tangent.
     pattern
         Sparsity pattern of the tangent.
     start
         First point, shape (size,).
     tolerance
-        Allowed ratio of gradient norm to force scale.
+        Allowed ratio of residual norm to force scale.
     first_shift
         Shift of the first step, relative to the largest diagonal entry of the tangent.
     floor
@@ -88,48 +66,56 @@ def find_minimum(
 
     Returns
     -------
-    MinimumOutcome
+    NewtonOutcome
+        Its iterations are the factorizations made.
     """
-    outcome, factor = MinimumOutcome(start), SymmetricFactorization(pattern)
+    outcome, factor = NewtonOutcome(start), SymmetricFactorization(pattern)
     diagonal = pattern.diagonal
     x, shift = start, max(first_shift, floor)
-    gradient, energy, scale, terms = potential.gradient(x)
-    error = relative_error(float(np.linalg.norm(gradient)), scale)
+    residual, error = forces.residual(x)
     outcome.history.append(error)
-    values = potential.tangent(x)
+    values = forces.tangent(x)
     stiffest = float(np.abs(values[diagonal]).max())
-    while error > tolerance and outcome.iterations < max_iterations and shift <= _LARGEST_SHIFT:
+    while error > tolerance and outcome.iterations < max_iterations:
         outcome.iterations += 1
-        moved = values.copy()
-        moved[diagonal] += shift * stiffest
-        if not _positive(factor, moved):
+        if not is_positive(factor, values, shift * stiffest):
             shift = max(10.0 * shift, _RESTART)
             continue
-        step = -factor.solve(gradient)
-        # Change foretold by the quadratic model with the true tangent.
-        foretold = float(gradient @ step) + 0.5 * float(step @ (pattern.matrix(values) @ step))
-        trial = potential.gradient(x + step)
-        change, trial_error = trial[1] - energy, relative_error(float(np.linalg.norm(trial[0])), trial[2])
-        blind = abs(foretold) <= _ROUND_OFF * max(terms, trial[3])
-        if not np.isfinite(trial_error) or (change > 0.1 * foretold and not (blind and trial_error < error)):
+        solve: Callable[[Array], Array] = factor.solve
+        if not pattern.is_symmetric(values):
+            moved = values.copy()
+            moved[diagonal] += shift * stiffest
+            solve = general_solver(pattern.matrix(moved))
+        step = -solve(residual)
+        # Change of the energy foretold with the true tangent, and found.
+        foretold = float(residual @ step) + 0.5 * float(step @ (pattern.matrix(values) @ step))
+        if np.array_equal(x + step, x):
+            break
+        trial, trial_error = forces.residual(x + step)
+        middle, _ = forces.residual(x + 0.5 * step)
+        # Simpson's rule is exact for the cubic forces of quadratic strains and those of pressure.
+        change = float((residual + 4.0 * middle + trial) @ step) / 6.0
+        if not change <= 0.1 * foretold:
             shift = max(4.0 * shift, _LEAST_SHIFT)
             continue
-        if blind or change < 0.75 * foretold:
+        if change < 0.75 * foretold:
             shift = max(floor, 0.0 if shift <= _LEAST_SHIFT else 0.1 * shift)
         elif change > 0.25 * foretold:
             shift = 4.0 * shift
-        x, (gradient, energy, scale, terms), error = x + step, trial, trial_error
-        values = potential.tangent(x)
+        x, residual, error = x + step, trial, trial_error
+        values = forces.tangent(x)
         stiffest = max(stiffest, float(np.abs(values[diagonal]).max()))
         outcome.history.append(error)
-    outcome.x, outcome.converged = x, bool(error <= tolerance)
+    outcome.x, outcome.residual, outcome.converged = x, residual, bool(error <= tolerance)
     return outcome
 
 
-def _positive(factor: SymmetricFactorization, values: Array) -> bool:
-    """Factorize; whether the matrix is positive definite."""
+def is_positive(factor: SymmetricFactorization, values: Array, shift: float = 0.0) -> bool:
+    """Factorize the symmetric part of a matrix, its diagonal shifted; whether it is positive definite."""
+    moved = 0.5 * (values + values[factor.pattern.transpose_slots])
+    moved[factor.pattern.diagonal] += shift
     try:
-        factor.factorize(values)
+        factor.factorize(moved)
     except np.linalg.LinAlgError:
         return False
     return factor.negative_pivots() == 0

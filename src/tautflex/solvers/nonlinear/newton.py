@@ -66,7 +66,7 @@ def relative_error(norm: float, scale: float) -> float:
     """Norm of a residual over its force scale; zero forces are in balance whatever the scale."""
     if norm == 0.0:
         return 0.0
-    return norm / scale if scale > 0.0 else math.inf
+    return norm / scale if 0.0 < scale < math.inf else math.inf
 
 
 def solve_newton(
@@ -113,7 +113,7 @@ def solve_newton(
         fresh = True
 
     while error > tolerance and outcome.iterations < max_iterations and math.isfinite(error):
-        if not problem.ready():
+        if not (fresh or problem.ready()):
             refresh()
         step, slope = memory.propose(problem.solve, residual)
         outcome.iterations += 1

@@ -6,105 +6,34 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tautflex import checks
-from tautflex.errors import NotConvergedError
+from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.pressure import PressureLoad, nodal_load
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array
-from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.minimum import find_minimum
-from tautflex.solvers.nonlinear.newton import relative_error, solve_newton
+from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.static.prestress import PrestressedState, require_state
-from tautflex.solvers.static.tensioning import largest_force
+from tautflex.solvers.static.residual import StaticResidual
+from tautflex.solvers.static.softening import softened
+from tautflex.text import shown
 
 # First shift of a descent that starts without transverse stiffness; steps of the order of the final deflection.
-_SOFT_START = 1e-4
-
-
-class _StaticProblem:
-    """Residual ``f_int(q) - f_ref + K_T q + load - f_pressure(q)`` and the potential it is the gradient of.
-
-    K_T is symmetric, as it is in steady rotation.
-    """
-
-    def __init__(
-        self,
-        state: PrestressedState,
-        load: Array,
-        extra: Array | None,
-        pressure: PressureLoad | None,
-        tolerance: float,
-    ) -> None:
-        self._state, self._load, self._pressure, self._share = state, load, pressure, 1.0
-        self._workspace = state.system.workspace()
-        pattern = state.system.pattern
-        self._symmetric = None if extra is None else 0.5 * (extra + extra[pattern.transpose_slots])
-        self._extra = None if self._symmetric is None else pattern.symmetric_matrix(self._symmetric)
-        self._factor = SymmetricFactorization(pattern)
-        self._first_scale: float | None = None
-        # Element forces of the prestress cancel each other; nothing below their round-off can be asked for.
-        force = largest_force(state.system, state.stress)
-        self._round_off = 4.0 * float(np.finfo(float).eps * np.sqrt(state.system.size)) * force / tolerance
-
-    def set_share(self, share: float) -> None:
-        """Apply this share of load and pressure."""
-        self._share = share
-
-    def gradient(self, x: Array) -> tuple[Array, float, float, float]:
-        """Gradient [N], potential [J], force scale [N] and size of the potential's terms [J]."""
-        force, energy = self._workspace.force(x)
-        force -= self._state.reference_force
-        load = self._share * self._load
-        terms = [energy - float(self._state.reference_force @ x), float(load @ x)]
-        total, scale = force + load, max(float(np.linalg.norm(load)), float(np.linalg.norm(force)))
-        if self._extra is not None:
-            turning = self._extra @ x
-            terms.append(0.5 * float(turning @ x))
-            total += turning
-        if self._pressure is not None:
-            push = self._share * self._pressure.force(x)
-            terms.append(-self._share * self._pressure.work(x))
-            total -= push
-            scale = max(scale, float(np.linalg.norm(push)))
-        if self._first_scale is None:
-            # A given stress that relaxes has no load to be measured against but its own imbalance.
-            self._first_scale = float(np.linalg.norm(total))
-        scale = max(scale, self._first_scale, self._round_off)
-        return total, sum(terms), scale, sum(abs(term) for term in terms)
-
-    def tangent(self, x: Array) -> Array:
-        """Derivative of the gradient, values in the pattern."""
-        values = self._workspace.tangent(x)
-        if self._symmetric is not None:
-            values = values + self._symmetric
-        if self._pressure is not None:
-            values = values - self._share * self._pressure.tangent(x)
-        return values
-
-    def residual(self, x: Array) -> tuple[Array, float]:
-        total, _, scale, _ = self.gradient(x)
-        return total, relative_error(float(np.linalg.norm(total)), scale)
-
-    def refresh(self, x: Array) -> None:
-        self._factor.factorize(self.tangent(x))
-
-    def ready(self) -> bool:
-        return self._factor.ready
-
-    def solve(self, right: Array) -> Array:
-        return self._factor.solve(right)
+_SOFT_START, _ON_THE_WAY = 1e-4, 1e-6
+# Factorizations of one descent, and of the first one.
+_MOST, _MOST_AT_ONCE = 1000, 100
 
 
 def solve_static(
     state: PrestressedState,
-    load: Array | None = None,
-    extra: Array | None = None,
+    load: ArrayLike | None = None,
+    extra: ArrayLike | None = None,
     tolerance: float = 1e-9,
     *,
     forces: ArrayLike | None = None,
     pressure: PressureLoad | None = None,
     steps: int = 1,
-    start: Array | None = None,
+    start: ArrayLike | None = None,
 ) -> Array:
     """Nonlinear static equilibrium ``f_int(q) - f_ref + K_T q + load - f_pressure(q) = 0``.
 
@@ -117,7 +46,7 @@ def solve_static(
     extra
         Values of an additional symmetric stiffness K_T in the pattern, shape (entries,).
     tolerance
-        Allowed ratio of residual norm to load norm.
+        Allowed ratio of residual norm to the norm of the forces, > 0 and < 1; their round-off bounds it from below.
     forces
         Dead forces that act on the nodes [N], shape (node, 3); None is none.
     pressure
@@ -135,51 +64,76 @@ def solve_static(
     Raises
     ------
     InputError
-        If ``forces`` has the wrong shape or ``steps`` is no whole number of at least 1.
+        If an argument has the wrong shape or value, or ``pressure`` belongs to another structure.
     NotConvergedError
-        If no equilibrium is found.
+        If no equilibrium is found; ``.result`` holds the last point, shape (size,).
 
     Notes
     -----
-    Newton's method is tried first; where it fails, and always under pressure, the equilibrium is sought as a minimum
-    of the potential, which also finds inflated and wrinkled shapes from a flat film without tension.
+    Newton's method is tried first, under pressure with the unsymmetric load stiffness of free edges. Where it fails, or
+    finds a shape that pressure would leave, a stable equilibrium is sought by `find_minimum`, from the elastic law to
+    those that wrinkle and go slack. It also finds inflated and hanging shapes from a start without tension.
     """
     require_state(state)
     system = state.system
+    if not 0.0 < checks.finite("tolerance", tolerance) < 1.0:
+        raise InputError(f"tolerance: expected a number > 0 and < 1, got {tolerance!r}; 1e-9 is the default")
     checks.whole("steps", steps, 1)
-    checks.positive("tolerance", tolerance)
-    pressure = checks.instance(
-        "pressure", pressure, (PressureLoad, type(None)), "a load on a state", remedy="write PressureLoad(state, 1.0)"
-    )
     dead = np.zeros(system.size) if load is None else checks.float_array("load", load, (system.size,))
-    if extra is not None:
-        extra = checks.float_array("extra", extra, (system.pattern.entries,))
     if forces is not None:
         dead = dead - nodal_load(system, forces)
-    problem = _StaticProblem(state, dead, extra, pressure, tolerance)
+    if extra is not None:
+        extra = checks.float_array("extra", extra, (system.pattern.entries,))
+    if pressure is not None and not (isinstance(pressure, PressureLoad) and pressure.belongs_to(system)):
+        given = pressure if not isinstance(pressure, PressureLoad) else "one on another structure"
+        raise InputError(
+            f"pressure: expected a load on the film of this state, got {shown(given)}; give PressureLoad(state, 1.0)"
+        )
     x = np.zeros(system.size) if start is None else checks.float_array("start", start, (system.size,))
-    for step in range(1, steps + 1):
-        problem.set_share(step / steps)
-        x = _solve(problem, state, x, tolerance, inflate=pressure is not None)
+    problem = StaticResidual(system, state.reference_force, tolerance, dead, extra, pressure)
+    with np.errstate(over="ignore", invalid="ignore"):  # what leaves the range of numbers is told by the error
+        for step in range(1, steps + 1):
+            problem.share = step / steps
+            x = _solve(problem, x, tolerance)
     return x
 
 
-def _solve(problem: _StaticProblem, state: PrestressedState, start: Array, tolerance: float, inflate: bool) -> Array:
-    if not inflate:
-        try:
-            outcome = solve_newton(problem, start, tolerance)
-            if outcome.converged:
-                return outcome.x
-        except np.linalg.LinAlgError:
-            pass  # a singular tangent is what the descent is for
-    descent = find_minimum(problem, state.system.pattern, start, tolerance, first_shift=_SOFT_START)
-    if not descent.converged:
-        raise NotConvergedError(
-            f"static equilibrium: residual {descent.history[-1]:.2e} of the load after {descent.iterations} "
-            "factorizations; reduce the load (angular rate, pressure), raise the pretension, or check the supports",
-            history=tuple(descent.history),
+def _solve(problem: StaticResidual, x: Array, tolerance: float) -> Array:
+    """Equilibrium near ``x``: with the laws as they are, or, if that is far, on the way that `softened` makes."""
+    own, outcome = problem.system.blocks, NewtonOutcome(x)
+    for number, blocks in enumerate((own, *softened(own))):
+        problem.use(blocks)
+        goal = tolerance if blocks is own else _ON_THE_WAY
+        found = problem.newton(outcome.x, goal)
+        if found is None:
+            shift, most = (0.0, _MOST) if number else (_SOFT_START, _MOST_AT_ONCE)
+            outcome = find_minimum(problem, problem.pattern, outcome.x, goal, first_shift=shift, max_iterations=most)
+        else:
+            outcome = NewtonOutcome(found, converged=True)
+        if outcome.converged and blocks is own:
+            return outcome.x
+        if number and not outcome.converged:
+            break
+    raise _failure(problem, outcome)
+
+
+def _failure(problem: StaticResidual, descent: NewtonOutcome) -> NotConvergedError:
+    """What went wrong, and what to try."""
+    error = descent.history[-1]
+    if not np.isfinite(error):
+        text = "the forces leave the range of numbers; check the units of load, pressure and start"
+    elif not problem.stable(descent.x):
+        text = (
+            "the structure gives way there: load, spin or compression leave no stable shape nearby; check supports, "
+            "raise the tension, or apply less"
         )
-    return descent.x
+    else:
+        text = "what supports and tension do not hold drifts on; check them, or give a nearer start, or more steps"
+    return NotConvergedError(
+        f"static equilibrium: residual {error:.2e} of the forces after {descent.iterations} factorizations; {text}",
+        result=descent.x,
+        history=tuple(descent.history),
+    )
 
 
 def spinning_equilibrium(state: PrestressedState, motion: RigidMotion, coupling: Coupling) -> Array:

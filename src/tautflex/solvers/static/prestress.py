@@ -22,8 +22,10 @@ from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
 from tautflex.solvers.linear.eigenpairs import NaturalModes
 from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.nonlinear.newton import relative_error
 from tautflex.solvers.static.diagnosis import Problem, film_wrinkles, find_problems, instability_text, soft_text
-from tautflex.solvers.static.tensioning import largest_force, respond
+from tautflex.solvers.static.residual import largest_force
+from tautflex.solvers.static.tensioning import respond
 from tautflex.structure.model import Model
 from tautflex.text import card, count, span
 
@@ -198,7 +200,8 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     workspace = system.workspace()
     reference, _ = workspace.force(np.zeros(system.size))
     residual = float(np.abs(reference).max(initial=0.0))
-    state = PrestressedState(system, reference, residual, residual / largest_force(system, workspace.stress), 0)
+    relative = relative_error(residual, largest_force(system, workspace.stress))
+    state = PrestressedState(system, reference, residual, relative, 0)
     resultants = principal_resultants(system, state.stress)
     fractions = state.wrinkled_fraction, state.slack_fraction
     problems = find_problems(system, state.cable_tension, resultants, state.membrane_states, fractions)

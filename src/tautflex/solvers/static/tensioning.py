@@ -6,7 +6,6 @@ material laws, and a minimum of a convex energy with them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -16,12 +15,11 @@ from tautflex.elements.laws import Elastic
 from tautflex.errors import PrestressError
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
-from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.minimum import find_minimum
+from tautflex.solvers.static.residual import StaticResidual, largest_force
+from tautflex.solvers.static.softening import softened
 
-# Shares of the elastic law left in wrinkled and slack states on the way from the elastic to the nonlinear solution.
-_SHARES = 10.0 ** -np.arange(0.0, 13.0)
-_TOLERANCE, _ON_THE_WAY = 1e-10, 1e-6
+_TOLERANCE, _ON_THE_WAY = 1e-12, 1e-6
 # Of the largest diagonal entry: makes the transverse unknowns, which nothing moves, definite.
 _SHIFT = 1e-12
 
@@ -49,11 +47,7 @@ def respond(given: StructuralSystem) -> StructuralSystem:
     blocks = tuple(_flat(block, keep_cables) for block in given.blocks)
     start = [np.zeros_like(stress) for stress in given.initial_stress]
     linear = given.with_initial_stress(start, tuple(replace(block, law=Elastic()) for block in blocks))
-    load, _ = given.force(np.zeros(given.size))
-    if all(block.is_elastic for block in given.blocks):
-        displacement = _solve_singular(linear, linear.tangent(np.zeros(given.size)), -load)
-    else:
-        displacement = _minimum(given, blocks)
+    displacement = _minimum(given, blocks)
     stress = [
         initial + np.einsum("nst,nt->ns", block.elasticity, strain)
         for initial, block, strain in zip(given.initial_stress, blocks, linear.linear_strain(displacement), strict=True)
@@ -77,62 +71,11 @@ def _flat(block: ElementBlock, keep_cables: bool) -> ElementBlock:
     return flat
 
 
-class _FlatEnergy:
-    """Energy of a system whose initial stresses include those of the cables."""
-
-    def __init__(self, system: StructuralSystem, scale: float) -> None:
-        self._workspace, self._scale = system.workspace(), scale
-
-    def gradient(self, x: Array) -> tuple[Array, float, float, float]:
-        force, energy = self._workspace.force(x)
-        return force, energy, self._scale, abs(energy)
-
-    def tangent(self, x: Array) -> Array:
-        return self._workspace.tangent(x)
-
-
 def _minimum(given: StructuralSystem, blocks: tuple[ElementBlock, ...]) -> Array:
-    """Minimum of the energy of nonlinear laws on the flat geometry.
-
-    The way there starts from the elastic solution and takes the compressive stiffness away in steps of ten: each
-    solution is close to the next, while a direct attempt meets a nearly singular tangent.
-    """
-    x = np.zeros(given.size)
-    scale = float(np.linalg.norm(given.force(x)[0])) or largest_force(given, given.initial_stress)
-    last = max(block.law.share for block in blocks)
-    for share in (*_SHARES[last < _SHARES], last):
-        walked = tuple(replace(block, law=block.law.with_share(share)) for block in blocks)
-        system = given.with_initial_stress(given.initial_stress, blocks if share == last else walked)
-        tolerance = _TOLERANCE if share == last else _ON_THE_WAY
-        x = find_minimum(_FlatEnergy(system, scale), given.pattern, x, tolerance, floor=_SHIFT).x
+    """Minimum of the energy on the flat geometry, on the way that `softened` makes."""
+    problem, x = StaticResidual(given, np.zeros(given.size), _TOLERANCE), np.zeros(given.size)
+    for stage in softened(blocks):
+        problem.use(stage)
+        tolerance = _TOLERANCE if stage is blocks else _ON_THE_WAY
+        x = find_minimum(problem, given.pattern, x, tolerance, floor=_SHIFT).x
     return x
-
-
-def _solve_singular(system: StructuralSystem, stiffness: Array, load: Array) -> Array:
-    """Solve K u = load where K may lack transverse and rigid stiffness that the load does not ask for.
-
-    A small shift makes K definite; iterative refinement removes its effect from the stiff directions.
-    """
-    pattern = system.pattern
-    diagonal = pattern.diagonal
-    shifted = stiffness.copy()
-    shifted[diagonal] += 1e-10 * float(np.abs(stiffness[diagonal]).max())
-    factor = SymmetricFactorization(pattern)
-    factor.factorize(shifted)
-    matrix, solution = pattern.matrix(stiffness), np.zeros(pattern.size)
-    target = 1e-13 * float(np.linalg.norm(load))
-    for _ in range(30):
-        left = load - matrix @ solution
-        if float(np.linalg.norm(left)) <= target:
-            break
-        solution = solution + factor.solve(left)
-    return solution
-
-
-def largest_force(system: StructuralSystem, stress: Iterable[Array]) -> float:
-    """Largest force that one element's stress exerts on a node of the reference shape [N]."""
-    largest = 0.0
-    for block, values in zip(system.blocks, stress, strict=True):
-        nodal = np.einsum("nid,n,ni->nd", block.gradient, block.measure, values @ block.linear)
-        largest = max(largest, float(np.abs(nodal).max(initial=0.0)))
-    return largest or 1.0

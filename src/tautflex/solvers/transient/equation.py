@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.loads.inputs import InputSet
+from tautflex.mechanics.loads.inputs import FollowerForce, InputSet
 from tautflex.mechanics.products import MassDamping
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
@@ -103,6 +103,7 @@ class EquationOfMotion:
         self.at_rest = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(self.system.size))
         self._terms = self.at_rest
         self.input_load = np.zeros(self.system.size)
+        self.followers: list[FollowerForce] = []
 
     def motion_terms(self, motion: RigidMotion) -> MotionTerms:
         """Gyroscopic and K_T matrices and the load of a motion; kept while the motion does not change."""
@@ -124,7 +125,7 @@ class EquationOfMotion:
         """Apply the inputs of an instant; a jump at ``before`` is not met yet."""
         if self.inputs:
             instant = earlier(time, before)
-            self.input_load = self.inputs.load(instant)
+            self.input_load, self.followers = self.inputs.load(instant), self.inputs.followers(instant)
             self.workspace.change_initial_stress(self.inputs.stress(instant))
 
     def force(self, q: Array) -> Array:
@@ -134,9 +135,13 @@ class EquationOfMotion:
         force -= self.state.reference_force
         return force
 
+    def applied(self, q: Array) -> Array:
+        """Force of the inputs at the instant that is set."""
+        return sum((item.force(q) for item in self.followers), self.input_load)
+
     def frame_forces(self, q: Array, v: Array, terms: MotionTerms) -> Array:
-        """Forces of damping and of the moving frame."""
-        total = terms.load - self.input_load
+        """Forces of damping, of the moving frame and of the inputs."""
+        total = terms.load - self.applied(q)
         if self.products.damped:
             total += self.products.damping_product(v)
         if terms.velocity.any():
@@ -276,7 +281,7 @@ class StepForces:
             velocity = scheme.velocity
             products.add_low_rank(scheme.weight, velocity.v * at.v + velocity.a * at.a, known)
             self.known_norm = float(np.linalg.norm(known))
-        self._history = _NONE
+        self._history, self._followers = _NONE, equation.followers
         if scheme.weight < 1.0:
             if at.forces is None:
                 raise RuntimeError("the method needs the forces at the start of the step")
@@ -297,11 +302,27 @@ class StepForces:
             residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
         else:
             residual, norm, internal, inertia = step_residual(x, self.at.q, *self._elements, *self._fixed)
-        products = self.equation.products
+        products, scale = self.equation.products, max(internal, self._load_norm)
         if products.matrix.rank:
             products.add_low_rank(self._scheme.weight * self._scheme.velocity.d, x, residual)
             norm = float(np.linalg.norm(residual))
-        return residual, norm, max(internal, self._load_norm), inertia
+        if self._followers:
+            norm, push = self._push(x, residual)
+            scale = max(scale, push)
+        return residual, norm, scale, inertia
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _push(self, x: Array, residual: Array) -> tuple[float, float]:
+        """Take the forces that follow the motion from the residual, their mean if stresses are averaged; both norms."""
+        start, push = self.at.q, np.zeros_like(x)
+        for item in self._followers:
+            if self._scheme.average_stress:
+                push += item.mean_force(start, start + x / self._scheme.evaluation)
+            else:
+                push += item.force(start + x)
+        push *= self._scheme.weight
+        residual -= push
+        return float(np.linalg.norm(residual)), float(np.linalg.norm(push))
 
     def end(self, x: Array, residual: Array) -> MotionState:
         """State at the end of the step whose increment leaves this residual."""

@@ -125,8 +125,8 @@ class Stepper:
     def refresh(self, forces: StepForces, x: Array, size: float) -> None:
         """Factorize the symmetric part of the effective stiffness at an increment.
 
-        The skew parts (gyroscopic, Euler) are small against the inertia of a resolved step and are left to the
-        iteration.
+        The skew parts (gyroscopic, Euler) and forces that follow the motion are small against the inertia of a
+        resolved step and are left to the iteration.
         """
         equation, numbers, q = self.equation, forces.numbers, forces.at.q + x
         values = equation.workspace.upper_tangent(q)

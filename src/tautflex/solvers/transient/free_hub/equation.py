@@ -131,12 +131,13 @@ class HubEquation(EquationOfMotion):
 
     def nodal_wrench(self, q: Array) -> Array:
         """Force, and torque about O, of the inputs at the instant that is set, hub axes, shape (6,)."""
+        held = sum((item.wrench(q) for item in self.followers), self._held)
         if not self.input_load.any():
-            return self._held
+            return held
         load, moved = np.append(self.input_load, 0.0), np.append(q, 0.0)
         forces, arms = load[self._moves], self.system.model.nodes + moved[self._moves]
         torque = np.cross(arms, forces).sum(axis=0) + load[self._turns].sum(axis=0)
-        return self._held + np.concatenate([forces.sum(axis=0), torque])
+        return held + np.concatenate([forces.sum(axis=0), torque])
 
     def wrench(self, time: float, rigid: Array, q: Array, v: Array) -> Array:
         """Force, and torque about O, of everything outside at an instant, hub axes, shape (6,)."""
@@ -186,7 +187,7 @@ class HubEquation(EquationOfMotion):
     def _balanced(self, at: HubMotion) -> HubMotion:
         """The state with the accelerations that balance all forces of the instant that is set."""
         mass, coupling = self.blocks(at.q)
-        forces = self.force(at.q) - self.input_load
+        forces = self.force(at.q) - self.applied(at.q)
         if self.products.damped:
             forces += self.products.damping_product(at.v)
         add_forces_at_rates(self.body, at.q, at.v, np.zeros_like(at.q), at.rigid, forces)
@@ -196,12 +197,12 @@ class HubEquation(EquationOfMotion):
         a = self._mobile.solve(-forces)
         rigid = add_forces_at_rates(self.body, at.q, at.v, a, at.rigid, forces)
         forces = -self.products.mass_product(a)
-        return HubMotion(at.time, at.q, at.v, a, forces, rigid=rigid, power=self.power(rigid, at.v))
+        return HubMotion(at.time, at.q, at.v, a, forces, rigid=rigid, power=self.power(rigid, at.q, at.v))
 
-    def power(self, rigid: Array, v: Array) -> float:
+    def power(self, rigid: Array, q: Array, v: Array) -> float:
         """Power of all external forces [W]."""
         hub = rigid_parts(rigid)
-        return float(hub.wrench @ hub.twist + self.input_load @ v)
+        return float(hub.wrench @ hub.twist + self.applied(q) @ v)
 
     def step_forces(
         self, numbers: StepNumbers, at: MotionState, size: float, segment: Segment, diagonal: Array
@@ -359,7 +360,7 @@ class HubForces(StepForces):
             guess = self._guess(size)
             wrench = self._settled(size, q, v, a, guess)
             rigid = end_hub(equation.body, q, v, a, at.rigid, size, wrench, guess[7:13])
-        power = equation.power(rigid, v)
+        power = equation.power(rigid, q, v)
         return HubMotion(
             elastic.time, q, v, elastic.a, elastic.forces, elastic.jerk, rigid=rigid, balanced=balanced,
             power=power, work=at.work + 0.5 * size * (at.power + power),
