@@ -13,6 +13,7 @@ from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import PreparedInput
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array, Indices
+from tautflex.text import shown
 
 TimeFunction = Callable[[float], ArrayLike] | ArrayLike
 """Constant, or function of time [s]."""
@@ -23,8 +24,8 @@ def value_at(name: str, function: TimeFunction, time: float) -> Array:
     value = function(time) if callable(function) else function
     try:
         return np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected numbers at t = {time:g} s, got {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{name}: expected numbers at t = {time:g} s, got {shown(value)}") from None
 
 
 @dataclass(frozen=True)
