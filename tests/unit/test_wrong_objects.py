@@ -16,7 +16,8 @@ from verification.builders import FILM_CASE
 
 # Made by the package, or written by authors of elements, laws, methods and maneuvers; not doors that users go through.
 INNER = """
-Basis BasisVectors Batch Case Combination Damping DampingMatrix Element ElementBlock ElementGroup FixedAxis FollowerForce HubState
+BasisVectors Basis Batch Case Combination Damping DampingMatrix Element ElementBlock ElementGroup FixedAxis
+FollowerForce HubState
 HyperReducedModel InertiaPoints Law LawFunction LinearStructure Maneuver Method OneStageMethod PreparedInput RateFormula
 ReducedModel RigidMotion Run Segment Shape Stage StepScheme Stretch TensionOnly TimeInput UnitStep
 isoparametric_membrane register

@@ -85,9 +85,9 @@ def solve_static(
     if extra is not None:
         extra = checks.float_array("extra", extra, (system.pattern.entries,))
     if pressure is not None and not (isinstance(pressure, PressureLoad) and pressure.belongs_to(system)):
-        given = pressure if not isinstance(pressure, PressureLoad) else "one on another structure"
+        given = "one on another structure" if isinstance(pressure, PressureLoad) else shown(pressure)
         raise InputError(
-            f"pressure: expected a load on the film of this state, got {shown(given)}; give PressureLoad(state, 1.0)"
+            f"pressure: expected a load on the film of this state, got {given}; give PressureLoad(state, 1.0)"
         )
     x = np.zeros(system.size) if start is None else checks.float_array("start", start, (system.size,))
     problem = StaticResidual(system, state.reference_force, tolerance, dead, extra, pressure)
