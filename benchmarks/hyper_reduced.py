@@ -12,14 +12,13 @@ import json
 import math
 import platform
 import time
-from importlib.resources import files
 
 import numpy as np
 import xarray as xr
 
 import tautflex as tf
 from tautflex import Case, HyperReducedModel, Run, build_model
-from tautflex.case import parse_case
+from tautflex.case import parse_case, template
 from tautflex.case.build import build_maneuver
 from tautflex.solvers.static.prestress import PrestressedState
 
@@ -36,9 +35,8 @@ MODELS = ((10, 8, 1e-2), (20, 15, 1e-2), (30, 30, 1e-1), (30, 30, 1e-2), (30, 30
 def wrinkling_antenna(divisions: tuple[int, int], rate: float, duration: float) -> Case:
     """M1 in static equilibrium with a film that cannot be compressed."""
     nx, ny = divisions
-    text = files("tautflex.data").joinpath("m2_consistent.toml").read_text()
     return parse_case(
-        text,
+        template("m2"),
         (
             f"mesh.divisions=[{nx},{ny}]",
             f"cables.per_long_edge={nx + 1}",

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from importlib.resources import files
 
 import numpy as np
 
 import tautflex as tf
 from tautflex import Run
+from tautflex.case import parse_case, template
 
 END, GRID = 2.0, 5e-3
 
 
 def main() -> None:
     """Run all methods and print a Markdown table; errors are against the trapezoidal rule at 0.125 ms."""
-    case = tf.load_case(str(files("tautflex") / "data" / "m2.toml"))
+    case = parse_case(template("m2-nearest-node"))
     state = tf.solve_prestress(tf.build_model(case))
     damping = case.damping.build()
 

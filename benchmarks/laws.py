@@ -11,8 +11,10 @@ import argparse
 import math
 
 from tautflex import Case, Run, amplitude, build_model, dominant_frequency, maneuver_end, simulate, solve_prestress
-from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.case import parse_case, template
 from tautflex.case.build import build_maneuver
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 M1 = ("cables.pretension_x=0.147", "cables.pretension_y=0.25")
 LAWS = {

@@ -11,12 +11,12 @@ import json
 import platform
 import sys
 import time
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 
 import tautflex as tf
+from tautflex.case import parse_case, template
 
 # Maneuvers of Tables 6 and 7 and of section 3: model, rate [rad/s], duration [s].
 CASES = (
@@ -27,13 +27,13 @@ CASES = (
     ("M3", np.pi / 5, 1.0),
     ("M3", np.pi / 5, 2.0),
 )
-# Case file, and its cable tensions of M2 and M3 [N].
+# Template, and its cable tensions of M2 and M3 [N].
 MESHES = {
-    "40x20, equilibrium": ("m2_consistent.toml", {"M2": (0.0294705, 0.055), "M3": (0.154845, 0.2035)}),
-    "10x5, published reading": ("m2.toml", {"M2": (0.59, 1.0), "M3": (3.1, 3.7)}),
+    "40x20, equilibrium": ("m2", {"M2": (0.0294705, 0.055), "M3": (0.154845, 0.2035)}),
+    "10x5, nearest-node reading": ("m2-nearest-node", {"M2": (0.59, 1.0), "M3": (3.1, 3.7)}),
 }
-MODES = {"40x20, equilibrium": (4, 6, 10, 16, 24), "10x5, published reading": (6, 10, 16, 24, 32)}
-PROPER = {"40x20, equilibrium": (4, 6, 10, 16), "10x5, published reading": (8, 12, 16, 20)}
+MODES = {"40x20, equilibrium": (4, 6, 10, 16, 24), "10x5, nearest-node reading": (6, 10, 16, 24, 32)}
+PROPER = {"40x20, equilibrium": (4, 6, 10, 16), "10x5, nearest-node reading": (8, 12, 16, 20)}
 # Run whose fields train the proper orthogonal modes; the other cases are foreign to them.
 TRAINING = {"M2": CASES[1], "M3": CASES[3]}
 
@@ -41,7 +41,7 @@ TRAINING = {"M2": CASES[1], "M3": CASES[3]}
 def prestressed(mesh: str, model: str) -> tuple[tf.Case, object]:
     """Case and prestressed state."""
     name, tensions = MESHES[mesh]
-    case = tf.load_case(str(files("tautflex") / "data" / name))
+    case = parse_case(template(name))
     tension_x, tension_y = tensions[model]
     case = case.replaced(cables={"pretension_x": tension_x, "pretension_y": tension_y})
     return case, tf.solve_prestress(tf.build_model(case))

@@ -37,7 +37,7 @@ def instance(name: str, value: Any, kind: type[T] | tuple[type[Any], ...], expec
     raise _fail(name, expected, value, remedy, InputError)
 
 
-def several(name: str, value: Any, kind: type[Any], example: str) -> tuple[Any, ...]:
+def several(name: str, value: Any, kind: type[Any] | tuple[type[Any], ...], example: str) -> tuple[Any, ...]:
     """Return the objects of a kind in a list or tuple, or raise InputError; ``example`` is one of them."""
     expected = f"a list of objects such as {example}"
     if not isinstance(value, Sequence) or isinstance(value, str | bytes):

@@ -150,6 +150,17 @@ def test_worn_film_vibrates_more_slowly():
     np.testing.assert_allclose(worn, np.sqrt(0.5) * whole, rtol=1e-9)
 
 
+def test_worn_film_keeps_its_energy_as_half_of_an_elastic_one():
+    """The energy-conserving method knows no closed form for a law from outside, and finds the right answer."""
+    options = ["solver.method=energy-conserving", "solver.end_time=0.1"]
+    half = ["membrane.youngs_modulus=1.75e9", "membrane.stress_x=2000.0", "membrane.stress_y=1500.0"]
+    worn = tf.run_case(case_of("law_worn", *options)).data
+    elastic = tf.run_case(parse_case(FILM_CASE + SECTIONS["law_worn"], [*options, *half])).data
+    for name in ("w", "strain_energy", "kinetic_energy"):
+        scale = 1e-9 * float(np.abs(elastic[name]).max())
+        np.testing.assert_allclose(worn[name], elastic[name], rtol=0.0, atol=scale)
+
+
 def test_quad8_converges_as_a_quadratic_element():
     tension = np.array([4000.0, 3000.0]) / 1530.0
     exact = 0.5 * float(np.sqrt(tension[0] / 1.0**2 + tension[1] / 0.8**2))

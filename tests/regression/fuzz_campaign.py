@@ -27,8 +27,10 @@ import tautflex as tf
 from regression import mesh_files
 from regression.mutations import mutated
 from regression.small_result import result_files
-from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.case import parse_case, template
 from verification.builders import antenna
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 MEMORY = 3 * 1024**3  # [B] of address space; the readers' samples are some kilobytes
 SLOW = 20.0  # [s] one small file may take at most

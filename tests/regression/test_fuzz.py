@@ -14,9 +14,11 @@ from hypothesis import strategies as st
 import tautflex as tf
 from regression import mesh_files
 from regression.fuzz_campaign import PLAIN, TARGETS, attempt, campaign
-from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.case import parse_case, template
 from tautflex.files.mesh.abaqus import read_abaqus
 from tautflex.files.mesh.nastran import read_nastran
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 pytestmark = pytest.mark.campaign
 COUNTS = {"case": 150, "abaqus": 150, "nastran": 150, "results": 150, "gmsh": 6}

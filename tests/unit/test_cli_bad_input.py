@@ -8,9 +8,11 @@ import sys
 
 import pytest
 
-from tautflex.case import M2_TEMPLATE
+from tautflex.case import TEMPLATES, template
 from tautflex.case.registry import DAMPINGS
 from tautflex.cli import main
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 # A plain film whose four edges are fixed: the smallest case there is.
 FILM = """
@@ -217,7 +219,20 @@ def test_init_keeps_an_existing_file(refuse, tmp_path):
     assert "--force" in refuse("init", "case.toml", text="mine")
     assert (tmp_path / "case.toml").read_text(encoding="utf-8") == "mine"
     assert main(["init", "case.toml", "--force", "--json"]) == 0
-    assert (tmp_path / "case.toml").read_text(encoding="utf-8") == M2_TEMPLATE
+    assert (tmp_path / "case.toml").read_text(encoding="utf-8") == template("m2")
+
+
+@pytest.mark.parametrize("name", TEMPLATES)
+def test_init_writes_the_template_that_is_named(tmp_path, capsys, name):
+    file = tmp_path / "case.toml"
+    assert main(["init", str(file), "--template", name]) == 0
+    assert file.read_text(encoding="utf-8") == template(name)
+    assert f"tautflex run {file}" in capsys.readouterr().out.replace("\n", "")
+
+
+def test_init_without_such_a_template(refuse):
+    message = refuse("init", "new.toml", "--template", "m3")
+    assert "template: expected one of 'm2', 'm2-nearest-node' or 'm2-paper', got 'm3'" in message
 
 
 def test_output_directory_that_is_a_file(refuse):

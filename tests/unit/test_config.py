@@ -11,9 +11,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
+import tautflex
 from tautflex import Case, CaseError, load_case
 from tautflex.case import (
-    M2_TEMPLATE,
+    TEMPLATES,
     Cables,
     Coupling,
     Damping,
@@ -25,8 +26,11 @@ from tautflex.case import (
     Prestress,
     Solver,
     parse_case,
+    template,
 )
 from tautflex.case.messages import show
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 FILM = {
     "length": 2.0,
@@ -39,8 +43,9 @@ FILM = {
 FIXED = {**FILM, "edges": "fixed", "stress_x": 4000.0, "stress_y": 5000.0}
 
 
-def test_template_states_the_numbers_of_the_paper():
-    case = parse_case(M2_TEMPLATE)
+@pytest.mark.parametrize("name", ["m2-nearest-node", "m2-paper"])
+def test_template_states_the_numbers_of_the_paper(name):
+    case = parse_case(template(name))
     # Tables 1 and 4 of the paper
     assert (case.membrane.length, case.membrane.width, case.membrane.thickness) == (2.0, 1.0, 1e-4)
     assert (case.membrane.youngs_modulus, case.membrane.poisson_ratio, case.membrane.density) == (
@@ -60,9 +65,48 @@ def test_template_states_the_numbers_of_the_paper():
     assert case.output.probes == {"A": (0.7036, 0.4267)}
 
 
-def test_template_survives_a_round_trip():
-    case = parse_case(M2_TEMPLATE)
+def test_the_default_template_carries_nothing_that_only_a_table_explains():
+    """Cables and film in balance, all of the load, one damping for all kinds; cables per length of edge as printed."""
+    case, paper = parse_case(template()), parse_case(template("m2-paper"))
+    assert case.prestress.mode == "equilibrium"
+    assert case.coupling.inertial_load is True
+    assert (case.damping.alpha, case.damping.beta) == (0.001, 0.001)
+    assert case.cables.area * case.cables.per_long_edge == pytest.approx(3.14e-6 * 11, rel=0.1)
+    assert case.maneuver == paper.maneuver
+    assert case.membrane == paper.membrane
+    assert paper.coupling.inertial_load == 0.5
+    assert paper.damping.beta == {"membrane": 0.001, "cable": 0.0, "frame": 0.001}
+
+
+@pytest.mark.parametrize("name", TEMPLATES)
+def test_template_survives_a_round_trip(name):
+    case = parse_case(template(name))
     assert parse_case(case.to_toml()) == case
+    assert all(len(line) <= 120 for line in template(name).splitlines())
+
+
+def test_numbers_by_kind_of_element_are_tables():
+    """In a section of their own as well; what is wrong names the kind."""
+    inline = parse_case(M2_TEMPLATE, ["damping.beta={ membrane = 1e-3, frame = 2e-3 }"])
+    beta, rest = {"membrane": 1e-3, "frame": 2e-3}, {"kind": "rayleigh", "alpha": 0.001}
+    assert inline.damping.model_dump() == rest | {"beta": beta}
+    values = tomllib.loads(M2_TEMPLATE)
+    assert Case(**values | {"damping": {"alpha": 0.001, "beta": beta}}) == inline
+    load = parse_case(M2_TEMPLATE, ["coupling.inertial_load={ cable = 0.5 }"]).coupling
+    assert load.build() == tautflex.Coupling(inertial_load={"cable": 0.5})
+    for setting, words in (
+        (
+            "damping.beta={ film = 1e-3 }",
+            "damping.beta: expected kinds of element, each once, of membrane, cable",
+        ),
+        ("damping.alpha={ cable = -1.0 }", "damping.alpha.cable: expected a number >= 0, got -1.0"),
+        ("damping.beta={ cable = true }", "damping.beta.cable: expected a number, got true"),
+        ("coupling.inertial_load=-0.5", "coupling.inertial_load: expected a number >= 0, got -0.5"),
+        ("coupling.inertial_load={ cables = 1 }", "coupling.inertial_load: expected kinds of element, each once"),
+    ):
+        with pytest.raises(CaseError) as caught:
+            parse_case(M2_TEMPLATE, [setting])
+        assert words in str(caught.value)
 
 
 def test_case_built_in_code_equals_the_same_file(tmp_path):

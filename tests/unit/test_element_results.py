@@ -10,13 +10,15 @@ import pytest
 
 import tautflex as tf
 from tautflex import CaseError, InputError, load, plot, write_vtu
-from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.case import parse_case, template
 from tautflex.cli import main
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.plot.surface import wireframe
 from tautflex.solvers.transient.probes import place_probes
 from tautflex.structure.antenna import AntennaLayout
 from unit.test_export import read_grid
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 FIELDS = {
     "quad4": lambda x, y: 1.0 + 2.0 * x - 3.0 * y + 4.0 * x * y,

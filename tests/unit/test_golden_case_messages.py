@@ -12,8 +12,10 @@ from pathlib import Path
 import pytest
 
 from tautflex import CaseError
-from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.case import parse_case, template
 from tautflex.case.build import build_maneuver
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 FILM = """schema = 1
 [membrane]

@@ -9,10 +9,12 @@ import pytest
 
 import tautflex as tf
 from tautflex import CaseError, load_case
-from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.case import parse_case, template
 from tautflex.case.build import build_inputs
 from tautflex.cli import main
 from verification.builders import FILM_CASE
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 
 def film_case(section: str) -> tf.Case:

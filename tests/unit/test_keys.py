@@ -10,10 +10,12 @@ from pathlib import Path
 import pytest
 
 import tautflex as tf
-from tautflex.case import M2_TEMPLATE, Damping, Input, Maneuver, Reduction, Solver
+from tautflex.case import Damping, Input, Maneuver, Reduction, Solver, template
 from tautflex.case.help.docstrings import field_texts, short, unit
 from tautflex.case.help.reference import markdown, reference
 from tautflex.cli import main
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 PAGE = Path(__file__).parents[2] / "docs" / "case.md"
 

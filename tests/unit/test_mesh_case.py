@@ -10,8 +10,10 @@ import pytest
 import tautflex as tf
 from regression import mesh_files
 from tautflex import CaseError, InputError
-from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.case import parse_case, template
 from tautflex.cli import main
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 GEOMETRY = ("length", "width", "per_long_edge", "per_short_edge", "support", "divisions", "pattern", "distribution")
 

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from tautflex import Case, CaseError, load_case
-from tautflex.case import M2_TEMPLATE
+from tautflex.case import template
 from tautflex.cli import main
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 
 @pytest.fixture

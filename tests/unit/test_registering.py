@@ -23,12 +23,14 @@ from tautflex import (
     Model,
     solve_prestress,
 )
-from tautflex.case.reading import M2_TEMPLATE, parse_case
+from tautflex.case.reading import parse_case, template
 from tautflex.elements import LAWS, register_element, register_law
 from tautflex.elements.laws import Slack, TensionField, law_of
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.structure.model import Support
 from tautflex.structure.shapes import TRIANGLE3
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 YARN, AREA, LIMIT = Material(2e9, 1000.0), 1e-6, 4e6
 

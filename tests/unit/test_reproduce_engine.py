@@ -156,6 +156,6 @@ def test_only_what_is_asked_for_is_planned():
     names = {run.name for run in make_plan(("7",), quick=True).specs}
     assert names == {"published/M3/pi_5/T0.1", "published/M3/pi_5/T1", "published/M3/pi_5/T2"}
     assert make_plan(("2",), quick=True).specs == ()
-    assert {run.variant for run in make_plan(("6",)).specs} == {"published", "consistent"}
+    assert {run.variant for run in make_plan(("6",)).specs} == {"published", "nearest-node", "consistent"}
     with pytest.raises(InputError, match="expected one of"):
         make_plan(("5",))

@@ -80,12 +80,20 @@ def extra_rows():
     ):
         rows.append(Row("ablation", case, quantity, None, value, "Hz"))
     rows.append(Row("convergence", "M2, mode 1", "10 x 5", None, 1.05, "Hz", "", "consistent"))
+    for case, frequency, amplitude in (
+        ("12 x 6 cells", 0.06, 0.05),
+        ("20 x 10 cells", 0.11, 0.1),
+        ("half", 0.07, 0.05),
+    ):
+        rows.append(Row("convergence", case, "Tables 6 to 9, response frequency", None, frequency, "1"))
+        rows.append(Row("convergence", case, "Tables 6 to 9, amplitude", None, amplitude, "1"))
     return rows
 
 
 @pytest.fixture
 def rows():
-    return [*response_rows(), *response_rows("consistent", factor=2.0), *extra_rows()]
+    others = [*response_rows("nearest-node", factor=0.5), *response_rows("consistent", factor=2.0)]
+    return [*response_rows(), *others, *extra_rows()]
 
 
 @pytest.fixture
@@ -131,11 +139,11 @@ def test_every_table_and_number_is_on_both_pages(written, rows):
     html, markdown = (path.read_text(encoding="utf-8") for path in written)
     page = Checked(html)
     words = " ".join(page.words)
-    assert page.tables == 7 + 2 + 1 + 1  # of the paper; ablation in two parts; compression; convergence
+    assert page.tables == 7 + 2 + 1 + 2  # of the paper; ablation in two parts; compression; convergence of two
     for text in (words, markdown):
         for number in ("2", "3", "4", "6", "7", "8", "9"):
             assert f"Table {number}: " in text
-        for title in ("What each term does", "Compression of the film", "Convergence of the consistent variant"):
+        for title in ("What each term does", "Compression of the film", "Convergence in mesh and time step"):
             assert title in text
         for row in rows:
             assert quantity_text(row.ours, row.unit) in text
@@ -159,16 +167,21 @@ def test_words_take_their_numbers_from_the_rows(rows):
     found = sorted_rows(rows)
     scores = dict(words.scores(found))
     assert "0.095 over 10 entries" in scores["Response frequencies:"]  # log 1.1
-    assert "The consistent variant: 0.788." in scores["Response frequencies:"]  # log 2.2
+    # log 0.55, log 2.2
+    assert "The first reading: 0.598. The consistent variant: 0.788." in scores["Response frequencies:"]
     assert "0.357 over 10 entries" in scores["Amplitudes:"]  # -log 0.7
     assert "1.00 %, the largest +1.0 %" in scores["Table 2:"]
     why = dict(reasons.explanations(found))
+    follows = why["What follows."]
     assert (
         "0.7500 Hz above the dominant mode; geometric nonlinearity switched off lowers it by 0.7375 Hz"
         in why["Where the rise in frequency comes from."]
     )
     assert "1 of 2 runs, in 1 of the 1 of M1, down to −2.5 N/m (M1, π/5 rad/s, T = 1 s)" in why["Wrinkling."]  # noqa: RUF001
     assert "ours 2.6226 Hz, paper 2.3842 Hz" in why["M1 stopped from π/2 rad/s."]
+    assert "In the first reading, where they have it, it is 1.3113 Hz." in why["M1 stopped from π/2 rad/s."]
+    assert "on every mesh within a mean |log ratio| of 0.060 to 0.110 in frequency and 0.050 to 0.100" in follows
+    assert "with other steps and another method within a mean |log ratio| of 0.070 to 0.070" in follows
     assert "Ours is 0.9870 Hz." in why["M1's dominant mode."]
     assert "0.5 times 1.99 Hz is 0.995 Hz" in why["M1's dominant mode."]
     assert "0.0953674 Hz in Tables 6, 8, 9; 0.0610352 Hz in Table 7" in why["FFT bins."]
@@ -197,13 +210,19 @@ def test_page_without_results_explains_without_numbers():
     assert all(text and not re.search(r"\b(None|nan)\b", text) for _, text in reasons.explanations({}))
 
 
-def test_consistent_variant_stands_beside():
-    pair = response_rows()[:2], response_rows("consistent", factor=1.1)[:2]
-    header, rule, first, _ = cells(comparison(*pair))
-    assert header == ["case", "quantity", "ours", "paper", "difference", "consistent variant", "difference"]
-    assert rule == ["---", "---", *["---:"] * 5]
-    assert first[4:] == ["+10.0 % *(!)*", "1.1540", "+21.0 % **(!!)**"]
-    assert "consistent variant" not in comparison(pair[0])
+def test_other_readings_stand_beside():
+    rows = response_rows()[:2]
+    others = {
+        "first reading": response_rows("nearest-node", factor=0.5)[:1],
+        "consistent variant": response_rows("consistent", factor=1.1)[:2],
+    }
+    header, rule, first, second = cells(comparison(rows, others))
+    beside = ["first reading", "difference", "consistent variant", "difference"]
+    assert header == ["case", "quantity", "ours", "paper", "difference", *beside]
+    assert rule == ["---", "---", *["---:"] * 7]
+    assert first[4:] == ["+10.0 % *(!)*", "0.5245", "−45.0 % **(!!)**", "1.1540", "+21.0 % **(!!)**"]  # noqa: RUF001
+    assert second[5:7] == ["–", "–"]  # noqa: RUF001
+    assert "consistent variant" not in comparison(rows)
 
 
 def test_listing_puts_a_unit_where_it_belongs():

@@ -17,9 +17,9 @@ COMPARED = ("w", "strain_energy", "min_principal_resultant", "max_principal_resu
 
 def state_of_antenna():
     """Small antenna of the paper's kind, with a case file's defaults."""
-    from tautflex.case.reading import M2_TEMPLATE, parse_case
+    from tautflex.case.reading import parse_case, template
 
-    case = parse_case(M2_TEMPLATE, ["mesh.divisions=[10, 5]"])
+    case = parse_case(template("m2-nearest-node"), ["mesh.divisions=[10, 5]"])
     return tf.solve_prestress(tf.build_model(case))
 
 

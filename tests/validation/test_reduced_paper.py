@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
-
 import numpy as np
 import pytest
 
 import tautflex as tf
+from tautflex.case import parse_case, template
 
-# Cable tensions of the consistent antenna [N per 0.1 m of edge]: those of m2_consistent.toml, twice the spacing.
+# Cable tensions of the consistent antenna [N per 0.1 m of edge]: those of the template m2, twice the spacing.
 TENSIONS = {"M2": (0.058941, 0.11), "M3": (0.30969, 0.407)}
 RUN = {
     "time_step": 1e-3,
@@ -21,7 +20,7 @@ RUN = {
 
 
 def antenna(model):
-    case = tf.load_case(str(files("tautflex") / "data" / "m2_consistent.toml"))
+    case = parse_case(template("m2"))
     tension_x, tension_y = TENSIONS[model]
     cables = {"pretension_x": tension_x, "pretension_y": tension_y, "per_long_edge": 21, "per_short_edge": 11}
     return tf.solve_prestress(

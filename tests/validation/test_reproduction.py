@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from tautflex.paper.cases.catalogue import catalogue
+from tautflex import build_model, solve_modes, solve_prestress
+from tautflex.paper.cases.catalogue import FITTED_MESHES, catalogue, mesh_name, model_case
 from tautflex.paper.cases.normal_modes import antenna_modes, antenna_name, dominant_mode, frequency_of
 from tautflex.paper.cases.run_names import MODELS, run_name
 from tautflex.paper.comparison import build_rows, make_plan, summarize
@@ -22,8 +24,7 @@ from tautflex.paper.tables.rows import mean_log_ratio
 pytestmark = pytest.mark.slow
 TABLES = ("2", "3", "4", "6", "7", "8", "9")
 RATES, DURATIONS = ("pi_100", "pi_5", "pi_2"), (0.1, 1.0, 2.0)
-# The one run whose response frequency does not follow the paper's trend; the page of the reproduction says why.
-OUT_OF_ORDER = ("M1", "pi_2", 0.1)
+FASTEST = ("M1", "pi_2", 0.1)
 
 
 @pytest.fixture(scope="module")
@@ -64,12 +65,67 @@ def answer(runs):
 def test_scores_over_the_twenty_numbers(rows, verification_row):
     found = {row.quantity: row.ours for row in summarize(rows)}
     assert sum(not row.repeats for number in "6789" for row in rows["published", number]) >= 20
-    for quantity, limit in (("response frequency", 0.12), ("amplitude", 0.14)):
+    for quantity, limit in (("response frequency", 0.09), ("amplitude", 0.08)):
         score = found[f"mean |log ratio|, {quantity}"]
         assert score <= limit
         words = f"Tables 6 to 9, mean |log ratio| of ten numbers: {quantity}"
         verification_row(words, "0", f"{score:.3f}", "paper, Tables 6 to 9", error=f"{score:.3f}")
-    assert found["mean |difference|"] <= 0.8  # Table 2 [%]
+    assert found["mean |difference|"] <= 1.3  # Table 2 [%]
+
+
+def test_the_softest_antenna_in_the_fastest_stop(rows, verification_row):
+    """The worst entry of the first reading, whose cables hold the film's edge: 1.34 Hz for 2.38."""
+    for row in rows["published", "8"]:
+        if row.case.startswith("M1, pi/2"):
+            assert abs(row.difference) < 0.12
+            words = f"M1 stopped from pi/2 rad/s, m2-paper: {row.quantity} [{row.unit}]"
+            verification_row(words, row.paper, row.ours, "paper, Table 8")
+
+
+@pytest.mark.parametrize("cells", FITTED_MESHES)
+def test_tensions_are_fitted_to_table_2_on_every_mesh(cells):
+    """Changing either of the two by a hundredth does not bring Table 2 closer."""
+    printed = np.array([row["frequency"] for row in published.table(2)])
+
+    def difference(x=1.0, y=1.0):
+        case = model_case("M2", divisions=cells)
+        fitted = case.prestress.resultant_per_pretension
+        case = case.replaced(prestress={"resultant_per_pretension": (x * fitted[0], y * fitted[1])})
+        return np.abs(solve_modes(solve_prestress(build_model(case)), n=10).frequencies / printed - 1.0).mean()
+
+    assert difference() < 0.021
+    assert difference() < min(difference(0.99), difference(1.01), difference(y=0.98), difference(y=1.02)) + 1e-4
+
+
+def test_other_meshes_and_methods_agree(rows, tmp_path, verification_row):
+    """Three runs from linear to strongly nonlinear; all ten of every mesh are on the page of the reproduction."""
+    chosen = [("M3", "pi_100", 0.1), ("M1", "pi_50", 0.1), FASTEST]
+    names = [run_name(*run) for run in chosen]
+    others = {f"{cells[0]} x {cells[1]} cells": [mesh_name(name, cells) for name in names] for cells in FITTED_MESHES}
+    del others["20 x 10 cells"]
+    others["generalized-alpha"] = [f"{name}/generalized-alpha, steps of 2.5 ms" for name in names]
+    known = catalogue("published")
+    specs = [known[name] for listed in others.values() for name in listed]
+    specs = [replace(spec, case=spec.case.replaced(solver={"time_step": 2.5e-3})) for spec in specs]
+    found = load_results(perform(specs, tmp_path, workers=2))
+    printed = [next(row for row in _PRINTED if _same(row, run)) for run in chosen]
+    for words, listed in others.items():
+        ratios = [
+            (f / row["response_frequency"], a / row["amplitude"])
+            for name, row in zip(listed, printed, strict=True)
+            for f, _, a in (response(found[name], row["padded_duration"]),)
+        ]
+        for quantity, values, limit in zip(("frequency", "amplitude"), np.log(ratios).T, (0.12, 0.1), strict=True):
+            score = float(np.abs(values).mean())
+            assert score < limit
+            verification_row(f"m2-paper, three runs, {words}: {quantity}", "0", f"{score:.3f}", "paper, Tables 6 to 9")
+
+
+_PRINTED = [row for number in published.RESPONSE_TABLES for row in published.table(number)]
+
+
+def _same(row, run):
+    return (row["model"], row["rate_name"], row["duration"]) == run
 
 
 def test_every_published_number_is_listed_with_its_gap(rows):
@@ -82,13 +138,10 @@ def test_every_published_number_is_listed_with_its_gap(rows):
 
 
 def test_large_gaps_are_explained(rows):
-    worst = [
-        row
-        for number in "6789"
-        for row in rows["published", number]
-        if row.quantity in ("response frequency", "amplitude") and abs(row.log_ratio) > 0.25
-    ]
-    assert worst
+    listed = [row for number in "6789" for row in rows["published", number]]
+    quantities = ("response frequency", "amplitude")
+    worst = [row for row in listed if row.quantity in quantities and abs(row.log_ratio) > 0.2]
+    assert len(worst) <= 2
     assert all(row.note for row in worst)
 
 
@@ -114,7 +167,7 @@ def test_amplitude_and_frequency_rise_with_the_rate(answer, model):
     amplitudes = [amplitude for _, amplitude in found]
     assert amplitudes == sorted(amplitudes)
     assert len(set(amplitudes)) == 3
-    frequencies = [f for rate, (f, _) in zip(RATES, found, strict=True) if (model, rate, 0.1) != OUT_OF_ORDER]
+    frequencies = [frequency for frequency, _ in found]
     assert frequencies == sorted(frequencies)
 
 

@@ -70,7 +70,7 @@ def states_of(state, hub, method, step, count, velocity=None):
     """States of a run, every step."""
     equation = hub_equation(state, hub)
     stepper = Stepper(equation, method, 1e-11)
-    at = begin(equation, hub, np.zeros(state.system.size) if velocity is None else velocity)
+    at, _ = begin(equation, hub, np.zeros(state.system.size) if velocity is None else velocity)
     states = [at]
     for _ in range(count):
         at, outcome = stepper.step(at, step, AtRest().segments()[0])

@@ -24,7 +24,7 @@ from tautflex import (
     solve_prestress,
     solve_static,
 )
-from tautflex.case import M2_TEMPLATE, parse_case
+from tautflex.case import parse_case, template
 from tautflex.elements.laws import TensionField
 from tautflex.elements.laws.tension_field import tension_field
 from tautflex.mechanics.membrane import membrane_state, principal_resultants
@@ -33,6 +33,8 @@ from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.model import Support
 from verification.builders import CABLE, FILM, FRAME, THICKNESS, antenna
+
+M2_TEMPLATE = template("m2-nearest-node")
 
 Array = NDArray[np.float64]
 

@@ -314,7 +314,9 @@ def test_tuning_refuses_bad_targets():
         tune_pretension(model, [1.0, 2.0, 3.0])
     with pytest.raises(InputError, match=r"frequencies: expected a number > 0, got -1"):
         tune_pretension(model, [-1.0])
-    with pytest.raises(InputError, match=r"modes: expected 2 different mode number\(s\) from 1, got \[1, 1\]"):
+    with pytest.raises(
+        InputError, match=r"modes: expected 2 different mode number\(s\) from 1, or half-waves \(m, n\), got \[1, 1\]"
+    ):
         tune_pretension(model, [1.0, 2.0], modes=[1, 1])
     # f2 < f1 cannot be had: mode numbers follow the order of the frequencies.
     with pytest.raises(NotConvergedError, match=r"target \[2\.0, 1\.0\] Hz.*choose film modes or one target"):

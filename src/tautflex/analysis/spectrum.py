@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from tautflex.analysis.record import Record, uniform_record
-from tautflex.checks import flag, float_array, one_of, positive
+from tautflex.checks import flag, float_array, non_negative, one_of, positive
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Complex
 from tautflex.solvers.variables import SPECTRUM, described
@@ -135,6 +135,7 @@ def dominant_frequency(
     *,
     length: float | None = None,
     after: float | None = None,
+    band: float = 0.0,
 ) -> PeakFrequency:
     """Return the frequency of largest energy of a record, mean removed, zero-padded [theory, section 7].
 
@@ -142,6 +143,10 @@ def dominant_frequency(
     ----------
     record, pad, length, after
         As for :func:`spectrum`.
+    band
+        Width [Hz] of the band of largest energy in which the bin is looked for, >= 0; 0 compares bin by bin. A
+        vibration whose frequency drifts as it decays spreads its energy over neighbouring bins, none of which need be
+        larger than the one bin of a weaker, steady vibration: bin by bin, such a tie falls either way.
 
     Returns
     -------
@@ -153,15 +158,23 @@ def dominant_frequency(
     InputError
         As for :func:`spectrum`.
     """
+    non_negative("band", band)
     lines = spectrum(record, pad, length=length, after=after)
     frequency = lines["frequency"].values
     width = float(lines.attrs["bin_width"])
     height = lines["amplitude"].values
-    peak = int(lines["energy"].values[1:].argmax()) + 1
+    peak = _strongest(lines["energy"].values[1:], round(0.5 * band / width)) + 1
     scale = amplitude(uniform_record(record).values)
     if height[peak] <= 8 * np.finfo(float).eps * scale:
         return PeakFrequency(float("nan"), width, float("nan"))
     return PeakFrequency(float(frequency[peak]), width, float(frequency[peak]) + width * _vertex(height, peak))
+
+
+def _strongest(energy: Array, reach: int) -> int:
+    """Largest bin among those within ``reach`` of the one around which they hold most energy."""
+    centre = int(np.convolve(energy, np.ones(2 * reach + 1))[reach : reach + energy.size].argmax())
+    first = max(0, centre - reach)
+    return first + int(energy[first : centre + reach + 1].argmax())
 
 
 def _transform(values: Array, padded: float) -> Complex:

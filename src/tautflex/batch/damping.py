@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import copy
 from dataclasses import replace
 from typing import Any
 
@@ -16,8 +15,8 @@ from tautflex.mechanics.dampings.damping import Damping, LinearStructure
 from tautflex.mechanics.dampings.matrix import DampingMatrix
 
 PREFIX = "damping."
-# Parts of a `DampingMatrix`; the first three may differ from run to run.
-WEIGHTS, VECTORS = ("mass", "stiffness", "coefficients"), "vectors"
+# The part of a `DampingMatrix` that is the same for all runs; its `weights` may differ.
+VECTORS = "vectors"
 
 
 class BatchDamping:
@@ -50,7 +49,9 @@ class BatchDamping:
         """
         matrices = []
         for row in each_row(PREFIX, arrays, axes, runs):
-            matrices.append(replace(self._damping, **row).matrix(self._structure))  # type: ignore[type-var]
+            # Made again: the damping itself refuses numbers that are out of range.
+            checked = replace(self._damping.with_numbers(row))  # type: ignore[type-var]
+            matrices.append(checked.matrix(self._structure))
             if not np.array_equal(matrices[-1].vectors, self.matrix.vectors):
                 names = ", ".join(sorted(name for name in arrays if name in self.defaults))
                 raise UnsupportedError(
@@ -60,7 +61,7 @@ class BatchDamping:
         if len(matrices) <= 1:
             return _numbers(matrices[0] if matrices else self.matrix), frozenset()
         numbers = [_numbers(matrix) for matrix in matrices]
-        stacked = {PREFIX + name: np.stack([one[PREFIX + name] for one in numbers]) for name in WEIGHTS}
+        stacked = {PREFIX + name: np.stack([one[PREFIX + name] for one in numbers]) for name in self.matrix.weights}
         return {**numbers[0], **stacked}, frozenset(stacked)
 
     def of_traced(self, numbers: dict[str, Any], differ: frozenset[str]) -> tuple[dict[str, Any], frozenset[str]]:
@@ -70,20 +71,18 @@ class BatchDamping:
         rows = differ & frozenset(own)
 
         def weights(own: dict[str, Any]) -> dict[str, Any]:
-            changed = copy(self._damping)
-            for name, value in own.items():
-                # Not `replace`: checks cannot look at a traced number.
-                object.__setattr__(changed, name.removeprefix(PREFIX), value)
-            matrix = changed.matrix(self._structure)
-            return {PREFIX + name: jax.numpy.asarray(getattr(matrix, name), dtype=float) for name in WEIGHTS}
+            changed = self._damping.with_numbers({name.removeprefix(PREFIX): value for name, value in own.items()})
+            found = changed.matrix(self._structure).weights
+            return {PREFIX + name: jax.numpy.asarray(value, dtype=float) for name, value in found.items()}
 
         if rows:
             axes = {name: 0 if name in rows else None for name in own}
             return {**rest, **_numbers(self.matrix), **jax.vmap(weights, (axes,))(own)}, (differ - rows) | {
-                PREFIX + name for name in WEIGHTS
+                PREFIX + name for name in self.matrix.weights
             }
         return {**rest, **_numbers(self.matrix), **weights(own)}, differ
 
 
 def _numbers(matrix: DampingMatrix) -> dict[str, Any]:
-    return {PREFIX + name: np.asarray(getattr(matrix, name), dtype=float) for name in (*WEIGHTS, VECTORS)}
+    parts = matrix.weights | {VECTORS: matrix.vectors}
+    return {PREFIX + name: np.asarray(value, dtype=float) for name, value in parts.items()}

@@ -34,7 +34,7 @@ from tautflex.solvers.transient.status import Status
 from tautflex.text import shown
 
 # Keywords of `tautflex.simulate` that ask for what a batch does not do.
-_NOT_IN_A_BATCH = frozenset({"adaptive", "inputs", "every", "fields", "max_halvings"})
+_NOT_IN_A_BATCH = frozenset({"adaptive", "every", "fields", "initial_imperfection", "inputs", "max_halvings"})
 
 
 class Batch:
@@ -194,6 +194,7 @@ class _Asked:
         velocity = problem.velocity
         if isinstance(plant, ReducedPlant):
             velocity = plant.rom.coordinates(velocity)
+            plant.rom.arrays(problem.damping)  # refuses what no reduced model can do
         self.function = response_function(plant, problem, history, velocity, store, march_of)
         self.damping = BatchDamping(problem.damping, plant.state.linear)
         self.defaults = {f"maneuver.{name}": value for name, value in history.numbers.items()}
@@ -209,6 +210,7 @@ class _Asked:
             (problem.time_step, problem.count, problem.tolerance),
             store,
             self.damping.matrix.rank,
+            tuple(self.damping.matrix.kinds),
         )
 
 

@@ -1,10 +1,10 @@
 """Case files: TOML to and from frozen, validated models; the only place that knows units as text.
 
-``load_case`` reads a file, ``Case`` is the same thing built in code, and ``M2_TEMPLATE`` is the commented
-case that ``tautflex init`` writes.
+``load_case`` reads a file, ``Case`` is the same thing built in code, and ``template`` returns the commented cases that
+``tautflex init`` writes.
 """
 
-from tautflex.case.reading import M2_TEMPLATE, load_case, parse_case
+from tautflex.case.reading import TEMPLATES, load_case, parse_case, template
 from tautflex.case.schema import Case
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
@@ -12,7 +12,7 @@ from tautflex.case.sections.maneuver import Maneuver
 from tautflex.case.sections.structural import Cables, Frame, Membrane, Mesh, Prestress
 
 __all__ = [
-    "M2_TEMPLATE",
+    "TEMPLATES",
     "Cables",
     "Case",
     "Coupling",
@@ -28,4 +28,5 @@ __all__ = [
     "Solver",
     "load_case",
     "parse_case",
+    "template",
 ]

@@ -9,15 +9,17 @@ import numpy as np
 
 from tautflex.case.build import build_damping, build_inputs, build_maneuver
 from tautflex.errors import CaseError
+from tautflex.solvers.plausibility import doubts_about_maneuver, doubts_about_probes
+from tautflex.solvers.static.stability import find_start
+from tautflex.solvers.transient.probes import place_probes
 from tautflex.structure.shapes import SHAPES
 
 if TYPE_CHECKING:
     from tautflex.case import Case
     from tautflex.solvers.static.prestress import PrestressedState
-    from tautflex.structure.model import Model
 
 
-def advise(case: Case, model: Model, state: PrestressedState) -> list[str]:
+def advise(case: Case, state: PrestressedState) -> list[str]:
     """List warnings about a case and what was made of it, each one sentence with what to do.
 
     Raises
@@ -25,14 +27,30 @@ def advise(case: Case, model: Model, state: PrestressedState) -> list[str]:
     CaseError
         If values of the maneuver or of an input do not go together, or a table cannot be read.
     """
-    build_maneuver(case)
+    maneuver = build_maneuver(case)
     build_inputs(case, state)
-    build_damping(case, state)
+    damping = build_damping(case, state)
     count, most = getattr(case.reduction, "count", None), state.system.size - 1
     if count is not None and count > most:
         raise CaseError(f"reduction.count: expected at most the {most} modes of this mesh, got {count}; take fewer")
-    about_structure = (*_about_mesh(case), *_about_prestress(case, state))
-    return [*state.warnings, *about_structure, *_about_probes(case, model), *_about_run(case)]
+    about_structure = (*_about_mesh(case), *_about_cables(case), *doubts_about_maneuver(maneuver))
+    start = find_start(state, maneuver.start(), case.coupling.build(), damping)
+    return [*state.warnings, *about_structure, *start.warnings, *_about_probes(case, state), *_about_run(case)]
+
+
+def notes(case: Case, state: PrestressedState) -> list[str]:
+    """List what a case chooses on purpose and what follows from it, each one sentence."""
+    found = list(state.notes)
+    if case.output.probe_reading == "nearest-node":
+        read = place_probes(state.system, case.output.probes, case.output.probe_reading).positions
+        for (name, point), place in zip(case.output.probes.items(), read, strict=True):
+            away = float(np.hypot(*(place[:2] - point)))
+            if away > 1e-9 * np.ptp(state.model.nodes, axis=0).max():
+                found.append(
+                    f"probe {name} is read {away:.3g} m away, at node ({place[0]:.4g}, {place[1]:.4g}); "
+                    "output.probe_reading = 'interpolate' reads at the point itself"
+                )
+    return found
 
 
 def _about_mesh(case: Case) -> Iterator[str]:
@@ -41,16 +59,9 @@ def _about_mesh(case: Case) -> Iterator[str]:
         yield f"mesh.pattern = '{mesh.pattern}' is not used: cells of '{mesh.element}' have no diagonal; remove it"
 
 
-def _about_prestress(case: Case, state: PrestressedState) -> Iterator[str]:
+def _about_cables(case: Case) -> Iterator[str]:
     cables, have = case.cables, case.mesh.node_spaces
-    if cables is None:
-        return
-    if case.prestress.mode == "uniform" and state.residual > 1e-6 * max(cables.pretension_x, cables.pretension_y):
-        yield (
-            f"cables and film do not balance: {state.residual:.3g} N is taken as carried by the reference "
-            "state; set prestress.mode = 'equilibrium' for a structure in true equilibrium"
-        )
-    if cables.per_long_edge is None or cables.per_short_edge is None:
+    if cables is None or cables.per_long_edge is None or cables.per_short_edge is None:
         return  # a mesh file has its cables where it has them
     spaces = (cables.per_long_edge - 1, cables.per_short_edge - 1)
     if have[0] > spaces[0] or have[1] > spaces[1]:
@@ -61,20 +72,11 @@ def _about_prestress(case: Case, state: PrestressedState) -> Iterator[str]:
         )
 
 
-def _about_probes(case: Case, model: Model) -> Iterator[str]:
+def _about_probes(case: Case, state: PrestressedState) -> list[str]:
     if not case.output.probes:
-        yield "output.probes is empty: a run will keep no time history; add a point to [output.probes]"
-    if case.output.probe_reading != "nearest-node":
-        return
-    film = model.nodes[np.unique(model.triangles)]
-    for name, point in case.output.probes.items():
-        distance = np.hypot(film[:, 0] - point[0], film[:, 1] - point[1])
-        nearest = film[distance.argmin()]
-        if distance.min() > 1e-9 * np.ptp(film, axis=0).max():
-            yield (
-                f"probe {name} is read {distance.min():.3g} m away, at node ({nearest[0]:.4g}, {nearest[1]:.4g}); "
-                "set output.probe_reading = 'interpolate' to read at the point itself"
-            )
+        return ["output.probes is empty: a run will keep no time history; add a point to [output.probes]"]
+    placed = place_probes(state.system, case.output.probes, case.output.probe_reading)
+    return doubts_about_probes(state.model, case.output.probes, placed.positions)
 
 
 def _about_run(case: Case) -> Iterator[str]:

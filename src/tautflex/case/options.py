@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import types
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache, partial
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union, get_args, get_origin, get_type_hints
@@ -49,6 +49,9 @@ def value_type(hint: Any) -> tuple[Any, Any]:
         if type(None) in parts:
             kinds.append(None)
         return Union[tuple(kinds)], examples[0]  # noqa: UP007 - how many there are is only known here
+    if get_origin(hint) is Mapping:
+        kind, example = value_type(parts[1])
+        return dict[str, kind], {"name": example}  # type: ignore[valid-type]
     if get_origin(hint) in (tuple, list, Sequence):
         inner = [value_type(part) for part in parts if part is not Ellipsis]
         kinds = [kind for kind, _ in inner]

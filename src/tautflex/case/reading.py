@@ -10,16 +10,35 @@ from pathlib import Path
 from typing import Any
 
 from tautflex import checks
-from tautflex.case.messages import one_line, show
+from tautflex.case.messages import choices, one_line, show
 from tautflex.case.schema import Case
 from tautflex.errors import CaseError
 from tautflex.files.content import read_text
 
-M2_TEMPLATE = files("tautflex").joinpath("data", "m2.toml").read_text(encoding="utf-8")
-"""Commented case of the paper's antenna M2 in the published reading, as `tautflex init` writes it."""
+_TEMPLATES = files("tautflex").joinpath("data", "templates")
+TEMPLATES = tuple(sorted(file.name.removesuffix(".toml") for file in _TEMPLATES.iterdir()))
+"""Names of the commented cases that `tautflex init` writes; each is a file."""
 
 _LARGEST_FILE = 10_000_000
 _DEEPEST = 20
+
+
+def template(name: str = "m2") -> str:
+    """Text of a commented case.
+
+    Parameters
+    ----------
+    name
+        One of `TEMPLATES`.
+
+    Raises
+    ------
+    CaseError
+        If there is no such template.
+    """
+    if name not in TEMPLATES:
+        raise CaseError(f"template: expected one of {choices(TEMPLATES)}, got {show(name)}; choose one of them")
+    return _TEMPLATES.joinpath(f"{name}.toml").read_text(encoding="utf-8")
 
 
 def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Case:

@@ -140,6 +140,7 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
         inputs=build.build_inputs(case, state),
         probes=case.output.probes,
         probe_reading=case.output.probe_reading,
+        initial_imperfection=solver.initial_imperfection,
         every=case.output.every,
         fields=fields if isinstance(fields, str) else [t for t in fields if t <= solver.end_time],
         progress=progress,

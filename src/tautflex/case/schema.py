@@ -86,10 +86,14 @@ class Case(Section):
     __str__ = __repr__
 
     def replaced(self, **sections: dict[str, Any]) -> Case:
-        """Return a validated copy with keys changed, e.g. ``case.replaced(cables={"pretension_x": 1.0})``."""
+        """Return a validated copy with keys changed, e.g. ``case.replaced(cables={"pretension_x": 1.0})``.
+
+        None takes a key out, so that it has its default again.
+        """
         values = self.model_dump(by_alias=True, exclude_none=True)
         for name, changes in sections.items():
-            values[name] = {**values.get(name, {}), **changes}
+            changed = {**values.get(name, {}), **changes}
+            values[name] = {key: value for key, value in changed.items() if value is not None}
         return Case(**values)
 
     @field_validator("inputs")

@@ -26,6 +26,8 @@ def show_check(case: Path, answer: Mapping[str, Any]) -> None:
     rows.add_row("mass", f"{answer['mass']:.4g} kg")
     _add_prestress(rows, answer["prestress"])
     _card(f"{case.name} is valid", rows)
+    for note in answer["notes"]:
+        say(f"note: {note}")
     for warning in answer["warnings"]:
         say(f"warning: {warning}")
 
@@ -52,7 +54,14 @@ def show_tuning(case: Path, answer: Mapping[str, Any]) -> None:
     rows.add_row("pretension_x", f"{answer['pretension_x']:.6g} N per cable")
     rows.add_row("pretension_y", f"{answer['pretension_y']:.6g} N per cable")
     rows.add_row("frequencies", ", ".join(f"{value:.4f}" for value in answer["frequencies"]) + " Hz")
+    for number, error in zip(answer["modes"], answer["mesh_errors"], strict=True):
+        if error is not None:
+            rows.add_row(
+                f"error of mode {number}", f"{error:+.2%} left by the mesh (quadratic triangles on its corners)"
+            )
     _card(f"{case.name}, tuned", rows)
+    for warning in answer["warnings"]:
+        say(f"warning: {warning}")
     list_files(answer["files"])
 
 

@@ -9,6 +9,7 @@ from tautflex.elements.block import ElementBlock
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup
+from tautflex.structure.kinds import KINDS
 from tautflex.structure.model import Model
 from tautflex.structure.shapes import Shape, register_shape
 
@@ -65,6 +66,8 @@ def register_element(element: E) -> E:
     if (known.__module__, known.__qualname__) != (element.__module__, element.__qualname__):
         raise InputError(f"element: expected a new {key[0]} shape, {known.__qualname__} has {key[1]!r}; rename it")
     ELEMENTS[key] = element
+    if element.kind not in KINDS:
+        KINDS.append(element.kind)
     return element
 
 

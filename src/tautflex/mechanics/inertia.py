@@ -38,6 +38,17 @@ class LoadMoments(Protocol):
         ...
 
 
+class WeighedMoments:
+    """Loads of any motion, shape (12, n), as ``int rho N_a' x_b`` and ``int rho N_a'``; of many instants too."""
+
+    def __init__(self, loads: Array) -> None:
+        self._first, self._zeroth, self.size = loads[:9].reshape(3, 3, -1), loads[9:], loads.shape[1]
+
+    def load(self, weight: ArrayLike, acceleration: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+        """Load ``Z : first + a . zeroth`` for weights (..., 3, 3) and accelerations (..., 3), shape (..., n)."""
+        return np.einsum("...ab,abi->...i", np.asarray(weight), self._first) + np.asarray(acceleration) @ self._zeroth
+
+
 @numba.njit(cache=True)
 def _collect_moments(
     mass: Array, interpolation: Array, position: Array, places: Places, zeroth: Array, first: Array

@@ -6,6 +6,7 @@ pattern can share one walk through it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -98,11 +99,20 @@ class MassDamping:
     damping is not zero, so that one walk gives both forces: transverse and in-plane unknowns of a flat film, for one,
     do not meet here. ``spread`` tells whether there is proportional damping, ``damped`` whether there is any;
     ``vectors``, shape (rank, size), and ``coefficients``, shape (rank,), hold the rest of C. It is made from values of
-    mass and stiffness in a pattern, those of the reference, shape (entries,).
+    mass and stiffness in a pattern, those of the reference, shape (entries,), and where kinds of element are damped
+    differently, from those of each kind.
     """
 
-    def __init__(self, pattern: SparsityPattern, mass: Array, stiffness: Array, damping: DampingMatrix) -> None:
-        self.matrix, self.entries = damping, damping.proportional(mass, stiffness)
+    def __init__(
+        self,
+        pattern: SparsityPattern,
+        mass: Array,
+        stiffness: Array,
+        damping: DampingMatrix,
+        kinds: Mapping[str, tuple[Array, Array]] | None = None,
+    ) -> None:
+        self.matrix: DampingMatrix = damping
+        self.entries: Array = damping.proportional(mass, stiffness, kinds or {})
         self.vectors = np.ascontiguousarray(damping.vectors, dtype=np.float64)
         self.coefficients = np.ascontiguousarray(damping.coefficients, dtype=np.float64)
         kept = (mass != 0.0) | (self.entries != 0.0)

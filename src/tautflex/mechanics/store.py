@@ -4,8 +4,9 @@ Handing dozens of arrays to a compiled function costs more than the elements of 
 `block_data` cuts a block's lists of non-zero terms out of them again, inside compiled code. Named tuples are handed
 over as plain ones, whose types need no look-up.
 
-One row of ``table`` describes a block: sizes, the address of its law, and where its parts begin in the other arrays.
-From there they lie one after the other (n rows of the block; a matrix with n columns is stored line by line):
+One row of ``table`` describes a block: sizes, the addresses of its law and of its average, and where its parts begin in
+the other arrays. From there they lie one after the other (n rows of the block; a matrix with n columns is stored line
+by line):
 
 ======== =================================================== ==================================================
 array    part                                                numbers
@@ -19,7 +20,7 @@ values   ``gradient`` of each of its terms                   gradient terms x n
 values   ``linear``, then ``quadratic``, the same in all rows linear terms + quadratic terms
 values   ``elasticity`` of each of its terms                 elastic terms x n
 values   initial stress                                      strains x n
-values   measure, then energy at zero unknowns               n + n
+values   measure                                             n
 values   parameters of the law                               parameters
 ======== =================================================== ==================================================
 
@@ -65,20 +66,20 @@ class KernelData(NamedTuple):
     elastic_value: Array
     initial_stress: Array
     measure: Array
-    initial_energy: Array
     law_parameters: Array
     gradients: int
     law: int
+    average: int
 
 
 # Columns of the table.
 _ROWS, _UNKNOWNS, _STRAINS, _GRADIENTS, _LAW, _PARAMETERS = range(6)
 _GRADIENT_TERMS, _LINEAR_TERMS, _QUADRATIC_TERMS, _ELASTIC_TERMS = range(6, 10)
-_FIRST_SLOT, _FIRST_TERM, _FIRST_VALUE = range(10, 13)
-_COLUMNS = 13
+_AVERAGE, _FIRST_SLOT, _FIRST_TERM, _FIRST_VALUE = range(10, 14)
+_COLUMNS = 14
 
-# In place of the address of a compiled law.
-ELASTIC = 0
+# In place of the address of a compiled law, and of that of its average: numerically.
+ELASTIC = INTEGRATED = 0
 
 
 def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Places], initial_stress: list[Array]) -> KernelStore:
@@ -92,9 +93,9 @@ def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Places], initial_st
         elastic = np.nonzero(np.any(block.elasticity != 0.0, axis=0))
         count, unknowns = places.shape[1], places.shape[0]
         law, parameters = block.law.function, block.law.parameters(block.material)
-        address = ELASTIC if law is None else law.address
+        address, average = (0 if compiled is None else compiled.address for compiled in (law, block.law.average))
         sizes = (count, unknowns, len(block.linear), block.gradient.shape[1], address, len(parameters))
-        row[:_FIRST_SLOT] = *sizes, gradient[0].size, linear[0].size, quadratic[0].size, elastic[0].size
+        row[:_FIRST_SLOT] = *sizes, gradient[0].size, linear[0].size, quadratic[0].size, elastic[0].size, average
         row[_FIRST_SLOT:] = starts
         slots.append(np.ascontiguousarray(places).ravel())
         terms.extend([*gradient, *linear, *quadratic, *elastic])
@@ -106,7 +107,6 @@ def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Places], initial_st
                 block.elasticity[:, elastic[0], elastic[1]].T.ravel(),
                 np.asarray(stress).T.ravel(),
                 block.measure,
-                np.zeros(count),
                 np.array(parameters, dtype=float),
             ]
         )
@@ -138,7 +138,6 @@ def block_data(store: Any, block: int) -> Any:
     v4 = v3 + elastic * count
     v5 = v4 + strains * count
     v6 = v5 + count
-    v7 = v6 + count
     return KernelData(
         all_slots[slot : slot + unknowns * count].reshape((unknowns, count)),
         terms[t : t + gradient],
@@ -156,8 +155,8 @@ def block_data(store: Any, block: int) -> Any:
         values[v3:v4].reshape((elastic, count)),
         values[v4:v5].reshape((strains, count)),
         values[v5:v6],
-        values[v6:v7],
-        values[v7 : v7 + row[_PARAMETERS]],
+        values[v6 : v6 + row[_PARAMETERS]],
         row[_GRADIENTS],
         row[_LAW],
+        row[_AVERAGE],
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
@@ -13,7 +13,8 @@ from scipy.sparse import csc_array
 
 from tautflex import checks
 from tautflex.elements import ElementBlock, element_blocks
-from tautflex.mechanics.inertia import InertiaOperator
+from tautflex.elements.laws import Elastic
+from tautflex.mechanics.inertia import InertiaOperator, WeighedMoments
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.store import build_store
 from tautflex.mechanics.workspace import Workspace
@@ -78,6 +79,31 @@ class StructuralSystem:
     def inertia_of(self, kind: str) -> InertiaOperator:
         """Inertia operator of the blocks of one kind, on all free unknowns."""
         return self._inertia([self.blocks[index] for index in self.block_index(kind)])
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of element."""
+        return tuple(dict.fromkeys(block.kind for block in self.blocks))
+
+    def material_stiffness(self) -> dict[str, Array]:
+        """Stiffness of each kind of element at zero unknowns less the part of its stress, shapes (entries,).
+
+        Together with the stiffness of the prestress they make the tangent.
+        """
+        still = np.zeros(self.size)
+        soft = (replace(block, elasticity=np.zeros_like(block.elasticity), law=Elastic()) for block in self.blocks)
+        whole = self.workspace()
+        stressed = self.with_initial_stress(self.stress(still), tuple(soft)).workspace()
+        index = {kind: self.block_index(kind) for kind in self.kinds}
+        return {kind: whole.tangent(still, own) - stressed.tangent(still, own) for kind, own in index.items()}
+
+    def load_moments(self, factors: Mapping[str, float]) -> WeighedMoments:
+        """Load moments of all blocks, those of each kind times its factor."""
+        loads = np.zeros((12, self.size))
+        for kind in self.kinds:
+            inertia = self.inertia_of(kind)
+            loads += factors[kind] * np.concatenate([inertia.first_moment.reshape(9, -1), inertia.zeroth_moment])
+        return WeighedMoments(loads)
 
     def _inertia(self, blocks: Sequence[ElementBlock]) -> InertiaOperator:
         return InertiaOperator.from_blocks(blocks, [self.place[block.dofs] for block in blocks], self.pattern)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from tautflex.elements.laws.law import call_law
+from tautflex.mechanics.average import average_stress
 from tautflex.mechanics.kernel import pack_strain, pack_stress
 from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.numeric import Array, Places, jit
@@ -61,20 +62,29 @@ def pack_core(
 
 
 @jit
-def _block_tangent(data: Any, q: Array, slots: Places, values: Array) -> None:
+def _block_tangent(data: Any, q: Array, start: Array, slots: Places, values: Array) -> None:
     strains, count = data.initial_stress.shape
     gradients, unknowns = data.gradients, data.dofs.shape[0]
-    local, strain, stress = np.empty((unknowns, PACK)), np.empty((strains, PACK)), np.empty((strains, PACK))
+    local, strain, ends = np.empty((unknowns, PACK)), np.empty((strains, PACK)), np.empty((2 * strains, PACK))
+    stress, averaged = ends[:strains], start.size > 0 and data.law != ELASTIC
     g = np.empty((gradients, PACK))
     b, db = np.empty((strains, gradients, PACK)), np.empty((strains, gradients, PACK))
     core, half = np.empty((gradients, gradients, PACK)), np.empty((gradients, unknowns, PACK))
     element = np.empty((unknowns, unknowns, PACK))
     tangent, density = np.empty((strains, strains, PACK)), np.empty(PACK)
+    other, end = np.empty((strains, PACK)), 2.0 * q - start if averaged else start
     for first in range(0, count, PACK):
         width = min(PACK, count - first)
+        if averaged:
+            pack_strain(data, first, width, start, local, g, strain)
+            pack_stress(data, first, width, strain, stress)
+            pack_strain(data, first, width, end, local, g, other)
+            pack_stress(data, first, width, other, ends[strains:])
+            average_stress(data, ends, tangent, density, strain, other, width)
         pack_strain(data, first, width, q, local, g, strain)
-        pack_stress(data, first, width, strain, stress)
-        if data.law != ELASTIC:
+        if not averaged:
+            pack_stress(data, first, width, strain, stress)
+        if data.law != ELASTIC and not averaged:
             call_law(data.law, stress, tangent, density, data.law_parameters, width)
         pack_core(data, first, width, g, stress, tangent, b, db, core)
         half.fill(0.0)
@@ -105,9 +115,11 @@ def _block_tangent(data: Any, q: Array, slots: Places, values: Array) -> None:
 
 
 @jit
-def add_tangent(store: Any, block: int, q: Array, slots: Places, values: Array) -> None:
+def add_tangent(store: Any, block: int, q: Array, start: Array, slots: Places, values: Array) -> None:
     """Add one block's tangents ``G' V (B' D B + sigma.Q) G`` to the values of an upper triangle (upper entries + 1,).
 
-    ``slots`` are the block's `SparsityPattern.upper_slots`; the last value collects what belongs to supports.
+    Stress and tangent of a law are those at ``q``; unless ``start`` is empty, their averages over the step from there
+    whose middle ``q`` is. ``slots`` are the block's `SparsityPattern.upper_slots`; the last value collects what belongs
+    to supports.
     """
-    _block_tangent(block_data(store, block), q, slots, values)
+    _block_tangent(block_data(store, block), q, start, slots, values)

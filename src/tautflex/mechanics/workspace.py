@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.kernel import add_average_forces, add_forces, restart_energy
+from tautflex.mechanics.kernel import add_average_forces, add_forces
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.store import block_data
 from tautflex.mechanics.tangent import add_tangent
 from tautflex.numeric import Array, Places
+
+_NONE = np.zeros(0)
 
 
 class Workspace:
@@ -33,8 +36,6 @@ class Workspace:
         self.store: tuple[NDArray[Any], ...] = (slots, terms, values.copy(), table)
         self._initial_stress, self._pattern, self._slots = initial_stress, pattern, upper_slots
         self._current_stress = [block_data.py_func(self.store, k).initial_stress for k in range(len(initial_stress))]
-        for block in range(len(initial_stress)):
-            restart_energy(self.store, block)
         ends = np.cumsum([0, *(stress.size for stress in self._current_stress)])
         self.stresses = np.zeros(ends[-1])
         self.stress_rows = [
@@ -60,7 +61,6 @@ class Workspace:
             current[:] = self._initial_stress[index].T
             if index in change:
                 current += change[index].T
-            restart_energy(self.store, index)
         self._changed = set(change)
 
     def _extend(self, q: Array) -> Array:
@@ -74,12 +74,18 @@ class Workspace:
         ``q`` are free unknowns [m, rad], shape (size,); the stresses of all elements are then in ``stress``.
         """
         force = np.zeros(len(self._extended))
-        energy = add_forces(self.store, self._extend(q), force, self.stresses, True, True)
+        energy = add_forces(self.store, self._extend(q), force, self.stresses, True, True, False)
         return force[:-1], energy
 
     def strain_energy(self, q: Array) -> float:
         """Work of the stresses from zero unknowns [J]; the stresses of all elements are then in ``stress``."""
-        return float(add_forces(self.store, self._extend(q), self._extended, self.stresses, False, True))
+        return float(add_forces(self.store, self._extend(q), self._extended, self.stresses, False, True, False))
+
+    def force_sizes(self, q: Array) -> Array:
+        """Sum of the sizes of the elements' forces on each unknown [N, N m], shape (size,)."""
+        sizes = np.zeros(len(self._extended))
+        add_forces(self.store, self._extend(q), sizes, self.stresses, True, False, True)
+        return sizes[:-1]
 
     def average_force(self, start: Array, end: Array) -> Array:
         """Internal force [N, N m] of the average stress between two states, shape (size,).
@@ -91,14 +97,20 @@ class Workspace:
         add_average_forces(self.store, before, after, force)
         return force[:-1]
 
-    def upper_tangent(self, q: Array) -> Array:
-        """Upper triangle of the tangent stiffness [N/m ...] at free unknowns ``q``, shape (upper entries,)."""
+    def upper_tangent(self, q: Array, start: Array = _NONE, blocks: Iterable[int] | None = None) -> Array:
+        """Upper triangle of the tangent stiffness [N/m ...] at free unknowns ``q``, shape (upper entries,).
+
+        With ``start`` that of the average stress over a step from there, whose middle ``q`` is. ``blocks`` are the
+        numbers of those that count; None is all.
+        """
+        if start.size:
+            start = np.append(start, 0.0)
         extended, values = self._extend(q), np.zeros(len(self._pattern.upper[0]) + 1)
-        for block, slots in enumerate(self._slots):
-            add_tangent(self.store, block, extended, slots, values)
+        for block in range(len(self._slots)) if blocks is None else blocks:
+            add_tangent(self.store, block, extended, start, self._slots[block], values)
         return values[:-1]
 
-    def tangent(self, q: Array) -> Array:
+    def tangent(self, q: Array, blocks: Iterable[int] | None = None) -> Array:
         """Values of the tangent stiffness [N/m ...] at free unknowns ``q`` in the pattern, shape (entries,)."""
-        values: Array = self.upper_tangent(q)[self._pattern.from_upper]
+        values: Array = self.upper_tangent(q, blocks=blocks)[self._pattern.from_upper]
         return values

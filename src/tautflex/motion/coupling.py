@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tautflex import checks
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array, cross_matrix
+from tautflex.structure.kinds import ByKind, by_kind
 
 if TYPE_CHECKING:  # reading a case file asks for the switches alone
     from tautflex.mechanics.inertia import LoadMoments
+    from tautflex.mechanics.system import StructuralSystem
 
 
 @dataclass(frozen=True)
@@ -28,17 +31,20 @@ class Coupling:
     centrifugal
         S(w)^2 part of K_T, softening [paper (44)].
     inertial_load
-        Q_T, the load on the undeformed structure [paper (45)].
+        Q_T, the load on the undeformed structure [paper (45)], true, false or a factor >= 0; one for all, or one by
+        kind of element, such as ``{ membrane = 0.5, cable = 1.0, frame = 1.0 }``. A kind that is left out has 1.
     """
 
     gyroscopic: bool = True
     euler: bool = True
     centrifugal: bool = True
-    inertial_load: bool = True
+    inertial_load: float | bool | Mapping[str, float] = True
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            checks.flag(name, value)
+        for name in ("gyroscopic", "euler", "centrifugal"):
+            checks.flag(name, getattr(self, name))
+        factor = by_kind("inertial_load", self.inertial_load, checks.non_negative, 1.0)
+        object.__setattr__(self, "inertial_load", factor)
 
     def velocity_weight(self, motion: RigidMotion) -> Array:
         """Matrix Z of G = M(Z), shape (3, 3) [1/s]."""
@@ -48,8 +54,20 @@ class Coupling:
         """Matrix Z of K_T = M(Z), shape (3, 3) [1/s^2]."""
         return motion.euler * float(self.euler) + motion.centrifugal * float(self.centrifugal)
 
-    def load(self, motion: RigidMotion, inertia: LoadMoments) -> Array:
-        """Load Q_T on the free unknowns [N, N m], shape (size,); it stands on the left of equation (49)."""
-        if not self.inertial_load:
-            return np.zeros(inertia.size)
-        return inertia.load(motion.euler + motion.centrifugal, motion.origin_acceleration)
+    @property
+    def load_factor(self) -> Any:
+        """Factor of Q_T, a number or a `ByKind`."""
+        return self.inertial_load if isinstance(self.inertial_load, ByKind) else float(self.inertial_load)  # type: ignore[arg-type]
+
+    def moments(self, system: StructuralSystem) -> LoadMoments:
+        """What makes the load on a structure; if kinds of element differ, their factors are in it."""
+        factor = self.load_factor
+        return system.load_moments(factor) if isinstance(factor, ByKind) else system.inertia
+
+    def load(self, motion: RigidMotion, moments: LoadMoments) -> Array:
+        """Load Q_T [N, N m] from `moments`, shape (size,); it stands on the left of equation (49)."""
+        factor = self.load_factor
+        if factor == 0.0:
+            return np.zeros(moments.size)
+        load = moments.load(motion.euler + motion.centrifugal, motion.origin_acceleration)
+        return load if isinstance(factor, ByKind) else factor * load

@@ -9,7 +9,7 @@ import xarray as xr
 
 from tautflex.checks import one_of
 from tautflex.errors import InputError
-from tautflex.paper.cases.catalogue import VARIANTS, RunSpec, catalogue
+from tautflex.paper.cases.catalogue import VARIANTS, RunSpec, Variant, catalogue
 from tautflex.paper.cases.normal_modes import antenna_name
 from tautflex.paper.cases.run_names import MODELS
 from tautflex.paper.tables import published
@@ -23,7 +23,7 @@ TABLE_NAMES = tuple(_TABLES)
 """What ``--table`` accepts."""
 QUICK_TABLES = (*TABLES, "compression")
 """What a quick reproduction makes if nothing else is asked: the ablation would double its runs."""
-_BOTH = QUICK_TABLES  # tables made for both variants; the ablation is for the published reading alone
+_VARIANTS: dict[str, tuple[Variant, ...]] = {"ablation": ("published",), "convergence": ("published", "consistent")}
 
 
 class Plan(NamedTuple):
@@ -61,17 +61,16 @@ def make_plan(
     InputError
         If a table is unknown, the message lists the choices; or if it has no quick form.
     """
-    chosen: list[tuple[str, str]] = []
+    chosen: list[tuple[Variant, str]] = []
     for name in dict.fromkeys(tables):
         one_of("table", name, TABLE_NAMES)
         if quick and name == "convergence":
-            text = "table: expected one of the published reading, got 'convergence' of the consistent variant"
-            raise InputError(f"{text}; leave out quick")
-        variants = VARIANTS if name in _BOTH else ("consistent",) if name == "convergence" else ("published",)
-        chosen += [(variant, name) for variant in variants if not (quick and variant == "consistent")]
+            raise InputError("table: expected one that takes one mesh and one step, got 'convergence'; leave out quick")
+        variants = _VARIANTS.get(name, VARIANTS)
+        chosen += [(variant, name) for variant in variants if not (quick and variant != "published")]
     names = [run for variant, table in chosen for run in _TABLES[table].runs(variant)]
     antennas = [antenna for variant, table in chosen for antenna in _TABLES[table].antennas(variant)]
-    known = catalogue("published", quick) | ({} if quick else catalogue("consistent"))
+    known = {name: spec for variant in VARIANTS for name, spec in catalogue(variant, quick).items()}
     return Plan(
         tuple(chosen),
         tuple(known[name] for name in dict.fromkeys([*names, *figure_runs])),

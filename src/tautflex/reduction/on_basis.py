@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
@@ -44,6 +45,10 @@ class OnBasis(SteppingModel):
     @abstractmethod
     def coefficients(self) -> CondensedModel:
         """Equation of motion of the coordinates at the parameters of the state."""
+
+    @abstractmethod
+    def weighed(self, factors: Mapping[str, float]) -> CondensedModel:
+        """The same with the inertial load of each kind of element times its factor."""
 
     @abstractmethod
     def arrays(self, damping: Damping) -> Any:

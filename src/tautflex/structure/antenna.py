@@ -134,7 +134,7 @@ def build_antenna(
     for stations, axis, pull in ((stations_x, 1, pretension_y), (stations_y, 0, pretension_x)):
         sides = (layout.width, layout.frame_width) if axis == 1 else (layout.length, layout.frame_length)
         for station in stations:
-            shared = layout.distribution == "tributary" and abs(abs(station) - abs(stations[0])) < 1e-12
+            shared = layout.distribution == "tributary" and station in (stations[0], stations[-1])
             for part in (-0.5, 0.5):
                 inner, outer = ((station, part * side) if axis == 1 else (part * side, station) for side in sides)
                 cables.append((_nearest(film_nodes, inner), ring_index[_key(outer)]))
@@ -197,12 +197,13 @@ def _held_frame_points(layout: AntennaLayout, ring: Array) -> Mask:
     """Mark the frame nodes that the layout's support clamps."""
     assert layout.frame_length is not None
     assert layout.frame_width is not None
-    at_short = np.abs(np.abs(ring[:, 0]) - 0.5 * layout.frame_length) < 1e-9
-    at_long = np.abs(np.abs(ring[:, 1]) - 0.5 * layout.frame_width) < 1e-9
+    close = 1e-9 * layout.frame_length
+    at_short = np.abs(np.abs(ring[:, 0]) - 0.5 * layout.frame_length) < close
+    at_long = np.abs(np.abs(ring[:, 1]) - 0.5 * layout.frame_width) < close
     held = {
         "corners": at_short & at_long,
         "all": np.ones(len(ring), dtype=bool),
-        "axis": at_short & (np.abs(ring[:, 1]) < 1e-9),
+        "axis": at_short & (np.abs(ring[:, 1]) < close),
         "short-side": at_short,
         "free": np.zeros(len(ring), dtype=bool),
     }

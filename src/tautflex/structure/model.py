@@ -25,9 +25,13 @@ PRESTRESS_MODES = ("equilibrium", "uniform", "initial-strain")
 
 @dataclass(frozen=True)
 class Model(Numbering):
-    """Tensioned structure in its reference configuration; build it with `from_mesh` or from a case."""
+    """Tensioned structure in its reference configuration; build it with `from_mesh` or from a case.
+
+    ``prestress_stated`` tells whether the mode was chosen: its imbalance is then meant, and noted instead of warned of.
+    """
 
     prestress_mode: str = "uniform"
+    prestress_stated: bool = True
 
     @classmethod
     def from_mesh(
@@ -48,7 +52,7 @@ class Model(Numbering):
         beam_axial_force: ArrayLike = 0.0,
         beam_orientation: ArrayLike = (0.0, 0.0, 1.0),
         supports: Sequence[Support] = (),
-        prestress_mode: str = "uniform",
+        prestress_mode: str | None = None,
     ) -> Model:
         """Build a model from any film elements, cables and beams in space.
 
@@ -81,7 +85,8 @@ class Model(Numbering):
         prestress_mode
             ``"uniform"``: the given stresses are the state, their imbalance carried by the reference;
             ``"equilibrium"``: cable tensions are final, film and beams respond; ``"initial-strain"``: cables
-            are shortened to their tension between rigid ends, then everything relaxes (theory.md 5).
+            are shortened to their tension between rigid ends, then everything relaxes (theory.md 5). None is
+            ``"uniform"`` with a warning where the given stresses are far from balance.
 
         Returns
         -------
@@ -115,7 +120,8 @@ class Model(Numbering):
             values = checks.spread(load, initial, len(elements))[:, None]
             direction = checks.vector3("beam_orientation", orientation)
             groups.append(ElementGroup(require_section(name, given, kind), LINE2, elements, values, direction))
-        return cls(points, tuple(groups), checks.several("supports", supports, Support, _SUPPORT), prestress_mode)
+        held, stated = checks.several("supports", supports, Support, _SUPPORT), prestress_mode is not None
+        return cls(points, tuple(groups), held, "uniform" if prestress_mode is None else prestress_mode, stated)
 
     def __post_init__(self) -> None:
         checks.one_of("prestress_mode", self.prestress_mode, PRESTRESS_MODES)

@@ -7,17 +7,24 @@ own where nothing has changed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from tautflex.motion.kinematics import unit_axis
-from tautflex.numeric import Array
-from tautflex.reduction.polynomial.condensation import CondensedModel, Factors, FrameMoments, condense, even
+from tautflex.reduction.polynomial.condensation import (
+    CondensedModel,
+    Factors,
+    FrameMoments,
+    condense,
+    even,
+    parts_by_kind,
+    weigh_loads,
+)
+from tautflex.reduction.polynomial.fields import Fields
 from tautflex.reduction.polynomial.model import ReducedModel
-from tautflex.reduction.polynomial.monomials import monomial_sizes
 
 # Terms below this part of their kind are round-off of zeros that the structure has.
 _ROUND_OFF = 1e-11
@@ -25,41 +32,11 @@ _ROUND_OFF = 1e-11
 TURN, PULL = 0, 1
 
 
-@dataclass(frozen=True)
-class Fields:
-    """Stress fields F of the reduced model, shape (k, m), and their duals U, shape (m, k).
-
-    Where there are too many for two products with F to pay, ``shape`` is None: A is then ``F' U' C U F``, per monomial.
-    """
-
-    shape: Array | None
-    dual: Array
-
-    @classmethod
-    def of(cls, fields: Array, amplitude: Array) -> Fields:
-        """Fields from their factor, judged at the typical size of each coordinate."""
-        count, monomials = fields.shape
-        weighed = fields * monomial_sizes(amplitude) ** 2
-        dual = np.zeros((monomials, 0))
-        if count:
-            dual = np.asarray(np.linalg.solve(weighed @ fields.T, weighed).T, dtype=np.float64)
-        if count * (count + monomials) < monomials**2:
-            return cls(fields, dual)
-        return cls(None, np.eye(monomials) if count == monomials else dual @ fields)
-
-    def project(self, matrix: Any) -> Any:
-        """A of a matrix over monomials."""
-        return self.dual.T @ matrix @ self.dual
-
-    def full(self, matrix: Any) -> Any:
-        """Matrix over monomials of A, shape (m, m)."""
-        return matrix if self.shape is None else self.shape.T @ matrix @ self.shape
-
-
 class Assembly:
     """What condensed models are weighed from: weights Z and loads are those of `FrameMoments.about_axis`.
 
-    ``cubic`` and ``viscous`` are stress fields of the third-degree force and of the static derivatives' damping.
+    ``cubic`` and ``viscous`` are stress fields of the third-degree force and of the static derivatives' damping,
+    ``loads`` factors of the inertial loads of each kind of element, None for none.
     """
 
     def __init__(
@@ -69,16 +46,18 @@ class Assembly:
         origin: tuple[float, float, float],
         cubic: Fields,
         viscous: Fields,
+        loads: Mapping[str, float] | None,
     ) -> None:
         self._rom, self._cubic, self._viscous = rom, cubic, viscous
         line = unit_axis(axis), np.asarray(origin, dtype=float)
-        self._moments = {k: FrameMoments.about_axis(part, *line) for k, part in rom.projection.inertia.items()}
+        moments = {k: FrameMoments.about_axis(part, *line) for k, part in rom.projection.inertia.items()}
+        self._moments = weigh_loads(moments, loads)
         # Which terms are nothing, and which change with stiffness or density, is found from two generic changes.
         no_readings = np.zeros((len(self._rom.basis.derivatives), 0))
         others = {kind: 1.07 + 0.06 * i for i, kind in enumerate(sorted(self._rom.projection.elastic))}
-        own = self(Factors(), no_readings, np)
-        stiff = self(Factors(1.13, 0.91, others), no_readings, np)
-        heavy = self(Factors(density=others), no_readings, np)
+        own, _ = self(Factors(), no_readings, {}, np)
+        stiff, _ = self(Factors(1.13, 0.91, others), no_readings, {}, np)
+        heavy, _ = self(Factors(density=others), no_readings, {}, np)
 
         def changes(other: CondensedModel) -> frozenset[str]:
             pairs = zip(own._fields, own, other, strict=True)
@@ -92,19 +71,29 @@ class Assembly:
         self.absent = frozenset(term for term in terms if nothing(*term))
         self.by_stiffness, self.by_density = changes(stiff), changes(heavy)
 
-    def __call__(self, factors: Factors, readings: Any, xp: ModuleType) -> CondensedModel:
+    def __call__(
+        self, factors: Factors, readings: Any, kinds: Mapping[str, tuple[Any, Any]], xp: ModuleType
+    ) -> tuple[CondensedModel, tuple[Any, Any] | None]:
         """Condensed model of one run, as by `condense`, for readings of the static derivatives, shape (p, n).
 
         ``cubic`` and ``viscous`` are A of the forces ``Y' F' A F y``, see `Fields`; ``follow_quadratic`` and
-        ``follow_load`` lead to the readings, shapes (n, m) and (2, n).
+        ``follow_load`` lead to the readings, shapes (n, m) and (2, n). With it what the ``kinds`` of a `DampingMatrix`
+        add: damping of the coordinates (r, r), and A of that of the static derivatives; None where kinds are alike.
         """
         c = condense(self._rom.projection, self._moments, factors, xp)
-        return c._replace(
+        besides = None
+        if kinds:
+            parts = parts_by_kind(self._rom.projection, c, factors, xp)
+            on_coordinates = sum(m * parts[kind].mass + s * parts[kind].stiffness for kind, (m, s) in kinds.items())
+            on_derivatives = sum(s * parts[kind].viscous for kind, (_, s) in kinds.items())
+            besides = on_coordinates, even(self._viscous.project(on_derivatives))
+        condensed = c._replace(
             cubic=even(self._cubic.project(0.25 * c.cubic)),
             viscous=even(self._viscous.project(c.viscous)),
             follow_quadratic=readings.T @ c.follow_quadratic,
             follow_load=c.follow_load @ readings,
         )
+        return condensed, besides
 
 
 def _largest(array: Any) -> float:

@@ -6,7 +6,7 @@ whatever works on states is written for both.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -120,3 +120,9 @@ class EachRun:
             return mapped(numbers, places, *arrays)  # type: ignore[no-untyped-call]
 
         return of_all
+
+
+def damping_kinds(numbers: Mapping[str, Any], kinds: Iterable[str]) -> dict[str, tuple[Any, Any]]:
+    """Factors of a damping by kind of element, as `DampingMatrix.kinds` has them."""
+    names = {kind: (f"damping.mass.{kind}", f"damping.stiffness.{kind}") for kind in kinds}
+    return {kind: (numbers[mass], numbers[stiff]) for kind, (mass, stiff) in names.items() if mass in numbers}

@@ -8,7 +8,7 @@ modulus and density those of a kind of element. Nominal natural modes, all of th
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import jax.numpy as jnp
@@ -16,7 +16,7 @@ import numpy as np
 from jax.scipy.sparse.linalg import cg
 from scipy.linalg import eigh
 
-from tautflex.batch.equations.equation import EachRun, Forces, Sample
+from tautflex.batch.equations.equation import EachRun, Forces, Sample, damping_kinds
 from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin
 from tautflex.batch.gather import collect, gather_table, multiply, shared_rows
 from tautflex.batch.library import jax
@@ -28,6 +28,7 @@ from tautflex.reduction.on_basis import refuse_drifting
 from tautflex.reduction.polynomial.projection import prestress_fields
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.probes import ProbeSet
+from tautflex.structure.kinds import ByKind
 
 Array = jax.Array
 Axis = tuple[float, float, float]
@@ -69,6 +70,13 @@ class FullPlant:
         self.frequencies, self.modes = jnp.asarray(values), jnp.asarray(modes)
         self._inertia = cache(lambda axis, origin: _Inertia(self, axis, origin))
 
+    @cached_property
+    def diagonals(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """``phi' M_e phi`` and ``phi' K_e phi`` of every mode, kind by kind of element."""
+        phi, matrix = np.asarray(self.modes), self.state.system.pattern.symmetric_matrix
+        parts = self.state.linear.by_kind
+        return {kind: tuple(np.sum(phi * (matrix(one) @ phi), axis=0) for one in pair) for kind, pair in parts.items()}
+
     def equation(
         self, numbers: Numbers, each: EachRun, history: RateHistory, coupling: Coupling, probes: ProbeSet
     ) -> FullEquation:
@@ -106,6 +114,7 @@ class FullEquation:
         self._alpha, self._beta, self._weights, self._vectors = (
             jnp.asarray(numbers[f"damping.{name}"]) for name in ("mass", "stiffness", "coefficients", "vectors")
         )
+        self._by_kind = damping_kinds(numbers, plant.kinds)
         x, y = numbers.get("tension_x", 1.0), numbers.get("tension_y", 1.0)
         tension = {"x": x, "y": y, "xy": jnp.sqrt(x * y)}
         self._stress = [
@@ -113,18 +122,21 @@ class FullEquation:
             for block, stress in zip(plant.blocks, plant.stresses, strict=True)
         ]
         self._stiff = [block.elasticity * numbers.get(f"youngs_modulus.{block.kind}", 1.0) for block in plant.blocks]
+        loads = coupling.load_factor if isinstance(coupling.load_factor, ByKind) else ByKind({}, coupling.load_factor)
         density = {kind: numbers.get(f"density.{kind}", 1.0) for kind in plant.kinds}
         self._columns = inertia.columns
         self._mass, self._turn, self._pull = (
             sum(density[kind] * inertia.values[kind][part] for kind in plant.kinds) for part in range(3)
         )
         self._euler_load, self._spin_load = (
-            sum(density[kind] * inertia.loads[kind][part] for kind in plant.kinds) for part in range(2)
+            sum(density[kind] * loads[kind] * inertia.loads[kind][part] for kind in plant.kinds) for part in range(2)
         )
+        if self._by_kind:
+            self._besides = sum(density[kind] * inertia.values[kind][0] * m for kind, (m, _) in self._by_kind.items())
         self._mass_diagonal = jnp.where(self._columns == jnp.arange(self.size)[:, None], self._mass, 0.0).sum(axis=1)
 
     def _internal(self, q: Array, v: Array) -> tuple[Array, Array, Array]:
-        """Internal force above the reference, stiffness damping ``K v``, and strain energy above the reference."""
+        """Internal force above the reference, that of stiffness damping, and strain energy above the reference."""
         place, rate = jnp.append(q, 0.0), jnp.append(v, 0.0)
         elastic, viscous, energy = [], [], jnp.zeros(())
         plant = self._plant
@@ -136,8 +148,10 @@ class FullEquation:
             # B' sigma less its value at zero unknowns.
             conjugate = added @ block.linear + jnp.einsum("esi,es->ei", slope, stress + added)
             change = jnp.einsum("egd,ed->eg", block.gradient, rate[places])
-            resisting = jnp.einsum("est,et->es", stiff, change @ block.linear.T) @ block.linear
-            resisting += jnp.einsum("es,sij,ej->ei", stress, block.quadratic, change)
+            material = jnp.einsum("est,et->es", stiff, change @ block.linear.T) @ block.linear
+            resisting = self._beta * (material + jnp.einsum("es,sij,ej->ei", stress, block.quadratic, change))
+            if block.kind in self._by_kind:
+                resisting += self._by_kind[block.kind][1] * material
             volume = block.measure[:, None]
             elastic.append(jnp.einsum("egd,eg->ed", block.gradient, volume * conjugate).ravel())
             viscous.append(jnp.einsum("egd,eg->ed", block.gradient, volume * resisting).ravel())
@@ -147,7 +161,7 @@ class FullEquation:
         return elastic_force, viscous_force, energy
 
     def _load(self, spin: Spin) -> Array:
-        if not self._coupling.inertial_load:
+        if self._coupling.load_factor == 0.0:
             return jnp.zeros(self.size)
         return spin.acceleration * self._euler_load + spin.square * self._spin_load
 
@@ -171,7 +185,9 @@ class FullEquation:
         """All forces but inertia."""
         elastic, viscous, _ = self._internal(q, v)
         load = self._load(spin)
-        total = elastic + self._beta * viscous + self._alpha * self.mass(v) + self._turning(q, v, spin) + load
+        total = elastic + viscous + self._alpha * self.mass(v) + self._turning(q, v, spin) + load
+        if self._by_kind:
+            total += multiply(self._columns, self._besides, v)
         if len(self._vectors):
             total += (self._weights * (self._vectors @ v)) @ self._vectors
         return Forces(total, jnp.linalg.norm(elastic), jnp.linalg.norm(load))
@@ -191,6 +207,9 @@ class FullEquation:
         """Symmetric approximate inverse of ``mass M + damping C + stiffness K`` at the nominal reference."""
         phi, squares = self._plant.modes, self._plant.frequencies
         diagonal = mass + damping * self._alpha + (stiffness + damping * self._beta) * squares
+        for kind, (on_mass, on_stiffness) in self._by_kind.items():
+            own_mass, own_stiffness = self._plant.diagonals[kind]
+            diagonal += damping * (on_mass * own_mass + on_stiffness * own_stiffness)
         if len(self._vectors):
             diagonal += damping * (self._weights @ (self._vectors @ phi) ** 2)
         return lambda r: phi @ ((r @ phi) / diagonal)

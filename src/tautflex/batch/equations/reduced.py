@@ -3,27 +3,52 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
-from typing import Any
+from functools import cache, reduce
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 from jax import lax
 
-from tautflex.batch.equations.assembly import PULL, TURN, Assembly, Fields
-from tautflex.batch.equations.equation import EachRun, Forces, Sample
+from tautflex.batch.equations.assembly import PULL, TURN, Assembly
+from tautflex.batch.equations.equation import EachRun, Forces, Sample, damping_kinds
 from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin
 from tautflex.batch.library import jax
 from tautflex.batch.steps.products import Monomials, norm, one_by_one, product, refined, settled, transposed
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.reduction.polynomial.condensation import CondensedModel, Factors
+from tautflex.reduction.polynomial.fields import Fields
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.solvers.transient.probes import ProbeSet
+from tautflex.structure.kinds import ByKind
 
 Array = jax.Array
 
 # Beginnings of the names of numbers that change coefficients.
-_STRUCTURE = ("tension", "youngs_modulus", "density")
+_STRUCTURE = ("tension", "youngs_modulus", "density", "damping.mass.", "damping.stiffness.")
+
+
+class Damping(NamedTuple):
+    """Damping of all runs.
+
+    Parameters
+    ----------
+    alpha, beta
+        Factors of mass and stiffness, shape (runs,).
+    most
+        Largest factor of the stiffness of a kind of element, shape (runs,).
+    weights, vectors
+        Weights of vectors, shape (rank, runs), and these, (rank, r).
+    besides
+        What kinds of element add, see `Assembly`; None where they are alike.
+    """
+
+    alpha: Array
+    beta: Array
+    most: Array
+    weights: Array
+    vectors: Array
+    besides: tuple[Array, Array] | None
 
 
 class ReducedPlant:
@@ -38,39 +63,44 @@ class ReducedPlant:
         self.curved = rom.arrays(Rayleigh()).quadratic.size > 0
         self.cubic, self.viscous = (Fields.of(part, rom.basis.amplitude) for part in rom.fields)
         self.monomials = Monomials(rom.size)
-        self._assembly = cache(lambda axis, origin: Assembly(rom, axis, origin, self.cubic, self.viscous))
+        self._assembly = cache(lambda axis, origin, loads: Assembly(rom, axis, origin, self.cubic, self.viscous, loads))
 
     def equation(
         self, numbers: Numbers, each: EachRun, history: RateHistory, coupling: Coupling, probes: ProbeSet
     ) -> ReducedEquation:
         """Equation of all runs."""
-        assembly, basis = self._assembly(history.axis, history.origin), self.rom.basis
+        loads = coupling.load_factor if isinstance(coupling.load_factor, ByKind) else None
+        assembly, basis = self._assembly(history.axis, history.origin, loads), self.rom.basis
         readings = jnp.asarray((probes.map @ basis.derivatives.T).T)
 
         def weigh(numbers: Numbers) -> tuple[Any, ...]:
             # Its fields are arrays of the library it was assembled with.
-            c = assembly(_factors(numbers, self.kinds), readings, jnp)
+            c, besides = assembly(_factors(numbers, self.kinds), readings, damping_kinds(numbers, self.kinds), jnp)
             modes = _natural_modes(lax.stop_gradient(c.mass), lax.stop_gradient(c.linear))
             both = (self.cubic, c.cubic), (self.viscous, c.viscous)
             traces = [self.monomials.trace(fields.full(a)) for fields, a in both]
-            return c, modes, (*traces, jnp.max(jnp.sum(jnp.abs(jnp.linalg.inv(c.mass)), axis=0)))
+            return c, besides, modes, (*traces, jnp.max(jnp.sum(jnp.abs(jnp.linalg.inv(c.mass)), axis=0)))
 
         differ = frozenset(name for name in each.differ if name.startswith(_STRUCTURE))
         if differ:
             own = {name: numbers[name] for name in differ}
-            c, modes, bounds = one_by_one(lambda own: weigh({**numbers, **own}), own)
-            c, modes, bounds = jax.tree.map(lambda part: jnp.moveaxis(part, 0, -1), (c, modes, bounds))
+            weighed = one_by_one(lambda own: weigh({**numbers, **own}), own)
+            c, besides, modes, bounds = jax.tree.map(lambda part: jnp.moveaxis(part, 0, -1), weighed)
             same = _same_for_all(assembly, differ)
             c = c._replace(**{name: getattr(c, name)[..., 0] for name in same})
         else:
-            c, modes, bounds = weigh(numbers)
+            c, besides, modes, bounds = weigh(numbers)
             modes = modes[0], modes[1][:, None]
         alpha, beta = (jnp.asarray(numbers[f"damping.{name}"]) + jnp.zeros(each.runs) for name in ("mass", "stiffness"))
+        most = reduce(
+            jnp.maximum, [beta + jnp.asarray(s) for _, s in damping_kinds(numbers, self.kinds).values()], beta
+        )
         weights = jnp.asarray(numbers["damping.coefficients"])
         weights = weights.T if "damping.coefficients" in each.differ else weights[:, None]
         vectors = numbers["damping.vectors"] @ basis.kept.T if len(weights) else jnp.zeros((0, self.size))
         kept = jnp.asarray(probes.map @ basis.kept.T)
-        return ReducedEquation(self, c, (alpha, beta, weights, vectors), modes, bounds, coupling, assembly.absent, kept)
+        damping = Damping(alpha, beta, most, weights, vectors, besides)
+        return ReducedEquation(self, c, damping, modes, bounds, coupling, assembly.absent, kept)
 
 
 def _factors(numbers: Numbers, kinds: tuple[str, ...]) -> Factors:
@@ -85,7 +115,7 @@ def _factors(numbers: Numbers, kinds: tuple[str, ...]) -> Factors:
 def _same_for_all(assembly: Assembly, differ: frozenset[str]) -> frozenset[str]:
     """Names of the coefficients that do not differ from run to run."""
     # Readings were not part of the comparison; they follow the static derivatives.
-    different = {"follow_quadratic", "follow_load"}
+    different = {"follow_linear", "follow_quadratic", "follow_load"}
     if any(not name.startswith("density") for name in differ):
         different |= assembly.by_stiffness
     if any(name.startswith("density") for name in differ):
@@ -109,7 +139,7 @@ class ReducedEquation:
     c
         Condensed model of every run; what all runs share lacks the last axis.
     damping
-        Factors of mass and stiffness, shape (runs,), weights of vectors, shape (rank, runs), and these, (rank, r).
+        Damping.
     modes
         Natural modes as columns, and squares of their frequencies.
     bounds
@@ -124,7 +154,7 @@ class ReducedEquation:
         self,
         plant: ReducedPlant,
         c: CondensedModel,
-        damping: tuple[Array, Array, Array, Array],
+        damping: Damping,
         modes: tuple[Array, Array],
         bounds: tuple[Array, Array, Array],
         coupling: Coupling,
@@ -132,12 +162,17 @@ class ReducedEquation:
         kept: Array,
     ) -> None:
         self.size, self._plant, self._c, self._coupling, self._absent = plant.size, plant, c, coupling, absent
-        self._alpha, self._beta, weights, vectors = damping
+        self._alpha, self._beta, self._most, weights, vectors, besides = damping
         self._damping = self._alpha * _per_run(c.mass) + self._beta * _per_run(c.linear)
         (self._phi, self._squares), self._bounds = modes, bounds
         self._back = transposed(self._phi)
-        self._low_rank = len(vectors) > 0
-        if self._low_rank:
+        self._coupled_modes = len(vectors) > 0 or besides is not None
+        self._besides = None if besides is None else besides[1]
+        if besides is not None:
+            self._damping += _per_run(besides[0])
+            moved = jnp.einsum("ij...,jk...->ik...", besides[0], self._phi)
+            self._alpha = self._alpha + jnp.sum(_per_run(self._phi * moved), axis=0)
+        if len(vectors):
             self._damping += jnp.einsum("kn,ki,kj->ijn", weights, vectors, vectors)
             own = _per_run(jnp.einsum("ki,ij...->kj...", vectors, self._phi))
             self._alpha = self._alpha + jnp.sum(weights[:, None] * own * own, axis=0)
@@ -152,7 +187,8 @@ class ReducedEquation:
 
     def _load(self, load: Array, spin: Spin) -> Array:
         """Loads of angular acceleration and squared rate on something, shape (2, n) -> (n, runs)."""
-        on = float(self._coupling.inertial_load)
+        factor = self._coupling.load_factor
+        on = 1.0 if isinstance(factor, ByKind) else factor
         first, second = _per_run(load)
         return on * spin.acceleration * first + on * spin.square * second
 
@@ -205,6 +241,8 @@ class ReducedEquation:
         y, rate = self._monomials.values(q), self._monomials.rates(q, v)
         stress = predicted[1] + self._stress(y)
         stress += _through(self._plant.viscous, self._c.viscous, self._beta * rate)
+        if self._besides is not None:
+            stress += _through(self._plant.viscous, self._besides, rate)
         force = product(self._c.linear, q) + self._monomials.force(stress, q)
         return force + product(self._c.quadratic, y) if self._plant.curved else force
 
@@ -241,7 +279,7 @@ class ReducedEquation:
             return result if ("turning", TURN) in self._absent else result + half * gyro * product(self._own[TURN], a)
 
         def solve(left: Callable[[Array], Array], force: Array) -> Array:
-            if ("turning", TURN) in self._absent and not self._low_rank:
+            if ("turning", TURN) in self._absent and not self._coupled_modes:
                 return without(force)
             # What is left out is small: half a step times the rate, or times a damping ratio and a frequency.
             return refined(left, without, force)
@@ -265,7 +303,7 @@ class ReducedEquation:
         if self._plant.curved:
             near = jnp.ones_like(near)
         soft = lax.cond(jnp.any(near), lambda: self._softer(limit, q, predicted), lambda: jnp.ones_like(near))
-        lagging = size * self._beta * jnp.sum(q * product(viscous, q), axis=0)
+        lagging = size * self._most * jnp.sum(q * product(viscous, q), axis=0)
         return (soft | ~near) & (lagging <= share)
 
     def _softer(self, limit: float, q: Array, predicted: tuple[Array, Array, Array]) -> Array:

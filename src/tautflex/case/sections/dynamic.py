@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import Field, Strict, field_validator
+from pydantic import Field, Strict, field_validator, model_validator
 
 from tautflex.case.messages import require_names
 from tautflex.case.options import Chosen, section_of
@@ -25,6 +25,14 @@ class Damping(Chosen):
 
 class Coupling(section_of(coupling.Coupling)):  # type: ignore[misc] # its keys are the fields of that class
     """Terms of rigid-flexible coupling, each of which can be left out to see what it does."""
+
+    @model_validator(mode="after")
+    def _class_takes_the_values(self) -> Self:
+        try:
+            self.build()
+        except InputError as error:
+            raise ValueError(str(error)) from None
+        return self
 
     def build(self) -> coupling.Coupling:
         """Make the switches."""
@@ -54,6 +62,11 @@ class Solver(Chosen):
     tolerance: Positive | None = key("relative residual at which Newton stops", 1e-8, None)
     max_halvings: Annotated[int, Strict(), Field(ge=0)] | None = key(
         "number of times a failing step may be halved", 8, None
+    )
+    initial_imperfection: NonNegative = key(
+        "largest displacement from the starting equilibrium, in the shape that grows fastest or resists least [m]",
+        1e-6,
+        0.0,
     )
     adaptive_tolerance: Number | None = key(
         "allowed error per step of an adaptive run, fixed steps if not given", 1e-4, None

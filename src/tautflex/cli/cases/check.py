@@ -18,16 +18,16 @@ def check(case: CaseFile, /, *, override: Overrides = None) -> Answer:
     try:
         loaded = load(case, override)
 
-        from tautflex.case.advice import advise
+        from tautflex.case.advice import advise, notes
         from tautflex.case.build import build_model
         from tautflex.solvers.static.prestress import solve_prestress
 
         with about(case):
             model = build_model(loaded)
             state = solve_prestress(model)
-            warnings = advise(loaded, model, state)
+            warnings = advise(loaded, state)
     except InputError as error:
-        nothing = {"ok": False, "nodes": 0, "dofs": 0, "mass": 0.0, "warnings": [], "error": str(error)}
+        nothing = {"ok": False, "nodes": 0, "dofs": 0, "mass": 0.0, "warnings": [], "notes": [], "error": str(error)}
         return Answer(nothing, list, error=error)
     answer = {
         "ok": True,
@@ -35,6 +35,7 @@ def check(case: CaseFile, /, *, override: Overrides = None) -> Answer:
         "dofs": model.dof_count,
         "mass": model.mass,
         "warnings": warnings,
+        "notes": notes(loaded, state),
         "prestress": {
             "residual": state.residual,
             "min_principal_stress": state.min_principal_stress,

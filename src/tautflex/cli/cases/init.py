@@ -13,13 +13,22 @@ from tautflex.cli.options import Answer, Force, command, require_new_file
 
 
 @command
-def init(name: Annotated[Path, Parameter(help="File to write.")], /, *, force: Force = False) -> Answer:
+def init(
+    name: Annotated[Path, Parameter(help="File to write.")],
+    /,
+    *,
+    template: Annotated[
+        str, Parameter(help="m2, the antenna that could be built; m2-paper or m2-nearest-node, readings of the paper.")
+    ] = "m2",
+    force: Force = False,
+) -> Answer:
     """Write a commented case: the paper's antenna M2 and its stop maneuver.
 
     Example: tautflex init m2.toml
     """
-    from tautflex.case import M2_TEMPLATE
+    from tautflex import case
 
+    text = case.template(template)
     require_new_file(name, force=force)
-    name.write_text(M2_TEMPLATE, encoding="utf-8")
+    name.write_text(text, encoding="utf-8")
     return Answer({"file": name}, partial(say, f"Wrote {name}. Next: tautflex run {name}"))

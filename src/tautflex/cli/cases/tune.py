@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -26,8 +27,8 @@ def tune(
         Parameter(name="--frequency", help="Wanted natural frequency [Hz]; twice scales x and y apart."),
     ],
     mode: Annotated[
-        list[int] | None,
-        Parameter(name="--mode", help="Mode that shall have it, from 1; once per frequency."),
+        list[str] | None,
+        Parameter(name="--mode", help="Mode that shall have it: its number from 1, or its half-waves, such as 1,1."),
     ] = None,
     output: Annotated[Path | None, Parameter(name=["-o", "--output"], help="File for the tuned case.")] = None,
     force: Force = False,
@@ -37,7 +38,7 @@ def tune(
 
     Example: tautflex tune m2.toml --frequency 1.0 -o tuned.toml
     """
-    numbers = mode or list(range(1, len(frequency) + 1))
+    numbers = [_mode(text) for text in mode] if mode else list(range(1, len(frequency) + 1))
     if not 1 <= len(frequency) <= 2 or len(numbers) != len(frequency):
         text = f"--frequency, --mode: expected one or two pairs, got {len(frequency)} and {len(numbers)}"
         raise CaseError(f"{text}; give one --mode per --frequency")
@@ -59,12 +60,26 @@ def tune(
         "pretension_x": tuned.cables.pretension_x,
         "pretension_y": tuned.cables.pretension_y,
         "frequencies": result.frequencies,
+        "modes": list(result.modes),
+        "mesh_errors": [None if math.isnan(error) else float(error) for error in result.mesh_errors],
+        "warnings": list(result.warnings),
         "files": {},
     }
     if output is not None:
         output.write_text(f"# {case.name}, tuned by `tautflex tune`\n\n{tuned.to_toml()}", encoding="utf-8")
         answer["files"] = {"case": output}
     return Answer(answer, partial(show_tuning, case, answer))
+
+
+def _mode(text: str) -> int | tuple[int, int]:
+    """A mode's number, or its half-waves along x and y."""
+    try:
+        numbers = [int(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (1, 2):
+        raise CaseError(f"--mode: expected a number such as 1, or half-waves such as 1,1, got {text!r}")
+    return numbers[0] if len(numbers) == 1 else (numbers[0], numbers[1])
 
 
 def _scaled(case: Case, scale_x: float, scale_y: float) -> Case:

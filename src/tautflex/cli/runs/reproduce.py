@@ -95,7 +95,7 @@ def _tables(asked: Sequence[str] | None, whole: bool, quick: bool) -> tuple[str,
         if name not in TABLE_NAMES:
             raise CaseError(f"--table: expected one of {', '.join(TABLE_NAMES)}, got {name!r}")
     if quick and "convergence" in (asked or ()):
-        raise CaseError("--table: convergence is that of the consistent variant, got --quick; leave out --quick")
+        raise CaseError("--table: convergence takes several meshes and steps, got --quick; leave out --quick")
     everything = QUICK_TABLES if quick else TABLE_NAMES
     return everything if whole else tuple(asked or ())
 
@@ -143,26 +143,36 @@ def _make(
 
 
 def _write_page(made: _Made, output: Path, docs: Path | None, quick: bool) -> dict[str, Path]:
-    """Write the page, and the two case files that a reader will want to run."""
+    """Write the page, and the case files that a reader will want to run."""
     from tautflex.files.netcdf import versions
-    from tautflex.paper.cases.catalogue import CASE_FILES, VARIANTS, case_text
+    from tautflex.paper.cases.catalogue import READINGS, case_text
     from tautflex.paper.page.compose import build_page
 
     summary = {"quick": quick, "seconds": made.seconds, "versions": versions()}
     files = {path.name: path for path in build_page(made.rows, made.figures, summary, output, docs)}
-    for variant in VARIANTS:
-        files[CASE_FILES[variant]] = path = output / CASE_FILES[variant]
+    for variant, name in READINGS.items():
+        files[f"{name}.toml"] = path = output / f"{name}.toml"
         path.write_text(case_text(variant), encoding="utf-8")
     return files
 
 
 def _answer(made: _Made) -> dict[str, Any]:
-    """Return the content of --json: SI units, every published number once."""
-    answer: dict[str, Any] = {"tables": {}, "consistent": {}, "extra": {}}
+    """Return the content of --json: SI units, every published number once; ``readings`` has those of all variants."""
+    from tautflex.paper.cases.catalogue import READINGS
+
+    answer: dict[str, Any] = {"tables": {}, "extra": {}}
+    readings: dict[tuple[str, str, str], dict[str, Any]] = {}
     for (variant, number), rows in made.rows.items():
-        place = "consistent" if variant == "consistent" else "tables" if number.isdigit() else "extra"
-        answer[place][number] = [row.to_si() for row in rows if not row.repeats]
-    answer["summary"] = [{"variant": row.variant, **row.to_si()} for row in made.summary]
+        for row in (row for row in rows if not row.repeats):
+            values = {"reading": READINGS[variant], **row.to_si()}
+            if not number.isdigit():
+                answer["extra"].setdefault(number, []).append(values)
+                continue
+            of_all = readings.setdefault((number, row.case, row.quantity), {})
+            of_all[READINGS[variant]] = values["ours"]
+            if variant == "published":
+                answer["tables"].setdefault(number, []).append(row.to_si() | {"readings": of_all})
+    answer["summary"] = [{"reading": READINGS[row.variant], **row.to_si()} for row in made.summary]
     answer["figures"] = made.figures
     answer["files"] = made.files
     return answer

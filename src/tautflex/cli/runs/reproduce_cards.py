@@ -15,7 +15,11 @@ if TYPE_CHECKING:
     from tautflex.paper.tables.rows import Row
 
 _GOOD, _FAIR = 0.05, 0.20  # relative differences shown green and yellow
-_WORDS = {"published": "published reading", "consistent": "consistent variant"}
+_WORDS = {
+    "published": "published reading, m2-paper",
+    "nearest-node": "first reading, m2-nearest-node",
+    "consistent": "consistent variant, m2",
+}
 
 
 def show_comparison(

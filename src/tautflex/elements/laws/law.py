@@ -40,7 +40,8 @@ class LawFunction:
 
     The first ``count`` columns of ``stress`` (strain, point) hold elastic trial stresses [Pa] and are replaced by the
     law's; ``tangent`` (strain, strain, point) is filled with their derivatives by the strains [Pa], ``energy`` (point,)
-    with the stored energy [J/m^3], whose derivative by the strains the stress must be.
+    with the stored energy [J/m^3], whose derivative by the strains the stress must be: energies of runs and
+    energy-conserving steps integrate the stress, so ``energy`` itself serves tests of the law alone.
     """
 
     def __init__(self, function: Callable[[Array, Array, Array, Array, int], None]) -> None:
@@ -101,6 +102,12 @@ class Law(ABC):
         Kinds of section that may have it.
     function
         Compiled stress, tangent and energy; None for the elastic law, whose trial stress is the stress.
+    average
+        Its mean over a step of the energy-conserving method, in closed form and of the same signature. ``stress``
+        (2 strain, point) holds the trial stresses at the start above those at the end, and the mean of the law's
+        stress along the straight way between them replaces the former; ``tangent`` is filled with twice its derivative
+        by the strains at the end, about, because it serves Newton's method only; ``energy`` is left alone. None: the
+        mean is integrated numerically from ``function``, to round-off.
     tension_only
         Whether it gives way instead of carrying compression.
     """
@@ -108,7 +115,14 @@ class Law(ABC):
     name: ClassVar[str] = ""
     sections: ClassVar[tuple[str, ...]] = ("membrane", "cable")
     function: ClassVar[LawFunction | None] = None
+    average: ClassVar[LawFunction | None] = None
     tension_only: ClassVar[bool] = False
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Take no average from the base along with a function of one's own."""
+        super().__init_subclass__(**options)
+        if "function" in vars(cls) and "average" not in vars(cls):
+            cls.average = None
 
     @abstractmethod
     def parameters(self, material: Material) -> tuple[float, ...]:

@@ -22,6 +22,19 @@ def slack(stress: Array, tangent: Array, energy: Array, parameters: Array, count
         tangent[0, 0, e] = factor * young
 
 
+@LawFunction
+def slack_average(stress: Array, tangent: Array, energy: Array, parameters: Array, count: int) -> None:
+    """`Law.average` of cables: taut on one stretch of the way, where the trial stress has its mean."""
+    young, residual = parameters
+    for e in range(count):
+        start, end = stress[0, e], stress[1, e]
+        low, high = min(start, end), max(start, end)
+        taut = 1.0 if low >= 0.0 else max(high, 0.0) / (max(high, 0.0) - low)
+        stress[0, e] = 0.5 * (residual * (start + end) + (1.0 - residual) * taut * (max(start, 0.0) + max(end, 0.0)))
+        weight = taut * (2.0 - taut) if end > start else taut * taut
+        tangent[0, 0, e] = young * (residual + (1.0 - residual) * weight)
+
+
 @register_law
 @dataclass(frozen=True)
 class Slack(TensionOnly):
@@ -30,6 +43,7 @@ class Slack(TensionOnly):
     name: ClassVar[str] = "slack"
     sections: ClassVar[tuple[str, ...]] = ("cable",)
     function: ClassVar[LawFunction | None] = slack
+    average: ClassVar[LawFunction | None] = slack_average
 
     def parameters(self, material: Material) -> tuple[float, ...]:
         """Young's modulus [Pa] and residual share."""

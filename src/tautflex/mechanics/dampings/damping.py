@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
 
 from tautflex.mechanics.dampings.matrix import DampingMatrix
 from tautflex.numeric import Array
+from tautflex.structure.kinds import ByKind
 from tautflex.text import brief
 
 if TYPE_CHECKING:  # reading a case file asks for the numbers alone
@@ -47,13 +50,34 @@ class LinearStructure:
         """K, shape (size, size)."""
         return self.system.pattern.symmetric_matrix(self.stiffness_entries)
 
+    @cached_property
+    def by_kind(self) -> dict[str, tuple[Array, Array]]:
+        """Mass M_e and material stiffness K_e of each kind of element in the pattern, shapes (entries,)."""
+        material = self.system.material_stiffness()
+        return {kind: (self.system.inertia_of(kind).mass_entries, own) for kind, own in material.items()}
+
+    def projected(self, basis: Array) -> dict[str, tuple[Array, Array]]:
+        """``Phi' M_e Phi`` and ``Phi' K_e Phi`` of each kind; ``basis`` holds Phi as rows, shape (r, size)."""
+
+        def on_basis(entries: Array) -> Array:
+            result: Array = basis @ (self.system.pattern.symmetric_matrix(entries) @ basis.T)
+            return result
+
+        return {kind: (on_basis(mass), on_basis(stiffness)) for kind, (mass, stiffness) in self.by_kind.items()}
+
+    def entries(self, matrix: DampingMatrix) -> Array:
+        """C without its vectors in the pattern, shape (entries,)."""
+        kinds = self.by_kind if matrix.kinds else {}
+        result: Array = matrix.proportional(self.system.inertia.mass_entries, self.stiffness_entries, kinds)
+        return result
+
 
 class Damping(ABC):
     """Viscous damping: a frozen dataclass that gives the matrix C of the force ``C v``.
 
     Implicit and explicit runs of full, reduced and hyper-reduced models, batches, spinning modes and participation
-    take any subclass. In a batch, fields annotated ``float`` may differ from run to run; `matrix` should then be plain
-    arithmetic in them, and its vectors must not depend on them.
+    take any subclass. In a batch, fields annotated ``float`` may differ from run to run, kind by kind of element where
+    they do; `matrix` should then be plain arithmetic in them, and its vectors must not depend on them.
     """
 
     @abstractmethod
@@ -62,5 +86,19 @@ class Damping(ABC):
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """Fields that a batch may vary, by name."""
-        return {f.name: getattr(self, f.name) for f in fields(self) if "float" in str(f.type)}  # type: ignore[arg-type]
+        """Fields that a batch may vary, by name; ``beta.cable`` is the number of a kind of element."""
+        found: dict[str, Any] = {}
+        for name in (field.name for field in fields(self) if "float" in str(field.type)):  # type: ignore[arg-type]
+            value = getattr(self, name)
+            found |= {f"{name}.{kind}": value[kind] for kind in value} if isinstance(value, ByKind) else {name: value}
+        return found
+
+    def with_numbers(self, numbers: Mapping[str, Any]) -> Self:
+        """Same damping with some of its `numbers` replaced, which are not checked."""
+        changed = copy(self)
+        for name, value in numbers.items():
+            key, _, kind = name.partition(".")
+            # Not `replace`: checks cannot look at a traced number.
+            new = getattr(changed, key).with_values({kind: value}) if kind else value
+            object.__setattr__(changed, key, new)
+        return changed

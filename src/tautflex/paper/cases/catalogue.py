@@ -5,26 +5,38 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 from typing import Any, Literal
 
 import numpy as np
 
-from tautflex.case import Case, parse_case
+from tautflex.case import Case, parse_case, template
 from tautflex.errors import InputError
 from tautflex.paper.cases.run_names import DURATIONS, MODELS, RATES, SECTION_3, run_name
 from tautflex.paper.tables import published
 
-Variant = Literal["published", "consistent"]
-VARIANTS: tuple[Variant, Variant] = ("published", "consistent")
+Variant = Literal["published", "nearest-node", "consistent"]
+VARIANTS: tuple[Variant, ...] = ("published", "nearest-node", "consistent")
+READINGS: dict[str, str] = {"published": "m2-paper", "nearest-node": "m2-nearest-node", "consistent": "m2"}
+"""Template of each variant: the reading that follows the published tables best, the first one, and a structure that
+could be built."""
 
 QUICK_TIME_STEP = 5e-3  # [s]; amplitudes within 0.5 % of those at 1 ms
-CASE_FILES: dict[str, str] = {"published": "m2.toml", "consistent": "m2_consistent.toml"}
-"""Names of the case files of M2."""
 _SNAPSHOT_INTERVAL = 0.01  # [s], of the fields for the proper orthogonal decomposition
 
 COARSE_MESHES = ((10, 5), (20, 10))
 """Meshes [cells] beside the consistent case's own, for its convergence."""
+FITTED_MESHES: dict[tuple[int, int], tuple[float, float]] = {
+    (8, 4): (0.648, 0.577),
+    (16, 8): (0.809, 0.576),
+    (20, 10): (0.830, 0.580),
+}
+"""Meshes beside the published reading's own -> film tension per pretension [1/m], fitted to Table 2 there as well."""
+OTHER_STEPS: dict[str, dict[str, Any]] = {
+    "steps of 2.5 ms": {"time_step": 2.5e-3},
+    "generalized-alpha": {"method": "generalized-alpha", "theta": None},
+    "generalized-alpha, steps of 2.5 ms": {"method": "generalized-alpha", "theta": None, "time_step": 2.5e-3},
+}
+"""Solvers beside the published reading's own, by the last part of a run's name."""
 STEP_CHECK = (("M1", "pi_5", 0.1), ("M2", "pi_100", 0.1), ("M3", "pi_5", 1.0))
 """Runs of the consistent variant that are repeated with half the time step."""
 ABLATION_MANEUVERS = (("pi_5", 0.1), ("pi_5", 1.0))
@@ -54,7 +66,7 @@ class RunSpec:
     case
         What `tautflex run` would run.
     variant
-        ``"published"`` or ``"consistent"``.
+        One of `VARIANTS`.
     model
         ``"M1"``, ``"M2"`` or ``"M3"``.
     rate, duration
@@ -75,10 +87,11 @@ def catalogue(variant: Variant = "published", quick: bool = False) -> dict[str, 
     Parameters
     ----------
     variant
-        ``"published"``: section 3, section 4 and the ablation. ``"consistent"``: the runs of Tables 6 to 9, on three
+        ``"published"``: section 3, section 4, the ablation, and the runs of Tables 6 to 9 on four meshes and with other
+        solvers. ``"nearest-node"``: section 3 and the runs of Tables 6 to 9. ``"consistent"``: the same, on three
         meshes, some with half the time step.
     quick
-        A time step of 5 ms. The consistent variant has no quick form.
+        A time step of 5 ms, on one mesh, of the published reading; the others have no quick form.
 
     Raises
     ------
@@ -87,7 +100,10 @@ def catalogue(variant: Variant = "published", quick: bool = False) -> dict[str, 
     """
     if variant not in VARIANTS:
         raise InputError(f"variant: expected one of {', '.join(map(repr, VARIANTS))}, got {variant!r}")
-    specs = _published_runs(quick) if variant == "published" else _consistent_runs()
+    if variant == "published":
+        specs = _published_runs(quick)
+    else:
+        specs = _nearest_node_runs() if variant == "nearest-node" else _consistent_runs()
     return {spec.name: spec for spec in specs}
 
 
@@ -99,10 +115,11 @@ def model_case(model: str, variant: str = "published", divisions: tuple[int, int
     model
         ``"M1"``, ``"M2"`` or ``"M3"``.
     variant
-        Which of the two readings of the paper.
+        One of `VARIANTS`.
     divisions
-        Another mesh: cables stay at every edge node, with tension and area per length of edge kept. The cells must keep
-        their shape, since all cables have one area.
+        Another mesh: cables stay at every edge node. In the published reading, one of `FITTED_MESHES`, each has the
+        same tension and area; in the others those per length of edge are kept, and the cells must keep their shape,
+        since all cables have one area.
 
     Raises
     ------
@@ -114,11 +131,22 @@ def model_case(model: str, variant: str = "published", divisions: tuple[int, int
     tension = {row["model"]: (row["pretension_x"], row["pretension_y"]) for row in published.table(4)}
     ratio_x, ratio_y = (wanted / own for wanted, own in zip(tension[model], tension["M2"], strict=True))
     cells = base.mesh.divisions if divisions is None else divisions
+    cables: dict[str, Any]
+    if variant == "published":
+        cables = {
+            "pretension_x": _rounded(base.cables.pretension_x * ratio_x),
+            "pretension_y": _rounded(base.cables.pretension_y * ratio_y),
+        }
+        if divisions is None:
+            return base.replaced(cables=cables)
+        cables |= {"per_long_edge": cells[0] + 1, "per_short_edge": cells[1] + 1}
+        fitted = {"resultant_per_pretension": FITTED_MESHES[cells]}
+        return base.replaced(cables=cables, mesh={"divisions": cells}, prestress=fitted)
     if cells[0] * base.mesh.divisions[1] != cells[1] * base.mesh.divisions[0]:
         text = f"divisions: expected cells shaped like those of {base.mesh.divisions}, got {cells}"
         raise InputError(f"{text}; refine both directions alike")
     spacing = base.mesh.divisions[0] / cells[0]
-    cables: dict[str, Any] = {
+    cables = {
         "pretension_x": _rounded(base.cables.pretension_x * ratio_x * spacing),
         "pretension_y": _rounded(base.cables.pretension_y * ratio_y * spacing),
     }
@@ -145,13 +173,13 @@ def ablation_runs(model: str, rate: str, duration: float) -> dict[str, str]:
 
 
 def mesh_name(name: str, divisions: tuple[int, int]) -> str:
-    """Return the name of a consistent run on another mesh."""
+    """Return the name of a run or an antenna on another mesh."""
     return f"{name}/mesh{divisions[0]}x{divisions[1]}"
 
 
 def case_text(variant: str) -> str:
     """Return the commented case file of M2 in a variant."""
-    return files("tautflex").joinpath("data", CASE_FILES[variant]).read_text(encoding="utf-8")
+    return template(READINGS[variant])
 
 
 def half_step_name(name: str) -> str:
@@ -175,14 +203,31 @@ def _published_runs(quick: bool) -> Iterator[RunSpec]:
                     factor = LINEAR_FACTORS[model] if suffix == "linear" else 1.0
                     off = dict.fromkeys(ABLATIONS[suffix], False)
                     yield _spec(name, "published", model, rate, duration, factor, solver=step, coupling=off)
+    if not quick:
+        for run in _response_maneuvers():
+            name = run_name(*run)
+            for cells in FITTED_MESHES:
+                yield _spec(mesh_name(name, cells), "published", *run, divisions=cells)
+            for words, solver in OTHER_STEPS.items():
+                yield _spec(f"{name}/{words}", "published", *run, solver=solver)
+
+
+def _nearest_node_runs() -> Iterator[RunSpec]:
+    yield _section_3_run("nearest-node", {})
+    for run in _response_maneuvers():
+        yield _spec(run_name(*run, variant="nearest-node"), "nearest-node", *run)
+
+
+def _response_maneuvers() -> list[tuple[str, str, float]]:
+    """Antenna and maneuver of every run of Tables 6 to 9, each once."""
+    rows = [row for number in published.RESPONSE_TABLES for row in published.table(number) if "repeats" not in row]
+    return [(row["model"], row["rate_name"], row["duration"]) for row in rows]
 
 
 def _consistent_runs() -> Iterator[RunSpec]:
     half = {"time_step": _base("consistent").solver.time_step / 2}
     yield _section_3_run("consistent", {})
-    rows = [row for number in published.RESPONSE_TABLES for row in published.table(number) if "repeats" not in row]
-    for row in rows:
-        run = row["model"], row["rate_name"], row["duration"]
+    for run in _response_maneuvers():
         name = run_name(*run, variant="consistent")
         yield _spec(name, "consistent", *run)
         for cells in COARSE_MESHES:
@@ -195,8 +240,15 @@ def _section_3_run(variant: Variant, step: dict[str, Any]) -> RunSpec:
     """Return the run of Table 3 and Figures 4 to 7, with fields for the proper orthogonal decomposition."""
     return _spec(
         run_name("M2", "pi_5", 1.0, variant, SECTION_3), variant, "M2", "pi_5", 1.0,
-        solver=step, damping={"alpha": 0.01, "beta": 0.01}, output={"fields": _snapshots(_base(variant))},
+        solver=step, damping=_damping(variant, 0.01), output={"fields": _snapshots(_base(variant))},
     )  # fmt: skip
+
+
+def _damping(variant: str, factor: float) -> dict[str, Any]:
+    """Alpha and beta of a size, of the kinds of element that a variant damps."""
+    beta = _base(variant).damping.beta
+    by_kind = isinstance(beta, dict)
+    return {"alpha": factor, "beta": {kind: factor * (own > 0.0) for kind, own in beta.items()} if by_kind else factor}
 
 
 def _spec(
@@ -228,4 +280,4 @@ def _rounded(value: float) -> float:
 
 @cache
 def _base(variant: str) -> Case:
-    return parse_case(case_text(variant), source=CASE_FILES[variant])
+    return parse_case(case_text(variant), source=f"{READINGS[variant]}.toml")

@@ -11,15 +11,15 @@ from tautflex.paper.tables.rows import Row
 Rows: TypeAlias = Mapping[str, Sequence[Row]]
 
 RESPONSE_TABLES = ("6", "7", "8", "9")
-CONSISTENT = " consistent"
-"""Ending of the key under which a table of the consistent variant stands."""
+CONSISTENT, NEAREST_NODE = " consistent", " nearest-node"
+"""Endings of the key under which a table of the consistent variant and of the first reading stands."""
 
 
 def sorted_rows(rows: Iterable[Row]) -> dict[str, list[Row]]:
-    """Return rows by table, those of the consistent variant under ``"6 consistent"`` and the like."""
+    """Return rows by table, those beside the published reading under ``"6 consistent"`` and the like."""
     found: dict[str, list[Row]] = {}
     for row in rows:
-        found.setdefault(row.table + CONSISTENT * (row.variant == "consistent"), []).append(row)
+        found.setdefault(row.table if row.variant == "published" else f"{row.table} {row.variant}", []).append(row)
     return found
 
 
@@ -39,25 +39,25 @@ def both(row: Row) -> str:
     return f"ours {quantity_text(row.ours, row.unit)} {row.unit}, paper {quantity_text(row.paper, row.unit)} {row.unit}"
 
 
-def comparison(rows: Sequence[Row], consistent: Sequence[Row] = ()) -> str:
-    """Return ours | paper | difference, the consistent variant beside it where there is one, and notes.
+def comparison(rows: Sequence[Row], others: Mapping[str, Sequence[Row]] | None = None) -> str:
+    """Return ours | paper | difference, other variants by their headings beside it, and notes.
 
     A quantity that all rows share stands in the header.
     """
-    other = {(row.case, row.quantity): row for row in consistent}
+    beside = {name: {(row.case, row.quantity): row for row in found} for name, found in (others or {}).items()}
     quantities = {_named(row.quantity, row.unit) for row in rows}
     mixed = len(quantities) > 1
     notes = any(row.note for row in rows)
     header = ["case", "quantity"] if mixed else [f"{next(iter(quantities))} of"]
-    header += ["ours", "paper", "difference", *["consistent variant", "difference"] * bool(other), *["note"] * notes]
+    header += ["ours", "paper", "difference", *(word for name in beside for word in (name, "difference"))]
+    header += ["note"] * notes
     lines = []
     for row in rows:
         line = [symbols(row.case), *[_named(row.quantity, row.unit)] * mixed]
         line += [quantity_text(row.ours, row.unit), quantity_text(row.paper, row.unit), marked(gap(row))]
-        if other:
-            beside = other.get((row.case, row.quantity))
-            line.append(quantity_text(beside.ours if beside else None, row.unit))
-            line.append(marked(gap(beside) if beside else None))
+        for other in (found.get((row.case, row.quantity)) for found in beside.values()):
+            line.append(quantity_text(other.ours if other else None, row.unit))
+            line.append(marked(gap(other) if other else None))
         lines.append([*line, *[symbols(row.note)] * notes])
     return table(header, lines)
 

@@ -1,16 +1,24 @@
-"""Mesh and step convergence of the consistent variant."""
+"""Mesh and step convergence: of the published reading as a whole, of the consistent variant run by run."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 
-from tautflex.paper.cases.catalogue import COARSE_MESHES, STEP_CHECK, half_step_name, mesh_name, model_case
+from tautflex.paper.cases.catalogue import (
+    COARSE_MESHES,
+    FITTED_MESHES,
+    OTHER_STEPS,
+    STEP_CHECK,
+    half_step_name,
+    mesh_name,
+    model_case,
+)
 from tautflex.paper.cases.normal_modes import antenna_name, dominant_mode, frequency_of
 from tautflex.paper.cases.run_names import MODELS, run_name
 from tautflex.paper.tables import published
-from tautflex.paper.tables.paper_tables import Data, PaperTable, case_words, response
-from tautflex.paper.tables.rows import Row
+from tautflex.paper.tables.paper_tables import TABLES, Data, PaperTable, case_words, response
+from tautflex.paper.tables.rows import Row, mean_difference, mean_log_ratio
 
 _ORDERS = (0.5, 4.0)
 """Observed orders that count as convergence towards a limit; linear triangles have 2 for frequencies."""
@@ -39,15 +47,45 @@ def richardson(coarse: float, medium: float, fine: float) -> tuple[float, float]
 
 
 def _runs(variant: str) -> list[str]:
-    names = []
-    for case in _CASES:
-        name = run_name(*case, variant="consistent")
-        names += [*_on_meshes(name), *[half_step_name(name)] * (case in STEP_CHECK)]
-    return names
+    names = [run_name(*case, variant=variant) for case in _CASES]
+    if variant == "published":
+        return [each for name in names for each in (name, *_varied(name))]
+    halved = [half_step_name(run_name(*case, variant=variant)) for case in STEP_CHECK]
+    return [each for name in names for each in _on_meshes(name)] + halved
 
 
 def _antennas(variant: str) -> list[str]:
-    return [name for model in MODELS for name in _on_meshes(antenna_name(model, "consistent"))]
+    if variant == "published":
+        meshes = [mesh_name(antenna_name("M2"), cells) for cells in FITTED_MESHES]
+        return [*map(antenna_name, MODELS), *meshes]
+    return [name for model in MODELS for name in _on_meshes(antenna_name(model, variant))]
+
+
+def _varied(name: str) -> list[str]:
+    """Names of a run of the published reading on other meshes and with other solvers."""
+    return [*(mesh_name(name, cells) for cells in FITTED_MESHES), *(f"{name}/{words}" for words in OTHER_STEPS)]
+
+
+def _of_the_reading(data: Data, modes: Data) -> Iterator[Row]:
+    """Agreement of the published reading with Tables 2 and 6 to 9, mesh by mesh and solver by solver.
+
+    On each mesh the film's two tensions are fitted to Table 2; nothing else differs.
+    """
+    own, antenna = model_case("M2"), antenna_name("M2")
+    meshes = {cells: mesh_name("", cells) for cells in FITTED_MESHES} | {own.mesh.divisions: ""}
+    changes = {f"{cells[0]} x {cells[1]} cells": (suffix, suffix) for cells, suffix in sorted(meshes.items())}
+    changes |= {words: (f"/{words}", "") for words in OTHER_STEPS}
+    for words, (suffix, mesh) in changes.items():
+        runs = {run_name(*case): data[run_name(*case) + suffix] for case in _CASES}
+        tables = [row for number in "6789" for row in TABLES[number].build("published", runs, modes)]
+        second = list(TABLES["2"].build("published", {}, {antenna: modes[antenna + mesh]}))
+        yield Row("convergence", words, "Table 2", None, 100.0 * mean_difference(second), "%")
+        for quantity in ("response frequency", "amplitude"):
+            score = mean_log_ratio(tables, quantity)
+            yield Row("convergence", words, f"Tables 6 to 9, {quantity}", None, score, "1")
+        for row in tables:
+            if row.case == case_words("M1", "pi_2", 0.1):
+                yield Row("convergence", words, f"{row.case}, {row.quantity}", row.paper, row.ours, row.unit)
 
 
 def _on_meshes(name: str) -> list[str]:
@@ -56,7 +94,10 @@ def _on_meshes(name: str) -> list[str]:
 
 
 def _build(variant: str, data: Data, modes: Data) -> Iterator[Row]:
-    """Values on three meshes and with half the step, their change, and their limit."""
+    """Agreement of the published reading; values of the consistent variant, their change, and their limit."""
+    if variant == "published":
+        yield from _of_the_reading(data, modes)
+        return
     for model in MODELS:
         found = [modes[key] for key in _on_meshes(antenna_name(model, "consistent"))]
         for number in _MODES if model == "M2" else (1,):

@@ -32,7 +32,7 @@ class Row:
     note
         Why they differ, or what the number means.
     variant
-        ``"published"`` or ``"consistent"``.
+        ``"published"``, ``"nearest-node"`` or ``"consistent"``.
     repeats
         Table that printed the same number of the same run before; "" for all others.
     """

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.elements.block import ElementBlock
-from tautflex.mechanics.kernel import restart_energy
 from tautflex.mechanics.store import build_store
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array, Places
@@ -66,7 +65,4 @@ def blocks_store(blocks: list[ElementBlock], apart: bool = False) -> Store:
             slots = slots + own * (first + np.arange(count))
             first += count
         places.append(np.ascontiguousarray(slots).astype(np.uint32))
-    store: Store = tuple(build_store(tuple(blocks), places, [block.initial_stress for block in blocks]))
-    for number in range(len(blocks)):
-        restart_energy(store, number)
-    return store
+    return tuple(build_store(tuple(blocks), places, [block.initial_stress for block in blocks]))

@@ -61,7 +61,7 @@ def _extended(q: Array) -> Array:
 def element_force(arrays: HyperArrays, q: Array, v: Array, given: Array, force: Array) -> None:
     """Internal force less that of the reference, as `internal_force`; there is no stress per monomial to be given."""
     total = np.zeros(q.size + 1)
-    add_forces(arrays.store, _extended(q), total, arrays.stresses, True, False)
+    add_forces(arrays.store, _extended(q), total, arrays.stresses, True, False, False)
     for i in range(q.size):
         force[i] = total[i] - arrays.reference[i]
 
@@ -114,7 +114,7 @@ def element_tangent(arrays: HyperArrays, q: Array, given: Array) -> Array:
 def _element_energies(arrays: HyperArrays, q: Array) -> Array:
     result, total = np.empty(q.shape[0]), np.zeros(q.shape[1] + 1)
     for n in range(result.size):
-        energy = add_forces(arrays.store, _extended(q[n]), total, arrays.stresses, False, True)
+        energy = add_forces(arrays.store, _extended(q[n]), total, arrays.stresses, False, True, False)
         result[n] = energy - np.dot(arrays.reference, q[n])
     return result
 

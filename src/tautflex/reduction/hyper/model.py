@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -15,6 +15,7 @@ from tautflex import checks
 from tautflex.elements.block import ElementBlock
 from tautflex.errors import InputError
 from tautflex.mechanics.dampings.damping import Damping
+from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.mechanics.kernel import add_forces
 from tautflex.numeric import Array
 from tautflex.reduction.bases.snapshots import full_snapshots
@@ -61,7 +62,7 @@ class HyperReducedModel(OnBasis):
     def coefficients(self) -> CondensedModel:
         """Inertia, loads and reference stiffness of the coordinates; nothing follows them."""
         system, vectors = self.state.system, self.basis.kept
-        moments = FrameMoments.general(project_moments(system.inertia, vectors))
+        moments = self._moments(system.inertia)
         stiffness = system.pattern.symmetric_matrix(self.state.tangent_entries)
         return CondensedModel(
             mass=even(moments.pair[0]),
@@ -73,22 +74,34 @@ class HyperReducedModel(OnBasis):
             turning_derivatives=np.zeros((9, 0, self.size)),
             load=moments.load,
             load_stress=np.zeros((12, 0)),
+            follow_linear=np.zeros((0, self.size)),
             follow_quadratic=np.zeros((0, 0)),
             follow_load=np.zeros((12, 0)),
         )
+
+    def _moments(self, inertia: InertiaOperator) -> FrameMoments:
+        return FrameMoments.general(project_moments(inertia, self.basis.kept))
+
+    def weighed(self, factors: Mapping[str, float]) -> CondensedModel:
+        """The same with the inertial load of each kind of element times its factor."""
+        linear = self.state.linear
+        load = sum(factors[kind] * self._moments(linear.system.inertia_of(kind)).load for kind in linear.system.kinds)
+        return self.coefficients._replace(load=load)
 
     def arrays(self, damping: Damping) -> HyperArrays:
         """Arrays for the compiled stepper under a damping model."""
         c, r = self.coefficients, self.size
         store = blocks_store(list(self.blocks))
         reference, stresses = np.zeros(r + 1), np.empty(sum(block.initial_stress.size for block in self.blocks))
-        add_forces(store, np.zeros(r + 1), reference, stresses, True, False)
-        none = np.zeros(0, dtype=np.int64)
+        add_forces(store, np.zeros(r + 1), reference, stresses, True, False, False)
+        linear, none = self.state.linear, np.zeros(0, dtype=np.int64)
+        matrix = damping.matrix(linear)
+        kinds = linear.projected(self.basis.kept) if matrix.kinds else {}
         return HyperArrays(
             none,
             none,
             c.mass,
-            damping.matrix(self.state.linear).projected(c.mass, c.linear, self.basis.kept),
+            matrix.projected(c.mass, c.linear, self.basis.kept, kinds),
             c.linear,
             np.zeros((0, 0)),
             c.turning.reshape(3, 3, r, r),

@@ -53,7 +53,7 @@ def element_forces(blocks: list[ElementBlock], states: Array) -> Array:
 
     def forces(eta: Array) -> Array:
         result = np.zeros(count * r + 1)
-        add_forces(store, np.append(np.tile(eta, count), 0.0), result, stresses, True, False)
+        add_forces(store, np.append(np.tile(eta, count), 0.0), result, stresses, True, False, False)
         return result[:-1].reshape(count, r)
 
     rest = forces(np.zeros(r))

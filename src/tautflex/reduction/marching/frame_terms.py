@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import ArrayLike
 
+from tautflex.mechanics.inertia import LoadMoments
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array
@@ -16,17 +16,6 @@ from tautflex.reduction.polynomial.forces import FrameTerms
 # Highest polynomial degree that is tried before every instant is computed by itself.
 _DEGREES = (2, 4, 8, 16, 32, 64)
 _ACCURACY = 1e-13
-
-
-class ReducedMoments:
-    """Loads of any motion, shape (12, n) as of a `CondensedModel`; a `LoadMoments`, of many instants too."""
-
-    def __init__(self, loads: Array) -> None:
-        self._first, self._zeroth, self.size = loads[:9].reshape(3, 3, -1), loads[9:], loads.shape[1]
-
-    def load(self, weight: ArrayLike, acceleration: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-        """Load ``Z : first + a . zeroth`` for weights (..., 3, 3) and accelerations (..., 3), shape (..., n)."""
-        return np.einsum("...ab,abi->...i", np.asarray(weight), self._first) + np.asarray(acceleration) @ self._zeroth
 
 
 def sample(function: Callable[[float], Array], times: Array) -> Array:
@@ -62,7 +51,7 @@ def sample(function: Callable[[float], Array], times: Array) -> Array:
 
 
 def frame_terms(
-    coupling: Coupling, moments: ReducedMoments, segment: Segment, times: Array, coordinates: int
+    coupling: Coupling, moments: LoadMoments, segment: Segment, times: Array, coordinates: int
 ) -> FrameTerms:
     """Matrices and loads of a segment at instants [s] in order; ``moments`` of the coordinates, then the monomials."""
 
@@ -78,7 +67,7 @@ def frame_terms(
     return FrameTerms(velocity.copy(), displacement.copy(), load.copy(), stress.copy(), turns)
 
 
-def frame_at(coupling: Coupling, moments: ReducedMoments, motion: RigidMotion, coordinates: int) -> FrameTerms:
+def frame_at(coupling: Coupling, moments: LoadMoments, motion: RigidMotion, coordinates: int) -> FrameTerms:
     """Matrices and loads of one motion."""
     segment = Segment(0.0, np.inf, lambda time: motion)
     return frame_terms(coupling, moments, segment, np.zeros(1), coordinates)

@@ -8,25 +8,30 @@ import numpy as np
 from scipy.linalg import eigh
 
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex.mechanics.inertia import WeighedMoments
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, Indices, cross_matrices
 from tautflex.reduction.marching.dispatch import internal_force, tangent
-from tautflex.reduction.marching.frame_terms import ReducedMoments, frame_at, frame_terms, sample
+from tautflex.reduction.marching.frame_terms import frame_at, frame_terms, sample
 from tautflex.reduction.marching.schedule import Stretch, stretches
 from tautflex.reduction.marching.steps import march, march_explicit
 from tautflex.reduction.marching.work import StageNumbers, new_work, stage_numbers
 from tautflex.reduction.on_basis import OnBasis, require_forces
 from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, rows_from, total_force
+from tautflex.solvers.static.stability import growth_text
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.generalized_alpha import Newmark
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Statistics
+from tautflex.structure.kinds import ByKind
 
 # Steps between two looks at the keyboard and the progress bar; bounds the memory of sampled frame terms.
 _LONGEST = 4096
+# Negative eigenvalues smaller than this part of the largest one are zero but for round-off.
+_ROUND_OFF = 1e-12
 
 
 class ReducedRun:
@@ -51,9 +56,10 @@ class ReducedRun:
         # Of a scheme, an explicit step needs its size and that its forces are those at its end.
         self._method = method if isinstance(method, Method) else Newmark()
         self.arrays = rom.arrays(problem.damping)
-        c = rom.coefficients
-        self.moments = ReducedMoments(np.concatenate([c.load, c.load_stress], axis=1))
-        self._offsets = ReducedMoments(c.follow_load)
+        factor = problem.coupling.load_factor
+        c = rom.weighed(factor) if isinstance(factor, ByKind) else rom.coefficients
+        self.moments = WeighedMoments(np.concatenate([c.load, c.load_stress], axis=1))
+        self._offsets = WeighedMoments(c.follow_load)
         self.inputs = InputSet(rom.state.system, problem.inputs)
         require_forces(self.inputs)
         self._began = problem.maneuver.start()
@@ -67,6 +73,7 @@ class ReducedRun:
         self._work = new_work(rom.size, self._method.tangents)
         self._march = march_explicit if self._explicit else march
         self._halvings = 0
+        self.warnings = problem.doubts
 
     @property
     def statistics(self) -> Statistics:
@@ -78,6 +85,7 @@ class ReducedRun:
         """Steady spinning equilibrium, projected velocity, and the acceleration that follows."""
         work = self._work
         work.q[:] = self._equilibrium(self._began)
+        work.q[:] += self._imperfection(work.q.copy())
         work.v[:] = self.rom.coordinates(self.problem.velocity)
         self._balance(self._frame(self.segments[0], 0.0))
         self.eta[0], self.rate[0] = work.q, work.v
@@ -200,22 +208,44 @@ class ReducedRun:
         """Steady equilibrium of the coordinates under a constant motion, by Newton's method, shape (r,)."""
         frame = frame_at(self.problem.coupling, self.moments, motion, self.rom.size)
         q, v = np.zeros(self.rom.size), np.zeros(self.rom.size)
-        stress, other = np.empty(len(self.arrays.first)), np.empty(self.rom.size)
         if not (frame.load.any() or frame.turns):
             return q
-        turning = np.einsum("ab,abij->ij", frame.displacement[0], self.arrays.turning)
         force = np.empty(self.rom.size)
         for _ in range(50):
             total_force(self.arrays, frame, 0, q, v, force)
             scale = max(float(np.linalg.norm(frame.load)), 1e-300)
             if float(np.linalg.norm(force)) <= 1e-9 * scale:
                 return q
-            derivative_forces(self.arrays, frame, 0, q, v, stress, other)
-            q = q - np.linalg.solve(tangent(self.arrays, q, stress) + turning, force)
+            q = q - np.linalg.solve(self._stiffness(q, frame), force)
         raise NotConvergedError(
             "spinning equilibrium of the reduced model: Newton's method failed; reduce the angular rate or raise the "
             "pretension"
         )
+
+    def _stiffness(self, q: Array, frame: FrameTerms) -> Array:
+        """``K_tan(q) + K_T`` of a steady motion on the coordinates, shape (r, r)."""
+        stress, other = np.empty(len(self.arrays.first)), np.empty(self.rom.size)
+        derivative_forces(self.arrays, frame, 0, q, np.zeros(self.rom.size), stress, other)
+        return tangent(self.arrays, q, stress) + np.einsum("ab,abij->ij", frame.displacement[0], self.arrays.turning)
+
+    def _imperfection(self, q: Array) -> Array:
+        """Offset from the equilibrium, shape (r,); warns of motion that grows out of it, as `find_instability` does."""
+        frame = frame_at(self.problem.coupling, self.moments, self._began, self.rom.size)
+        stiffness, mass = self._stiffness(q, frame), self.arrays.mass
+        values, vectors = eigh(0.5 * (stiffness + stiffness.T), mass)
+        shape, count = vectors[:, 0], int(np.sum(values < -_ROUND_OFF * np.abs(values).max()))
+        if count:
+            velocity = self.arrays.damping + np.einsum("ab,abij->ij", frame.velocity[0], self.arrays.turning)
+            down = -np.linalg.solve(mass, np.hstack([stiffness, velocity]))
+            roots, motions = np.linalg.eig(np.vstack([np.eye(len(q), 2 * len(q), len(q)), down]))
+            fastest = int(roots.real.argmax())
+            if roots[fastest].real > 1e-6 * np.sqrt(-values[0]):
+                shape, rate = motions[: len(q), fastest].real, float(roots[fastest].real)
+                grown = self.rom.displacement(shape)
+                self.warnings.append(growth_text(self.rom.state, count, rate, grown, self._began))
+        moved = self.rom.state.system.translations(self.rom.displacement(shape)).ravel()
+        largest = float(moved[np.abs(moved).argmax()])
+        return self.problem.initial_imperfection / largest * shape if largest else np.zeros(len(q))
 
     def frame_now(self, time: float) -> FrameTerms:
         """Terms of the moving frame and inputs at a sample."""
@@ -237,10 +267,12 @@ class ReducedRun:
 
     def prescribed_offset(self, motions: Array) -> Array:
         """Static derivatives prescribed by the inertial load, shape (time, p)."""
-        if not self.problem.coupling.inertial_load or not motions.any():
+        factor = self.problem.coupling.load_factor
+        if factor == 0.0 or not motions.any():
             return np.zeros((len(motions), self._offsets.size))
         spin, turn = cross_matrices(motions[:, :3]), cross_matrices(motions[:, 3:6])
-        return self._offsets.load(turn + spin @ spin, motions[:, 6:])
+        offset = self._offsets.load(turn + spin @ spin, motions[:, 6:])
+        return offset if isinstance(factor, ByKind) else factor * offset
 
     def read(self, probes: Any, eta: Array, rate: Array, motions: Array) -> Array:
         """Displacements and velocities of probes, shape (time, 2, probe, 3)."""

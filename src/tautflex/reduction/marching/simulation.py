@@ -59,7 +59,7 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
     fields = [_field(run, row) for row in sorted(problem.field_steps) if row <= run.reached]
     spin = motions[:, :6].reshape(-1, 2, 3)
     samples = Samples(times, run.read(problem.placed, eta, rate, motions), spin, scalars, fields)
-    attributes = problem.attributes | {"reduced_model": repr(rom), "warnings": checked.warnings}
+    attributes = problem.attributes | {"reduced_model": repr(rom), "warnings": [*run.warnings, *checked.warnings]}
     attributes["title"] += ", reduced model"
     data = run_dataset(rom.model, problem.placed, samples, attributes)
     arrays = {"coordinate": eta, "truncated_energy": checked.truncated}

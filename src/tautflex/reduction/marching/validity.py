@@ -45,11 +45,11 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
     chosen = np.array(
         [part[np.argmax(size[part])] for part in np.array_split(np.arange(len(times)), _WINDOWS) if part.size]
     )
-    workspace, watch = system.workspace(), CompressionWatch(system)
+    workspace, watch, moments = system.workspace(), CompressionWatch(system), run.problem.coupling.moments(system)
     survey = StressSurvey(system, workspace)
-    damping = MassDamping(
-        system.pattern, system.inertia.mass_entries, state.tangent_entries, run.problem.damping.matrix(state.linear)
-    )
+    matrix = run.problem.damping.matrix(state.linear)
+    kinds = state.linear.by_kind if matrix.kinds else None
+    damping = MassDamping(system.pattern, system.inertia.mass_entries, state.tangent_entries, matrix, kinds)
     scalars, left = [], []
     for row, offset in zip(chosen, run.prescribed_offset(motions[chosen]), strict=True):
         motion = RigidMotion(motions[row, :3], motions[row, 3:6], motions[row, 6:])
@@ -59,7 +59,7 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
         unbalanced += system.inertia.mass_matrix @ a + damping.damping_product(v)
         unbalanced += system.inertia.apply(run.problem.coupling.velocity_weight(motion), v)
         unbalanced += system.inertia.apply(run.problem.coupling.displacement_weight(motion), q)
-        unbalanced += run.problem.coupling.load(motion, system.inertia) - run.inputs.load(time)
+        unbalanced += run.problem.coupling.load(motion, moments) - run.inputs.load(time)
         film = survey.membrane()
         scalars.append(stress_scalars(survey, film))
         watch.see(time, film, survey.cables)

@@ -11,7 +11,7 @@ stretching, are left out (they are of sixth order, because p is of second). Arra
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -62,8 +62,8 @@ class CondensedModel(NamedTuple):
         The same between static derivatives (per monomial) and coordinates, shape (k, m, r).
     load, load_stress
         Loads on the coordinates, and those on static derivatives as seen by the monomials, shapes (l, r) and (l, m).
-    follow_quadratic, follow_load
-        Static derivatives from monomials (p, m) and loads (l, p).
+    follow_linear, follow_quadratic, follow_load
+        Static derivatives from coordinates (p, r), monomials (p, m) and loads (l, p).
     """
 
     mass: Any
@@ -75,6 +75,7 @@ class CondensedModel(NamedTuple):
     turning_derivatives: Any
     load: Any
     load_stress: Any
+    follow_linear: Any
     follow_quadratic: Any
     follow_load: Any
 
@@ -153,15 +154,61 @@ def condense(
         turning_derivatives=e.T @ moved[1:, r:],
         load=load @ reach,
         load_stress=load[:, r:] @ e,
+        follow_linear=d,
         follow_quadratic=e,
         follow_load=offset,
     )
 
 
-def assemble(projection: Projection, factors: Factors | None = None) -> CondensedModel:
-    """Equation of motion for any motion of the frame; without factors that of the state that was reduced."""
-    moments = {kind: FrameMoments.general(part) for kind, part in projection.inertia.items()}
+class KindParts(NamedTuple):
+    """What one kind of element adds per unit of its damping factors.
+
+    Parameters
+    ----------
+    mass, stiffness
+        Its mass and material stiffness on the coordinates, shape (r, r).
+    viscous
+        Its material stiffness on the static derivatives, per monomial, shape (m, m).
+    between
+        The same between coordinates and monomials, shape (r, m): 0 for a flat reference.
+    """
+
+    mass: Any
+    stiffness: Any
+    viscous: Any
+    between: Any
+
+
+def parts_by_kind(projection: Projection, c: CondensedModel, factors: Factors, xp: ModuleType) -> dict[str, KindParts]:
+    """Parts of a damping by kind of element for the condensed model of the same parameters."""
+    r, e = projection.kept, c.follow_quadratic
+    reach, parts = xp.concatenate([xp.eye(r), c.follow_linear]), {}
+    for kind, elastic in projection.elastic.items():
+        stiffness = factors.youngs_modulus.get(kind, 1.0) * elastic
+        mass = factors.density.get(kind, 1.0) * np.einsum("aapq->pq", projection.inertia[kind].pair)
+        moved = reach.T @ stiffness
+        parts[kind] = KindParts(
+            even(reach.T @ mass @ reach), even(moved @ reach), even(e.T @ stiffness[r:, r:] @ e), moved[:, r:] @ e
+        )
+    return parts
+
+
+def assemble(
+    projection: Projection, factors: Factors | None = None, loads: Mapping[str, float] | None = None
+) -> CondensedModel:
+    """Equation of motion for any motion of the frame; without factors that of the state that was reduced.
+
+    ``loads`` are factors of the loads of each kind of element.
+    """
+    moments = weigh_loads({kind: FrameMoments.general(part) for kind, part in projection.inertia.items()}, loads)
     return condense(projection, moments, factors or Factors(), np)
+
+
+def weigh_loads(moments: dict[str, FrameMoments], factors: Mapping[str, float] | None) -> dict[str, FrameMoments]:
+    """Moments whose loads have the factor of their kind of element; None are none."""
+    if factors is None:
+        return moments
+    return {kind: replace(part, load=factors[kind] * part.load) for kind, part in moments.items()}
 
 
 def even(matrix: Any) -> Any:

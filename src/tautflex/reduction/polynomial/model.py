@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -16,9 +18,10 @@ from tautflex.reduction.bases.modal_basis import ModalBasis
 from tautflex.reduction.bases.vectors import Basis, BasisVectors
 from tautflex.reduction.marching.simulation import solve_reduced
 from tautflex.reduction.on_basis import OnBasis, refuse_drifting
-from tautflex.reduction.polynomial.condensation import CondensedModel, assemble
+from tautflex.reduction.polynomial.condensation import CondensedModel, Factors, KindParts, assemble, parts_by_kind
+from tautflex.reduction.polynomial.fields import Fields
 from tautflex.reduction.polynomial.forces import ReducedArrays
-from tautflex.reduction.polynomial.monomials import WEAK_FIELD, pairs, stress_fields
+from tautflex.reduction.polynomial.monomials import WEAK_FIELD, monomial_sizes, pairs, stress_fields
 from tautflex.reduction.polynomial.projection import Projection, project
 from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.transient.problem import Progress, TransientProblem
@@ -26,6 +29,8 @@ from tautflex.solvers.transient.status import Run
 
 # Fields of the static derivatives' damping, a small force, may be coarser than those of the stiffness, so many times.
 _COARSER = 100.0
+# Coupling of coordinates and static derivatives below this part of what it couples is round-off of a flat reference.
+_COUPLED = 1e-6
 # Second-degree forces below this part of the linear ones are round-off of a flat reference.
 _ROUND_OFF = 1e-9
 
@@ -59,6 +64,10 @@ class ReducedModel(OnBasis):
         """Equation of motion of the coordinates at the parameters of the state."""
         return assemble(self.projection)
 
+    def weighed(self, factors: Mapping[str, float]) -> CondensedModel:
+        """The same with the inertial load of each kind of element times its factor."""
+        return assemble(self.projection, loads=factors)
+
     def arrays(self, damping: Damping) -> ReducedArrays:
         """Arrays for the compiled stepper under a damping model."""
         c = self.coefficients
@@ -69,18 +78,44 @@ class ReducedModel(OnBasis):
         # Static derivatives have no mass here, so only the stiffness part of the damping acts on them.
         matrix = damping.matrix(self.state.linear)
         share = float(matrix.stiffness)
+        parts = self.by_kind if matrix.kinds else {}
+        own = matrix.projected(c.mass, c.linear, self.basis.kept, {kind: part[:2] for kind, part in parts.items()})
+        if parts:
+            total = share * c.viscous + sum(factor * parts[kind].viscous for kind, (_, factor) in matrix.kinds.items())
+            viscous = Fields.of(viscous, self.basis.amplitude).root(total)
+            self._refuse_curved(
+                sum(factor * parts[kind].between for kind, (_, factor) in matrix.kinds.items()), own, total
+            )
+        else:
+            viscous = np.sqrt(share) * viscous if share > 0.0 else viscous[:0]
         return ReducedArrays(
             first,
             second,
             c.mass,
-            matrix.projected(c.mass, c.linear, self.basis.kept),
+            own,
             c.linear,
             np.ascontiguousarray(c.quadratic if curved else c.quadratic[:0]),
             fields,
-            np.sqrt(share) * viscous if share > 0.0 else viscous[:0],
+            viscous,
             c.turning.reshape(3, 3, self.size, self.size),
             np.ascontiguousarray(c.turning_derivatives).reshape(3, 3, -1, self.size),
         )
+
+    @cached_property
+    def by_kind(self) -> dict[str, KindParts]:
+        """What each kind of element adds to a damping by kind."""
+        return parts_by_kind(self.projection, self.coefficients, Factors(), np)
+
+    def _refuse_curved(self, between: Any, own: Array, viscous: Array) -> None:
+        """Raise UnsupportedError if a damping by kind couples the coordinates to their static derivatives' rates."""
+        amplitude = self.basis.amplitude
+        size = monomial_sizes(amplitude)
+        scale = np.sqrt(float((own.diagonal() * amplitude**2).max()) * float((viscous.diagonal() * size**2).max()))
+        if float(np.abs(amplitude[:, None] * between * size).max(initial=0.0)) > _COUPLED * scale:
+            raise UnsupportedError(
+                "damping: expected one alpha and one beta for all kinds of element in a reduced model of a curved "
+                "structure, got numbers by kind; simulate the full state, or use hyper_reduce"
+            )
 
     @cached_property
     def fields(self) -> tuple[Array, Array]:

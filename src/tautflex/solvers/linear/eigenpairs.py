@@ -10,12 +10,37 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.numeric import Array
-from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.linear.factorization import SymmetricFactorization, linear_solver
 
-# Shift-invert just below zero: K + shift M is definite for supported and for free structures alike [rad^2/s^2].
-_SHIFT = (2.0 * np.pi * 0.02) ** 2
-# Rigid motions of a free structure are 0 +- round-off; slower than this there is no vibration [rad^2/s^2].
-_RIGID = (2.0 * np.pi * 1e-3) ** 2
+
+def resolution(pattern: SparsityPattern, stiffness: Array, mass: Array) -> float:
+    """Eigenvalues nearer to zero than this are zero but for round-off [rad^2/s^2], as those of rigid motions are.
+
+    A few units in the last place of the largest eigenvalue, which the diagonals tell roughly.
+    """
+    diagonal = pattern.diagonal
+    return 4.0 * float(np.finfo(float).eps * np.max(np.abs(stiffness[diagonal]) / mass[diagonal]))
+
+
+def below_zero(pattern: SparsityPattern, stiffness: Array, mass: Array) -> float:
+    """Shift s [rad^2/s^2] just beyond the round-off of rigid motions: K + s M is definite for free structures too."""
+    return 256.0 * resolution(pattern, stiffness, mass)
+
+
+def count_below(pattern: SparsityPattern, stiffness: Array, mass: Array, eigenvalue: float) -> int:
+    """Number of eigenvalues of (K, M) below a value [rad^2/s^2] (Sylvester's law of inertia)."""
+    return _counted(pattern, stiffness - eigenvalue * mass)[1]
+
+
+def _counted(pattern: SparsityPattern, values: Array) -> tuple[SymmetricFactorization, int]:
+    """Factors that tell the number of negative eigenvalues, whatever solver was asked for, and that number."""
+    factor = SymmetricFactorization(pattern)
+    with linear_solver("auto"):
+        try:
+            factor.factorize(values)
+        except np.linalg.LinAlgError:
+            return factor, 1
+    return factor, factor.negative_pivots()
 
 
 def lowest_eigenpairs(pattern: SparsityPattern, stiffness: Array, mass: Array, n: int) -> tuple[Array, Array]:
@@ -45,14 +70,11 @@ def lowest_eigenpairs(pattern: SparsityPattern, stiffness: Array, mass: Array, n
 
 def _factorize_below(pattern: SparsityPattern, stiffness: Array, mass: Array) -> tuple[SymmetricFactorization, float]:
     """Factors of K + shift M with the shift raised until no eigenvalue lies below it (unstable states have some)."""
-    factor, shift = SymmetricFactorization(pattern), _SHIFT
-    for _ in range(40):
-        try:
-            factor.factorize(stiffness + shift * mass)
-            if factor.negative_pivots() == 0:
-                return factor, shift
-        except np.linalg.LinAlgError:
-            pass
+    shift = below_zero(pattern, stiffness, mass)
+    for _ in range(60):
+        factor, negative = _counted(pattern, stiffness + shift * mass)
+        if not negative:
+            return factor, shift
         shift *= 4.0
     raise NotConvergedError("modes: no shift makes the stiffness definite; check the mass and the prestress")
 
@@ -80,5 +102,6 @@ class NaturalModes:
             raise InputError(f"modes: expected 1 to {self.pattern.size} modes, got {n}; refine the mesh for more")
         if n not in self._known:
             values, vectors = lowest_eigenpairs(self.pattern, self.stiffness, self.mass, n)
-            self._known[n] = np.sqrt(np.where(values > _RIGID, values, 0.0)), vectors
+            still = resolution(self.pattern, self.stiffness, self.mass)
+            self._known[n] = np.sqrt(np.where(values > still, values, 0.0)), vectors
         return self._known[n]

@@ -15,6 +15,8 @@ rigidly.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
@@ -138,12 +140,16 @@ def _damping_ratios(modes: Modes, damping: Damping | ArrayLike | None) -> Array:
         return np.zeros(count)
     if isinstance(damping, Damping):
         natural = 2.0 * np.pi * np.abs(modes.frequencies)
-        matrix = damping.matrix(modes.state.linear)
-        if matrix.mass > 0.0 and not natural.all():
+        linear, vectors = modes.state.linear, modes.vectors
+        matrix = damping.matrix(linear)
+        own = matrix.mass + np.sum(vectors * matrix.low_rank_force(vectors.T).T, axis=1)
+        if matrix.kinds:
+            besides = replace(matrix, mass=0.0, stiffness=0.0).proportional(0.0, 0.0, linear.projected(vectors))
+            own = own + besides.diagonal()
+        if (matrix.mass > 0.0 or any(mass for mass, _ in matrix.kinds.values())) and not natural.all():
             raise InputError(
                 "damping: expected modes of non-zero frequency under damping in proportion to mass; add supports"
             )
-        own = matrix.mass + np.sum(modes.vectors * matrix.low_rank_force(modes.vectors.T).T, axis=1)
         from_mass = np.divide(own, 2.0 * natural, out=np.zeros(count), where=natural > 0.0)
         return from_mass + 0.5 * matrix.stiffness * natural
     ratios = checks.numbers("damping", damping)

@@ -21,15 +21,14 @@ from tautflex.mechanics.membrane import survey_at
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, fixed_axis_motion
 from tautflex.numeric import Array, Complex, cross_matrix
+from tautflex.solvers.linear.eigenpairs import below_zero
+from tautflex.solvers.linear.quadratic import QuadraticPencil, lowest_eigenpairs, quadratic_forms
 from tautflex.solvers.modal.natural import describe_shapes
-from tautflex.solvers.modal.quadratic import QuadraticPencil, lowest_eigenpairs, quadratic_forms
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState, in_short, require_state
 from tautflex.solvers.variables import COMPONENTS, SPINNING_MODES, described, mesh_variables
 from tautflex.text import card, count, shown, span
 
-# Least shift [rad/s], for structures at rest; spinning ones set their own scale.
-_SHIFT = 2.0 * np.pi * 0.02
 # Off every ratio of spin and frequency that a closed form could give.
 _SHIFT_PER_RATE = 0.7391
 NORMALISATION = "phi^H M phi = 1, largest translation real and positive"
@@ -180,14 +179,16 @@ def solve_spinning_modes(
     require_state(state)
     for name, given, kind in (("coupling", coupling, Coupling), ("damping", damping, Damping)):
         checks.instance(name, given, (kind, type(None)), f"a {kind.__name__} or None")
-    size = state.system.size
+    system = state.system
+    size = system.size
     if not 1 <= checks.whole("n", n, 0) <= size:
         raise InputError(f"n: expected 1 to {size} modes, got {n}; refine the mesh for more")
     motion, coupling = fixed_axis_motion(1.0, 0.0, spin, point), coupling or Coupling()
     equilibrium = spinning_equilibrium(state, motion, coupling)
     pencil = spinning_pencil(state, equilibrium, motion, coupling, damping or Rayleigh())
     rate = float(np.linalg.norm(spin))
-    eigenvalues, vectors = lowest_eigenpairs(pencil, n, max(_SHIFT, _SHIFT_PER_RATE * rate))
+    least = below_zero(system.pattern, pencil.stiffness, pencil.mass)
+    eigenvalues, vectors = lowest_eigenpairs(pencil, n, max(np.sqrt(least), _SHIFT_PER_RATE * rate))
     vectors = _turned(state, vectors)
     return SpinningModes(
         state,
@@ -211,7 +212,7 @@ def spinning_pencil(
     return QuadraticPencil(
         system.pattern,
         inertia.mass_entries,
-        matrix.proportional(inertia.mass_entries, state.tangent_entries),
+        state.linear.entries(matrix),
         inertia.entries(coupling.velocity_weight(motion)),
         system.tangent(equilibrium) + inertia.entries(coupling.displacement_weight(motion)),
         matrix,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
+from tautflex.solvers.plausibility import place_of
 from tautflex.structure.model import Model
 
 # Compression, relative to the largest resultant, that is warned of but not refused.
@@ -117,14 +118,10 @@ def instability_text(model: Model, unstable: int) -> str:
     return f"{text}: no taut equilibrium exists here; use more cables or a stress field that is tensile everywhere"
 
 
-def soft_text(count: int) -> str:
+def soft_text(count: int, frequency: float) -> str:
     """Sentence about motions without stiffness."""
     return (
-        f"{count} motion(s) of wrinkled or slack film have almost no stiffness and natural frequencies below 0.1 Hz; "
+        f"{count} motion(s) of wrinkled or slack film have almost no stiffness and natural frequencies below "
+        f"{frequency:.2g} Hz; "
         "do not read them as modes of the structure"
     )
-
-
-def place_of(model: Model, kind: str, element: int) -> str:
-    """Centre of an element, numbered through all of its kind, in words."""
-    return "(" + ", ".join(f"{value:.3g}" for value in model.centre(kind, element)) + ") m"

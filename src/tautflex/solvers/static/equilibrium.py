@@ -139,7 +139,7 @@ def _failure(problem: StaticResidual, descent: NewtonOutcome) -> NotConvergedErr
 def spinning_equilibrium(state: PrestressedState, motion: RigidMotion, coupling: Coupling) -> Array:
     """Steady equilibrium in a frame that moves with constant ``motion`` [theory.md 4], shape (size,)."""
     inertia = state.system.inertia
-    load = coupling.load(motion, inertia)
+    load = coupling.load(motion, coupling.moments(state.system))
     weight = coupling.displacement_weight(motion)
     if not load.any() and not weight.any():
         return np.zeros(state.system.size)

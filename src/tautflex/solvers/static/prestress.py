@@ -20,19 +20,19 @@ from tautflex.mechanics.membrane import (
 )
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
-from tautflex.solvers.linear.eigenpairs import NaturalModes
-from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.linear.eigenpairs import NaturalModes, count_below, resolution
 from tautflex.solvers.nonlinear.newton import relative_error
+from tautflex.solvers.plausibility import IMBALANCE, doubts_about_prestress, doubts_about_structure, imbalance_text
 from tautflex.solvers.static.diagnosis import Problem, film_wrinkles, find_problems, instability_text, soft_text
 from tautflex.solvers.static.residual import largest_force
 from tautflex.solvers.static.tensioning import respond
 from tautflex.structure.model import Model
 from tautflex.text import card, count, span
 
-# Eigenvalues below this are called negative [rad^2/s^2]; rigid motions of a free structure are 0 +- round-off.
-_STABILITY_SHIFT = (2.0 * np.pi * 1e-3) ** 2
-# Slack film has no transverse stiffness: its eigenvalues are 0 -+ what the residual stiffness makes of them.
-_SLACK_SHIFT = (2.0 * np.pi * 0.1) ** 2
+# Share of a taut film's lowest eigenvalue below which film is called slack.
+_SLACK = 0.01
+# Imbalance that is not worth a note, relative to the largest force of an element.
+_BALANCED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,8 @@ class PrestressedState:
         Number of negative eigenvalues of the tangent.
     warnings
         What the user should know, in words.
+    notes
+        What was chosen on purpose and has consequences, in words.
     """
 
     system: StructuralSystem
@@ -61,6 +63,7 @@ class PrestressedState:
     relative_residual: float
     unstable_modes: int
     warnings: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = field(default=())
 
     def __repr__(self) -> str:
         film = self.min_principal_resultant
@@ -209,32 +212,45 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     if unstable:
         problems.append(Problem(instability_text(model, unstable), True))
     elif soft := _count_soft(state):
-        problems.append(Problem(soft_text(soft), False))
+        problems.append(Problem(soft_text(soft, np.sqrt(slack_limit(state)) / (2.0 * np.pi)), False))
     warnings = tuple(problem.text for problem in problems)
     if check and any(problem.fatal for problem in problems):
         raise PrestressError("prestress: " + "; ".join(warnings))
+    doubts, notes = [*doubts_about_structure(model), *doubts_about_prestress(system)], list[str]()
+    if state.relative_residual > (_BALANCED if model.prestress_stated else IMBALANCE):
+        told = notes if model.prestress_stated else doubts
+        told.append(imbalance_text(residual, state.relative_residual))
     # The new state has caches of its own.
-    return replace(state, unstable_modes=unstable, warnings=warnings)
+    return replace(state, unstable_modes=unstable, warnings=(*warnings, *doubts), notes=tuple(notes))
 
 
 def count_unstable(state: PrestressedState) -> int:
     """Number of negative eigenvalues of (K, M), counted by the pivots of K + shift M."""
     soft = film_wrinkles(state.system) and state.membrane_states.any()
-    return _count_below(state, -_SLACK_SHIFT if soft else -_STABILITY_SHIFT)
+    stiffness, inertia = state.tangent_entries, state.system.inertia
+    limit = slack_limit(state) if soft else resolution(state.system.pattern, stiffness, inertia.mass_entries)
+    return count_below(state.system.pattern, stiffness, inertia.mass_entries, -limit)
 
 
 def _count_soft(state: PrestressedState) -> int:
     """Number of motions, beside rigid ones, that wrinkled or slack film leaves almost without stiffness."""
     if not state.membrane_states.any() or all(block.is_elastic for block in state.system.blocks):
         return 0
-    return max(0, _count_below(state, _SLACK_SHIFT) - state.model.rigid_freedom)
+    system = state.system
+    count = count_below(system.pattern, state.tangent_entries, system.inertia.mass_entries, slack_limit(state))
+    return max(0, count - state.model.rigid_freedom)
 
 
-def _count_below(state: PrestressedState, eigenvalue: float) -> int:
-    """Number of eigenvalues of (K, M) below a value [rad^2/s^2] (Sylvester's law of inertia)."""
-    factor = SymmetricFactorization(state.system.pattern)
-    try:
-        factor.factorize(state.tangent_entries - eigenvalue * state.system.inertia.mass_entries)
-    except np.linalg.LinAlgError:
-        return 1
-    return factor.negative_pivots()
+def slack_limit(state: PrestressedState) -> float:
+    """Eigenvalues below this are those of slack film [rad^2/s^2]: a hundredth of a taut film's lowest.
+
+    Slack film has no transverse stiffness: its eigenvalues are 0 -+ what the residual stiffness makes of them. The
+    largest film stress s pulls a strip of the structure's length L straight with ``pi^2 s / (rho L^2)``.
+    """
+    length = float(np.ptp(state.model.nodes, axis=0).max())
+    speeds = [
+        float(np.abs(stress).max()) / block.material.density
+        for block, stress in zip(state.system.blocks, state.stress, strict=True)
+        if block.kind == "membrane"
+    ]
+    return _SLACK * np.pi**2 * max(speeds, default=0.0) / length**2

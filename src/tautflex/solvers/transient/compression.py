@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from tautflex.mechanics.membrane import MembraneSurvey
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
-from tautflex.solvers.static.diagnosis import film_wrinkles, place_of
+from tautflex.solvers.plausibility import place_of
+from tautflex.solvers.static.diagnosis import film_wrinkles
 
 # Compression below this part of the largest resultant is not worth a word.
 _NOTABLE = 1e-3

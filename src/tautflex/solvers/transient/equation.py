@@ -92,12 +92,13 @@ class EquationOfMotion:
         self.system = self.state.system
         self.workspace = self.system.workspace()
         self.inertia = self.system.inertia
+        linear = self.state.linear
+        matrix = self.damping.matrix(linear)
+        kinds = linear.by_kind if matrix.kinds else None
         self.products = MassDamping(
-            self.system.pattern,
-            self.inertia.mass_entries,
-            self.state.tangent_entries,
-            self.damping.matrix(self.state.linear),
+            self.system.pattern, self.inertia.mass_entries, self.state.tangent_entries, matrix, kinds
         )
+        self._load_moments = self.coupling.moments(self.system)
         self._mass_factor = SymmetricFactorization(self.system.pattern)
         self._motion: RigidMotion | None = None
         self.at_rest = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(self.system.size))
@@ -117,7 +118,7 @@ class EquationOfMotion:
             key,
             self.coupling.velocity_weight(motion),
             self.coupling.displacement_weight(motion),
-            self.coupling.load(motion, self.inertia),
+            self.coupling.load(motion, self._load_moments),
         )
         return self._terms
 

@@ -54,7 +54,7 @@ class Stepper:
         self._refresh_cost = _REFRESH_COST_UNTURNED if self._corotation is None else _REFRESH_COST
         self._memory = AndersonAcceleration(axes=self._corotation)
         self._numbers: dict[int, tuple[float, StepNumbers]] = {}
-        self._largest_scale = 0.0
+        self._largest_scale, self._met_forces = 0.0, 0.0
         self._diagonal = equation.state.tangent_entries[self._pattern.diagonal]
 
     def step(
@@ -129,7 +129,8 @@ class Stepper:
         resolved step and are left to the iteration.
         """
         equation, numbers, q = self.equation, forces.numbers, forces.at.q + x
-        values = equation.workspace.upper_tangent(q)
+        self._met_forces = float(np.linalg.norm(equation.workspace.force_sizes(q)))
+        values = equation.workspace.upper_tangent(q, forces.at.q if numbers.scheme.average_stress else _NONE)
         self._diagonal = values[self._pattern.upper_diagonal]
         if numbers.scheme.weight != 1.0:
             values *= numbers.scheme.weight
@@ -181,7 +182,8 @@ class _StepProblem:
 
     def residual(self, x: Array) -> tuple[Array, float]:
         residual, norm, self.scale, inertia = self._forces.residual(x)
-        lost = self._lost + self._round_off * inertia
+        # Taut elements pull at their nodes from all sides, and what is left may be far below the last place of each.
+        lost = self._lost + self._round_off * (inertia + 0.02 * self._stepper._met_forces)
         return residual, relative_error(norm, max(self.scale, lost, self._least_scale))
 
     def refresh(self, x: Array) -> None:

@@ -20,6 +20,7 @@ from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver
 from tautflex.numeric import Array
+from tautflex.solvers.plausibility import doubts_about_maneuver, doubts_about_probes
 from tautflex.solvers.static.prestress import PrestressedState, in_short
 from tautflex.solvers.transient.adaptive import Adaptive
 from tautflex.solvers.transient.explicit import ExplicitMethod
@@ -85,6 +86,9 @@ class TransientProblem:
         ``"interpolate"`` or ``"nearest-node"``.
     initial_velocity
         Function (x, y) -> transverse velocity [m/s], or array (node, 3) [m/s]; None is rest.
+    initial_imperfection
+        Largest displacement [m] of the start from its equilibrium, >= 0, in the shape that grows fastest from an
+        unstable one, or resists least; rounding errors alone would leave an unstable equilibrium late or never.
     every
         Store every n-th step.
     fields
@@ -115,6 +119,7 @@ class TransientProblem:
     probes: Mapping[str, ArrayLike] | None = None
     probe_reading: str = "interpolate"
     initial_velocity: InitialVelocity = None
+    initial_imperfection: float = 0.0
     every: int = 1
     fields: str | Sequence[float] | None = None
     tolerance: float | None = None
@@ -142,6 +147,7 @@ class TransientProblem:
         if self.tolerance is not None:
             checks.positive("tolerance", self.tolerance)
         checks.whole("max_halvings", self.max_halvings, 0)
+        checks.non_negative("initial_imperfection", self.initial_imperfection)
         for name, default, kind, example in _PARTS:
             if getattr(self, name) is None:
                 object.__setattr__(self, name, default)
@@ -234,6 +240,14 @@ class TransientProblem:
         full = np.zeros(model.dof_count)
         full[model.translation_dofs] = values
         return full[model.free_dofs]
+
+    @property
+    def doubts(self) -> list[str]:
+        """What of the question is hardly meant, in words."""
+        found = doubts_about_maneuver(self.maneuver) if isinstance(self.maneuver, Maneuver) else []
+        if self.probes and self.probe_reading == "nearest-node":
+            found += doubts_about_probes(self.state.model, self.probes, self.placed.positions)
+        return found
 
     @property
     def attributes(self) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tautflex.mechanics.membrane import MEMBRANE_STATES, MembraneSurvey, StressSurvey
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array
+from tautflex.solvers.plausibility import MotionWatch
 from tautflex.solvers.transient.compression import CompressionWatch
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
 from tautflex.solvers.transient.probes import ProbeSet
@@ -76,7 +77,7 @@ class Recorder:
         self._spin = np.zeros((samples, 2, 3))
         self._scalars = {name: np.zeros(samples) for name in SCALARS}
         self._fields: list[tuple[float, Array, NDArray[np.int8]]] = []
-        self._watch = CompressionWatch(equation.system)
+        self._watch, self._motion = CompressionWatch(equation.system), MotionWatch(equation.system)
         self._count = 0
 
     def store(self, at: MotionState, segment: Segment) -> None:
@@ -92,6 +93,7 @@ class Recorder:
         for name, value in (stress_scalars(self._survey, film) | energies).items():
             self._scalars[name][row] = value
         self._watch.see(at.time, film, self._survey.cables)
+        self._motion.see(at.time, at.q, strain)
         self._count += 1
 
     def store_field(self, step: int, at: MotionState) -> None:
@@ -105,7 +107,10 @@ class Recorder:
         n = self._count
         scalars = {name: values[:n] for name, values in self._scalars.items()}
         samples = Samples(self._time[:n], self._probe[:n], self._spin[:n], scalars, self._fields)
-        attributes = {**attributes, "warnings": self._watch.warnings()}
+        attributes = {
+            **attributes,
+            "warnings": [*attributes.get("warnings", ()), *self._watch.warnings(), *self._motion.warnings()],
+        }
         return run_dataset(self._equation.system.model, self._probes, samples, attributes)
 
 

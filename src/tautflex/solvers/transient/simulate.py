@@ -12,8 +12,8 @@ from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
 from tautflex.numeric import Array
-from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.stability import find_start
 from tautflex.solvers.transient.adaptive import AdaptiveDriver
 from tautflex.solvers.transient.driver import AnyStepper, GridDriver, StagedStepper
 from tautflex.solvers.transient.equation import EquationOfMotion, MotionState
@@ -101,7 +101,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     recorder = kind(equation, problem.placed, count // problem.every + 1, problem.field_steps)
     driver = _driver(problem, stepper, segments)
     began = clock.perf_counter()
-    status, history, reached = Status.COMPLETED, tuple[float, ...](), 0.0
+    status, history, reached, said = Status.COMPLETED, tuple[float, ...](), 0.0, list[str]()
 
     def record(number: int) -> None:
         recorder.store_field(number, at)
@@ -109,7 +109,8 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
             recorder.store(at, driver.segment_at(at.time))
 
     try:
-        at = begin(equation, maneuver, problem.velocity)
+        at, said = begin(equation, maneuver, problem.velocity, problem.initial_imperfection)
+        said = [*problem.doubts, *said]
         if isinstance(stepper, ExplicitStepper):
             stepper.check(at, step)
         record(0)
@@ -128,16 +129,21 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     statistics = equation.statistics
     statistics.seconds = clock.perf_counter() - began
     ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
-    return Run(recorder.to_dataset(problem.attributes | ended), status, statistics, reached, history)
+    return Run(
+        recorder.to_dataset(problem.attributes | ended | {"warnings": said}), status, statistics, reached, history
+    )
 
 
-def begin(equation: EquationOfMotion, maneuver: Maneuver | FreeHub, velocity: Array) -> MotionState:
-    """Start of a run: steady spinning equilibrium, given velocity, and the accelerations that follow."""
+def begin(
+    equation: EquationOfMotion, maneuver: Maneuver | FreeHub, velocity: Array, imperfection: float = 0.0
+) -> tuple[MotionState, list[str]]:
+    """Start of a run: steady equilibrium, offset [m] and velocity, the accelerations that follow; and warnings."""
     if isinstance(maneuver, FreeHub):
         steady = first = steady_motion(maneuver, equation.inertia)
     else:
         steady, first = maneuver.start(), maneuver.segments()[0].motion(0.0)
-    return equation.start(0.0, spinning_equilibrium(equation.state, steady, equation.coupling), velocity, first)
+    start = find_start(equation.state, steady, equation.coupling, equation.damping, imperfection)
+    return equation.start(0.0, start.equilibrium + start.offset, velocity, first), start.warnings
 
 
 def _stepper(problem: TransientProblem, equation: EquationOfMotion) -> AnyStepper:

@@ -85,7 +85,7 @@ def step_residual(
     for i in range(size):
         extended[i] = q[i] + x[i]
     extended[size] = 0.0
-    add_forces(store, extended, force, stresses, True, False)
+    add_forces(store, extended, force, stresses, True, False, False)
     return assemble_residual(x, force, start, column, linear, pairs, turning, weight, reference, known)
 
 

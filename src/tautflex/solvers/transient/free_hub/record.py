@@ -23,9 +23,9 @@ _HISTORIES = ("hub_position", "hub_velocity", "linear_momentum", "angular_moment
 
 
 def check_coupling(coupling: Coupling) -> None:
-    """Raise InputError unless all terms of the moving frame are on: momentum has no switch."""
+    """Raise InputError unless all terms of the moving frame are on and whole: momentum has no switch and no factor."""
     if coupling != Coupling():
-        raise InputError(f"coupling: expected all terms on a free hub, got {coupling!r}; leave coupling out")
+        raise InputError(f"coupling: expected all terms, whole, on a free hub, got {coupling!r}; leave coupling out")
 
 
 def steady_motion(hub: FreeHub, inertia: InertiaOperator) -> RigidMotion:

@@ -15,8 +15,9 @@ class EnergyConserving(OneStageMethod):
     -----
     Strains are quadratic in the displacements, so the internal forces do exactly the work that the strain energy takes
     up: without damping and load the total energy stays but for Newton's residual and round-off, at any step size and
-    amplitude [Simo & Tarnow, Z. angew. Math. Phys. 43 (1992) 757]. Nonlinear laws keep it too, by a discrete
-    gradient [Gonzalez 1996]. Damping takes out ``h v_mid' C v_mid`` per step, gyroscopic forces do no work.
+    amplitude [Simo & Tarnow, Z. angew. Math. Phys. 43 (1992) 757]. Nonlinear laws keep it too: their average stress
+    is the mean over the straight way between the strains of both ends [docs/integrators.md]. Damping takes out
+    ``h v_mid' C v_mid`` per step, gyroscopic forces do no work.
 
     Linear momentum is conserved for every element that is free to move; angular momentum for Green-Lagrange films and
     cables, whose strains do not feel rotations, and not for von Karman strains or the frame's beams (small rotations).

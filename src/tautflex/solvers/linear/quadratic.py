@@ -97,6 +97,14 @@ def lowest_eigenpairs(pencil: QuadraticPencil, n: int, shift: float) -> tuple[Co
     return values[kept], vectors[kept]
 
 
+def fastest_growing(pencil: QuadraticPencil, shift: float) -> tuple[complex, Array]:
+    """Eigenvalue of largest real part near a real shift [1/s] beyond it, and its vector, shape (size,)."""
+    raw, vectors = _nearest_to_shift(pencil, 1, shift)
+    values, _ = _rayleigh_functional(pencil, raw, vectors)
+    found = int(np.argmax(values.real))
+    return complex(values[found]), vectors[found]
+
+
 def _nearest_to_shift(pencil: QuadraticPencil, n: int, shift: float) -> tuple[Complex, Complex]:
     size = pencil.pattern.size
     inverse = _shifted_inverse(pencil, shift)

@@ -1,0 +1,254 @@
+"""Plausibility: what lies beyond the theory or beyond what people build: how much, where, when and what to do.
+
+Nothing is refused here. Silence means that every number below stayed within its limit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
+
+from tautflex.mechanics.membrane import principal_values
+from tautflex.mechanics.system import StructuralSystem
+from tautflex.motion.kinematics import Maneuver
+from tautflex.numeric import Array, Indices
+from tautflex.structure.materials import BeamSection, MembraneSection
+from tautflex.structure.model import Model
+
+PRESTRAIN = 0.01  # the reference shape stands for the unstressed one
+STRAIN = 0.05  # linear elasticity
+SLOPE = 0.3  # von Karman strains leave out slope^4/8 beside slope^2/2: 1 % of it
+ROTATION = 0.2  # [rad], beams whose rotations add up like vectors
+IMBALANCE = 0.05  # of the largest force of an element, carried by the reference state
+TURN = 2.0 * np.pi  # [rad], of one maneuver
+THICKNESS = 0.01  # of the shorter span: beyond it a film is a plate
+_SAME_PLACE = 1e-6  # of the largest extent
+_NEIGHBOURS = 16  # triangles around a place that are looked at for overlaps
+
+
+def place_of(model: Model, kind: str, element: int) -> str:
+    """Centre of an element, numbered through all of its kind, in words."""
+    return point_text(model.centre(kind, element))
+
+
+def point_text(position: Array) -> str:
+    """A position [m] in words."""
+    return "(" + ", ".join(f"{value:.3g}" for value in position) + ") m"
+
+
+def doubts_about_structure(model: Model) -> list[str]:
+    """Film as thick as a plate, nodes at one place that are not joined, elements on top of each other."""
+    return [*_thick_film(model), *_coincident_nodes(model), *_overlapping_film(model), *_doubled_lines(model)]
+
+
+def _thick_film(model: Model) -> list[str]:
+    if not model.surfaces:
+        return []
+    film = model.nodes[np.unique(model.triangles)]
+    axes = np.linalg.svd(film - film.mean(axis=0), full_matrices=False)[2]
+    span = float(np.ptp(film @ axes.T, axis=0)[1])
+    sections = [group.section for group in model.surfaces if isinstance(group.section, MembraneSection)]
+    thickness = max((section.thickness for section in sections), default=0.0)
+    if thickness <= THICKNESS * span:
+        return []
+    return [
+        f"the film is {thickness:.3g} m thick, {thickness / span:.1%} of its shorter span of {span:.3g} m: bending, "
+        f"which a membrane does not have, matters beyond {THICKNESS:.0%}; give the thickness in metres"
+    ]
+
+
+def _coincident_nodes(model: Model) -> list[str]:
+    radius = _SAME_PLACE * float(np.ptp(model.nodes, axis=0).max())
+    pairs = cKDTree(model.nodes).query_pairs(radius, output_type="ndarray")
+    if not len(pairs):
+        return []
+    a, b = pairs[np.lexsort(pairs.T[::-1])[0]].tolist()
+    return [
+        f"nodes {a} and {b} lie at the same place {point_text(model.nodes[a])} but are not joined ({len(pairs)} such "
+        "pair(s)): the structure is slit there; merge them, or move them apart"
+    ]
+
+
+def _overlapping_film(model: Model) -> list[str]:
+    """Film elements whose linear triangles hold the centre of another element's."""
+    corners, owner = model.nodes[model.triangles], model.triangle_owner
+    if len(corners) < 2:
+        return []
+    centre = corners.mean(axis=1)
+    near: Indices = np.asarray(cKDTree(centre).query(centre, k=min(_NEIGHBOURS, len(centre)))[1])
+    first, last = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(first, last)
+    size = np.sum(normal**2, axis=1)
+    offset = centre[near] - corners[:, None, 0]
+    one = np.einsum("nkx,nx->nk", offset, np.cross(last, normal)) / size[:, None]
+    other = np.einsum("nkx,nx->nk", offset, np.cross(normal, first)) / size[:, None]
+    height = np.abs(np.einsum("nkx,nx->nk", offset, normal)) / size[:, None] ** 0.75
+    inside = (np.minimum(one, other) > 1e-6) & (one + other < 1.0 - 1e-6) & (height < 1e-6)
+    inside &= owner[near] != owner[:, None]
+    if not inside.any():
+        return []
+    row, column = np.argwhere(inside)[0]
+    a, b = sorted((int(owner[row]), int(owner[near[row, column]])))
+    count = len(np.unique(owner[np.any(inside, axis=1)]))
+    return [
+        f"film elements {a} and {b} lie on top of each other at {point_text(centre[near[row, column]])} ({count} such "
+        "element(s)): mass and stiffness count twice there; remove one"
+    ]
+
+
+def _doubled_lines(model: Model) -> list[str]:
+    found = []
+    for kind, lines in (("cable", model.cables), ("beam", model.beams)):
+        ends, which, count = np.unique(np.sort(lines, axis=1), axis=0, return_inverse=True, return_counts=True)
+        if np.any(count > 1):
+            twice = np.flatnonzero(count > 1)
+            a, b = np.flatnonzero(which.ravel() == twice[0])[:2].tolist()
+            found.append(
+                f"{kind}s {a} and {b} both join nodes {ends[twice[0]].tolist()} ({len(twice)} such pair(s)): mass and "
+                "stiffness count twice there; remove one"
+            )
+    return found
+
+
+def doubts_about_prestress(system: StructuralSystem) -> list[str]:
+    """Prestrain beyond what leaves the reference shape the unstressed one."""
+    strain = measure(system, np.zeros(system.size))["strain"]
+    if strain.value <= PRESTRAIN:
+        return []
+    return [
+        f"the prestrain is {strain.value:.1%} in {strain.kind} {strain.element} at "
+        f"{place_of(system.model, strain.kind, strain.element)}, beyond {PRESTRAIN:.0%} the reference shape no longer "
+        "stands for the unstretched one; check tensions, thickness and modulus, and their units"
+    ]
+
+
+def imbalance_text(residual: float, share: float) -> str:
+    """Sentence about forces [N] that the reference is taken to carry, a share of the largest force of an element."""
+    return (
+        f"the given prestress does not balance: {residual:.3g} N, {share:.0%} of the largest force of an element, is "
+        "taken as carried by the reference state; set prestress mode 'equilibrium' for a structure in true equilibrium"
+    )
+
+
+class Reading(NamedTuple):
+    """The largest value of a measure, and the element that has it (-1: there is none)."""
+
+    value: float = 0.0
+    kind: str = ""
+    element: int = -1
+
+
+def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
+    """Largest ``strain`` [-], ``slope`` [-] and ``rotation`` [rad] at free unknowns [m, rad], shape (size,).
+
+    Strains are principal ones of film, axial ones of cables and beams, those of the prestress included. Slopes are
+    those of film and cables with von Karman strains, rotations those of beams' ends; both are relative to the floating
+    frame.
+    """
+    extended, first = np.append(q, 0.0), dict[str, int]()
+    worst = dict.fromkeys(("strain", "slope", "rotation"), Reading())
+    for block, initial, places, group in zip(
+        system.blocks, system.initial_stress, system.row_places, system.model.groups, strict=True
+    ):
+        g = np.einsum("nij,nj->ni", block.gradient, extended[places])
+        strain = g @ block.linear.T + 0.5 * np.einsum("ni,sij,nj->ns", g, block.quadratic, g)
+        stress = initial + np.einsum("nst,nt->ns", block.elasticity, strain)
+        found = {"strain": np.abs(stress[:, 0]) / block.elasticity[:, 0, 0]}
+        if block.kind == "membrane":
+            material, principal = block.material, principal_values(stress)
+            found["strain"] = (
+                np.abs(principal - material.poisson_ratio * principal[:, ::-1]).max(axis=1) / material.youngs_modulus
+            )
+        if isinstance(group.section, BeamSection):
+            if group.section.strain != "corotational":
+                found["rotation"] = np.linalg.norm(g[:, 3:9].reshape(-1, 2, 3), axis=2).max(axis=1)
+        elif group.section.strain == "von-karman":
+            found["slope"] = np.linalg.norm(g[:, 4:6] if block.kind == "membrane" else g[:, 1:3], axis=1)
+        start = first.get(block.kind, 0)
+        for name, values in found.items():
+            row = int(np.argmax(values))
+            if values[row] > worst[name].value:
+                element = row if block.owner is None else int(block.owner[row])
+                worst[name] = Reading(float(values[row]), block.kind, start + element)
+        first[block.kind] = start + len(block.dofs)
+    return worst
+
+
+_REMEDY = {
+    "strain": (
+        STRAIN,
+        ".1%",
+        "linear elasticity is doubtful beyond 5 %; check loads and units, or the material's limit",
+    ),
+    "slope": (SLOPE, ".2f", "von Karman strains hold up to slopes of 0.3; set strain = 'green-lagrange'"),
+    "rotation": (ROTATION, ".2f", "these beams take rotations as small, up to 0.2 rad; stiffen them or move them less"),
+}
+
+
+class MotionWatch:
+    """Follows a run and says how far strains, slopes and rotations went.
+
+    They are measured at the instants of largest strain energy and of largest displacement, when the run has ended.
+    """
+
+    def __init__(self, system: StructuralSystem) -> None:
+        self._system = system
+        self._kept: dict[int, tuple[float, float, Array]] = {}
+
+    def see(self, time: float, q: Array, energy: float) -> None:
+        """Look at one instant [s]: free unknowns [m, rad] and strain energy [J]."""
+        for number, size in enumerate((energy, float(q @ q))):
+            if size > self._kept.get(number, (0.0,))[0]:
+                self._kept[number] = size, time, q.copy()
+
+    def warnings(self) -> list[str]:
+        """Sentences with how much, where, when and what to do; empty if there is nothing to say."""
+        measured = [(time, measure(self._system, q)) for _, time, q in self._kept.values()]
+        found = []
+        for name, (limit, style, remedy) in _REMEDY.items():
+            time, worst = max(
+                ((t, each[name]) for t, each in measured), key=lambda r: r[1].value, default=(0.0, Reading())
+            )
+            if worst.value > limit:
+                at = f"{worst.kind} {worst.element} at {place_of(self._system.model, worst.kind, worst.element)}"
+                found.append(f"the {name} reached {worst.value:{style}} at t = {time:.4g} s in {at}: {remedy}")
+        return found
+
+
+def doubts_about_maneuver(maneuver: Maneuver) -> list[str]:
+    """A maneuver that turns the frame by more than a revolution, as angles in degrees do."""
+    angle = 0.0
+    abscissa, weight = np.polynomial.legendre.leggauss(16)
+    for segment in maneuver.segments()[:-1]:
+        half = 0.5 * (segment.end - segment.start)
+        rates = [np.linalg.norm(segment.motion(segment.start + half * (1.0 + x)).angular_velocity) for x in abscissa]
+        angle += half * float(weight @ rates)
+    if angle <= TURN * (1.0 + 1e-6):
+        return []
+    return [
+        f"the maneuver turns the frame by {angle:.4g} rad, {angle / TURN:.3g} revolutions, until "
+        f"t = {maneuver.end:.4g} s; angles are in rad: {angle:.4g} degrees are {np.radians(angle):.4g}"
+    ]
+
+
+def doubts_about_probes(model: Model, asked: Mapping[str, ArrayLike], read: Array) -> list[str]:
+    """Probes read at a node that is farther away than any element there is long: they lie beside the structure."""
+    found = []
+    lengths = [
+        (group.connectivity, np.ptp(model.nodes[group.connectivity], axis=1).max(axis=1)) for group in model.groups
+    ]
+    for (name, position), place in zip(asked.items(), read, strict=True):
+        point = np.asarray(position, dtype=float).ravel()
+        away = float(np.linalg.norm(place[: point.size] - point))
+        node = int(np.argmin(np.sum((model.nodes - place) ** 2, axis=1)))
+        reach = max(float(length[np.any(nodes == node, axis=1)].max(initial=0.0)) for nodes, length in lengths)
+        if away > reach:
+            found.append(
+                f"probe {name} is read {away:.3g} m away from where it was asked for, at node {node} "
+                f"{point_text(place)}, farther than its elements are long ({reach:.3g} m); put it on the structure"
+            )
+    return found
