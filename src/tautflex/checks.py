@@ -1,22 +1,75 @@
-"""Shape and range checks whose messages say which argument, what was expected, what came and what to try."""
+"""Checks of arguments whose messages say which argument, what was expected, what came and what to try."""
 
 from __future__ import annotations
 
+import contextlib
+import inspect
+import os
 from collections.abc import Sequence
-from typing import Any
+from numbers import Real
+from pathlib import Path
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tautflex.errors import InputError
+from tautflex.text import shown
+
+T = TypeVar("T")
+_MOST = 10**15  # of anything that is counted
 
 # Remedies that fit any number; who knows what the number means may say more.
 VAGUE_REMEDIES = ("give a positive value in SI units", "give zero or a positive value in SI units")
 
 
 def _fail(name: str, expected: str, got: object, remedy: str, error: type[InputError]) -> InputError:
-    text = f"{name}: expected {expected}, got {got!r}"
+    text = f"{name}: expected {expected}, got {shown(got)}"
     return error(f"{text}; {remedy}" if remedy else text)
+
+
+def instance(name: str, value: Any, kind: type[T] | tuple[type[Any], ...], expected: str, *, remedy: str = "") -> T:
+    """Return ``value`` if it is of a kind, or raise InputError."""
+    if isinstance(value, kind):
+        return cast(T, value)
+    if isinstance(value, type) and issubclass(value, kind):
+        remedy = f"write {value.__name__}(...), an object of that class"
+    raise _fail(name, expected, value, remedy, InputError)
+
+
+def several(name: str, value: Any, kind: type[Any] | tuple[type[Any], ...], example: str) -> tuple[Any, ...]:
+    """Return the objects of a kind in a list or tuple, or raise InputError; ``example`` is one of them."""
+    expected = f"a list of objects such as {example}"
+    if not isinstance(value, Sequence) or isinstance(value, str | bytes):
+        raise _fail(name, expected, value, f"write {name}=[...]", InputError)
+    return tuple(instance(name, each, kind, expected) for each in value)
+
+
+def function(name: str, value: Any, *arguments: str) -> None:
+    """Raise InputError unless ``value`` can be called with as many arguments."""
+    wanted = f"a function of ({', '.join(arguments)})"
+    if not callable(value) or isinstance(value, type):
+        raise _fail(name, wanted, value, "", InputError)
+    try:
+        inspect.signature(value).bind(*arguments)
+    except TypeError:
+        got = f"one of {inspect.signature(value)}"
+        raise InputError(f"{name}: expected {wanted}, got {got}; take all {len(arguments)} of them") from None
+    except ValueError:  # functions built into the interpreter need not tell
+        pass
+
+
+def path(name: str, value: Any) -> Path:
+    """Return ``value`` as a path, or raise InputError."""
+    given: str | os.PathLike[str] = instance(
+        name, value, (str, os.PathLike), "a path", remedy="write it as text or pathlib.Path"
+    )
+    return Path(given)
+
+
+def flag(name: str, value: Any) -> bool:
+    """Return ``value`` as a bool, or raise InputError."""
+    return bool(instance(name, value, (bool, np.bool_), "True or False"))
 
 
 def positive(name: str, value: Any, *, remedy: str = "", error: type[InputError] = InputError) -> float:
@@ -37,10 +90,10 @@ def non_negative(name: str, value: Any, *, remedy: str = "", error: type[InputEr
 
 def finite(name: str, value: Any, *, remedy: str = "", error: type[InputError] = InputError) -> float:
     """Return ``value`` as a finite float, or raise ``error``."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise _fail(name, "a finite number", value, remedy, error) from None
+    number = np.nan
+    if (isinstance(value, Real) or getattr(value, "shape", None) == ()) and not np.iscomplexobj(value):
+        with contextlib.suppress(TypeError, ValueError, OverflowError):
+            number = float(value)
     if not np.isfinite(number):
         raise _fail(name, "a finite number", value, remedy, error)
     return number
@@ -48,7 +101,7 @@ def finite(name: str, value: Any, *, remedy: str = "", error: type[InputError] =
 
 def whole(name: str, value: Any, lowest: int, *, remedy: str = "") -> int:
     """Return ``value`` as an int >= ``lowest``, or raise InputError."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < lowest:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not lowest <= value <= _MOST:
         raise _fail(name, f"an integer >= {lowest}", value, remedy, InputError)
     return int(value)
 
@@ -71,7 +124,7 @@ def poisson_ratio(name: str, value: Any) -> float:
 
 def one_of(name: str, value: Any, choices: Sequence[str]) -> str:
     """Return ``value`` if it is one of ``choices``, or raise InputError."""
-    if value not in choices:
+    if not isinstance(value, str) or value not in choices:
         raise _fail(name, "one of " + ", ".join(repr(choice) for choice in choices), value, "", InputError)
     return str(value)
 
@@ -79,6 +132,15 @@ def one_of(name: str, value: Any, choices: Sequence[str]) -> str:
 def vector3(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """Return ``value`` as a finite float array of shape (3,), or raise InputError."""
     return float_array(name, value, (3,))
+
+
+def numbers(name: str, value: Any, *, error: type[InputError] = InputError) -> NDArray[np.float64]:
+    """Return ``value`` as a float array of any shape, finite or not, or raise ``error``; texts are no numbers."""
+    with contextlib.suppress(TypeError, ValueError, OverflowError):
+        array = np.asarray(value)
+        if array.dtype.kind in "biufO":
+            return np.asarray(array, dtype=float)
+    raise _fail(name, "an array of numbers", value, "", error)
 
 
 def float_array(
@@ -89,10 +151,7 @@ def float_array(
     error: type[InputError] = InputError,
 ) -> NDArray[np.float64]:
     """Return ``value`` as a finite float array of the given shape (None matches any length)."""
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise _fail(name, "an array of numbers", value, "", error) from None
+    array = numbers(name, value, error=error)
     if array.ndim != len(shape) or any(
         want is not None and want != have for want, have in zip(shape, array.shape, strict=True)
     ):
@@ -104,6 +163,14 @@ def float_array(
     return array
 
 
+def spread(name: str, value: ArrayLike, count: int, width: int | None = None) -> NDArray[np.float64]:
+    """Return ``value`` as finite floats of shape (count,) or (count, width), one for all or one for each."""
+    shape = (count,) if width is None else (count, width)
+    array = numbers(name, value)
+    single = array.ndim == len(shape) - 1
+    return np.array(np.broadcast_to(float_array(name, array, shape[1:] if single else shape), shape))
+
+
 def rising(name: str, instants: NDArray[np.float64]) -> None:
     """Raise InputError if an instant comes before the one in front of it."""
     falling = np.flatnonzero(np.diff(instants) < 0.0)
@@ -112,11 +179,33 @@ def rising(name: str, instants: NDArray[np.float64]) -> None:
         raise InputError(f"{name}: expected rising instants, got {after:g} s after {before:g} s; sort them")
 
 
+def indices(
+    name: str, value: Any, limit: int, what: str = "node", *, error: type[InputError] = InputError
+) -> NDArray[np.int64]:
+    """Return a list of numbers in [0, limit) as an int array, or raise ``error``."""
+    try:
+        column = np.reshape(np.asarray(value), (-1, 1))
+    except (TypeError, ValueError):
+        column = np.asarray("")
+    if np.ndim(column) != 2 or (np.shape(column)[0] and column.dtype.kind not in "iu"):
+        raise _fail(name, f"a list of {what} numbers", value, f"write {name}=[0, 1, ...]", error)
+    return index_array(name, column, 1, limit, what=what, error=error)[:, 0]
+
+
 def index_array(
-    name: str, value: ArrayLike, columns: int, limit: int, *, error: type[InputError] = InputError
+    name: str,
+    value: ArrayLike,
+    columns: int,
+    limit: int,
+    *,
+    what: str = "node",
+    error: type[InputError] = InputError,
 ) -> NDArray[np.int64]:
     """Return ``value`` as an int array of shape (any, columns) with entries in [0, limit)."""
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError):
+        array = np.asarray("")
     if array.size == 0:
         return np.zeros((0, columns), dtype=np.int64)
     if array.ndim != 2 or array.shape[1] != columns or not np.issubdtype(array.dtype, np.integer):
@@ -127,7 +216,7 @@ def index_array(
     if bad.size:
         row, column = (int(i) for i in bad[0])
         raise error(
-            f"{name}: expected node numbers in 0..{limit - 1}, got {int(array[row, column])} in row {row}; "
-            "count nodes from 0"
+            f"{name}: expected {what} numbers in 0..{limit - 1}, got {int(array[row, column])} in row {row}; "
+            f"count {what}s from 0"
         )
     return array.astype(np.int64)

@@ -147,9 +147,9 @@ def test_table_reads_back_exactly(run, tmp_path):
 def test_runs_without_fields_or_time_say_what_to_do(run, tmp_path):
     with pytest.raises(InputError, match=r"output\.fields"):
         write_vtu(run.isel(field_time=slice(0, 0)), tmp_path)
-    with pytest.raises(InputError, match="triangle is missing"):
+    with pytest.raises(InputError, match=r"with .*'triangle'"):
         write_vtu(run.drop_vars("triangle"), tmp_path)
-    with pytest.raises(InputError, match="none over time"):
+    with pytest.raises(InputError, match="with 'time'"):
         write_csv(xr.Dataset(), tmp_path / "x.csv")
 
 

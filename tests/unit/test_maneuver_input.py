@@ -69,7 +69,7 @@ BAD = {
     "rates at rest": (lambda: tf.Tabulated([0, 1], [0, 1], ends="rest"), ["ends", "'free'", "'rest'"]),
     "ends": (lambda: tf.Tabulated([0, 1], [0, 1], ends="clamped"), ["ends", "'rest'", "'clamped'"]),
     "no steps": (lambda: tf.Sequence(()), ["steps", "at least one", "Slew"]),
-    "steps of no kind": (lambda: tf.Sequence((1.0,)), ["steps", "maneuvers", "1.0"]),
+    "steps of no kind": (lambda: tf.Sequence((1.0,)), ["steps", "Slew", "1.0"]),
     "holds": (lambda: tf.Sequence((tf.AtRest(), tf.AtRest()), (1.0, 2.0)), ["holds", "1 durations", "got 2"]),
     "hold": (lambda: tf.Sequence((tf.AtRest(), tf.AtRest()), (-1.0,)), ["holds", ">= 0"]),
     "jump": (

@@ -359,10 +359,9 @@ def test_numbers_that_are_none_are_named():
         PressureLoad(state.system, np.nan)
     with pytest.raises(InputError, match="pressure: expected an array of numbers, got 'high'"):
         PressureLoad(state.system, "high")
-    with pytest.raises(
-        InputError, match=r"system: expected a StructuralSystem, got PrestressedState; give state\.system"
-    ):
-        PressureLoad(state, 1.0)
+    assert np.array_equal(PressureLoad(state, 1.0).pressure, PressureLoad(state.system, 1.0).pressure)
+    with pytest.raises(InputError, match=r"system: expected a prestressed state, got Model; solve_prestress\(model\)"):
+        PressureLoad(state.model, 1.0)
     with pytest.raises(InputError, match="pressure: expected a load on the film of this state, got one on another"):
         solve_static(state, pressure=PressureLoad(unstressed(disc(3, "von-karman")).system, 1.0))
     with pytest.raises(InputError, match=r"state: expected a prestressed state, got Model; solve_prestress\(model\)"):

@@ -6,10 +6,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from tautflex.checks import whole
+from tautflex.checks import numbers, whole
 from tautflex.errors import InputError
 from tautflex.numeric import Array
-from tautflex.solvers.variables import MAC, described
+from tautflex.solvers.variables import MAC, dataset_of, described
 
 
 def mac(a: xr.DataArray | ArrayLike, b: xr.DataArray | ArrayLike) -> Array:
@@ -35,7 +35,7 @@ def mac(a: xr.DataArray | ArrayLike, b: xr.DataArray | ArrayLike) -> Array:
     InputError
         If the shapes do not have the same number of entries, are not finite, or one of them is zero.
     """
-    nodal = max(np.ndim(a), np.ndim(b)) == 3
+    nodal = 3 in (numbers("a", a).ndim, numbers("b", b).ndim)
     first, second = _rows("a", a, nodal), _rows("b", b, nodal)
     if first.shape[1] != second.shape[1]:
         raise InputError(
@@ -68,17 +68,13 @@ def mac_table(shape: xr.DataArray | ArrayLike, modes: xr.Dataset, count: int = 5
     InputError
         If ``modes`` has no shapes, ``count`` is below 1, or the shapes do not fit together.
     """
-    if "shape" not in modes or "mode" not in modes["shape"].dims:
-        raise InputError(
-            "modes: expected a variable 'shape' (mode, node, component), got "
-            f"{sorted(map(str, modes.data_vars))}; pass solve_modes(state).to_dataset()"
-        )
+    modes = dataset_of("modes", modes, "shape", remedy="solve_modes(state) gives them")
     whole("count", count, 1)
     shapes = modes["shape"].transpose("mode", ...)
-    values = mac(np.asarray(shape, dtype=np.float64).reshape(1, -1), shapes.values.reshape(shapes.shape[0], -1))[0]
+    values = mac(numbers("shape", shape).reshape(1, -1), shapes.values.reshape(shapes.shape[0], -1))[0]
     order = np.argsort(-values, kind="stable")[:count]
-    numbers = modes["mode"].values if "mode" in modes.coords else np.arange(1, values.size + 1)
-    arrays = {"mode": numbers[order], "mac": values[order], "cumulative": np.cumsum(values[order])}
+    listed = modes["mode"].values if "mode" in modes.coords else np.arange(1, values.size + 1)
+    arrays = {"mode": listed[order], "mac": values[order], "cumulative": np.cumsum(values[order])}
     if "frequency" in modes:
         arrays["frequency"] = modes["frequency"].values[order]
     return xr.Dataset(described(MAC, arrays), described(MAC, {"rank": np.arange(1, order.size + 1)}))
@@ -90,7 +86,7 @@ def _rows(name: str, shapes: xr.DataArray | ArrayLike, nodal: bool) -> Array:
         single = "mode" not in shapes.dims
         array = np.asarray(shapes.values if single else shapes.transpose("mode", ...).values, dtype=np.float64)
     else:
-        array = np.asarray(shapes, dtype=np.float64)
+        array = numbers(name, shapes)
         single = array.ndim == 1 or (array.ndim == 2 and nodal and array.shape[1] == 3)
     if array.ndim == 0 or array.size == 0:
         raise InputError(f"{name}: expected shapes (n, dof) or (n, node, 3), got shape {array.shape}")

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
-from tautflex.checks import between, float_array, whole
+from tautflex.checks import between, float_array, numbers, whole
 from tautflex.errors import InputError
 from tautflex.numeric import Array
-from tautflex.solvers.variables import MESH, POD, about, described
+from tautflex.solvers.variables import MESH, POD, about, dataset_of, described
 
 Mass: TypeAlias = "Array | sparse.sparray | sparse.spmatrix"
 
@@ -108,9 +108,8 @@ def dominant_shape(pod_data: xr.Dataset, energy: float = 0.99) -> xr.DataArray:
     InputError
         If ``pod_data`` is not a result of :func:`pod` or holds too few modes for ``energy``.
     """
-    missing = {"shape", "participation", "cumulative", "coefficient"} - set(pod_data.variables)
-    if missing:
-        raise InputError(f"pod_data: expected the result of tautflex.pod, got none of {sorted(missing)}")
+    parts = ("shape", "participation", "cumulative", "coefficient")
+    pod_data = dataset_of("pod_data", pod_data, *parts, remedy="pod(run) gives it")
     between("energy", energy, 0.0, 1.0)
     cumulative = pod_data["cumulative"].values
     if cumulative[-1] < energy - 1e-9:
@@ -132,17 +131,13 @@ def dominant_shape(pod_data: xr.Dataset, energy: float = 0.99) -> xr.DataArray:
 
 def _field(data: xr.Dataset | xr.DataArray | ArrayLike) -> tuple[xr.DataArray, dict[str, xr.DataArray]]:
     """Snapshots with time first, and the mesh to carry along."""
-    if isinstance(data, xr.Dataset):
-        if "displacement" not in data:
-            raise InputError(
-                "data: expected a variable 'displacement' (field_time, node, component), got "
-                f"{sorted(map(str, data.data_vars))}; simulate with fields='all' or a list of times"
-            )
-        return data["displacement"], {name: data[name] for name in MESH if name in data}
     if isinstance(data, xr.DataArray):
         field = data
+    elif isinstance(data, xr.Dataset) or (hasattr(data, "data") and not isinstance(data, np.ndarray)):
+        run = dataset_of("data", data, "displacement", remedy="simulate with fields='all' or a list of times")
+        return run["displacement"], {name: run[name] for name in MESH if name in run}
     else:
-        array = np.asarray(data, dtype=np.float64)
+        array = numbers("data", data)
         dims = {2: ("snapshot", "dof"), 3: ("snapshot", "node", "component")}.get(array.ndim)
         if dims is None:
             raise InputError(f"data: expected shape (snapshot, dof) or (snapshot, node, 3), got {array.shape}")

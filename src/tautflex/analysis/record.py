@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike
 from tautflex.checks import finite, float_array, positive
 from tautflex.errors import InputError
 from tautflex.numeric import Array
+from tautflex.solvers.transient.status import Run
+from tautflex.solvers.variables import dataset_of
 
 Record: TypeAlias = xr.DataArray | tuple[ArrayLike, float]
 """A DataArray over ``time`` [s], or a pair (values, time_step [s])."""
@@ -36,13 +38,13 @@ class UniformRecord(NamedTuple):
         return self._replace(values=self.values[kept], time=self.time[kept])
 
 
-def maneuver_end(run: xr.Dataset) -> float | None:
+def maneuver_end(run: xr.Dataset | Run) -> float | None:
     """Return the time [s] from which the angular velocity stays as it is; None if it never or always does.
 
     Parameters
     ----------
     run
-        Dataset of a run.
+        A run, or its Dataset.
 
     Returns
     -------
@@ -50,18 +52,19 @@ def maneuver_end(run: xr.Dataset) -> float | None:
         The attribute ``maneuver_end`` if the run has it, else the first stored instant of constant rate; None if
         fewer than four samples follow it.
     """
-    if run.sizes["time"] < 4:
+    data = dataset_of("run", run, "time", remedy="simulate(state, ...) gives one")
+    if data.sizes["time"] < 4:
         return None
-    if "maneuver_end" in run.attrs:
-        end = float(run.attrs["maneuver_end"])
-        return end if end <= float(run["time"].values[-4]) else None
-    if "angular_velocity" not in run:
+    if "maneuver_end" in data.attrs:
+        end = float(data.attrs["maneuver_end"])
+        return end if end <= float(data["time"].values[-4]) else None
+    if "angular_velocity" not in data:
         return None
-    rate = run["angular_velocity"].transpose("time", ...).values.reshape(run.sizes["time"], -1)
+    rate = data["angular_velocity"].transpose("time", ...).values.reshape(data.sizes["time"], -1)
     moving = np.abs(rate - rate[-1]).max(axis=1) > 1e-9 * np.abs(rate).max()
     if not moving.any() or moving[-4:].any():
         return None
-    return float(run["time"].values[np.flatnonzero(moving)[-1] + 1])
+    return float(data["time"].values[np.flatnonzero(moving)[-1] + 1])
 
 
 def uniform_record(record: Record, *, samples: int = 4) -> UniformRecord:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from tautflex.analysis.record import Record, uniform_record
-from tautflex.checks import float_array, non_negative, one_of, positive
+from tautflex.checks import flag, float_array, non_negative, one_of, positive
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Complex
 from tautflex.solvers.variables import SPECTRUM, described
@@ -50,8 +50,8 @@ def amplitude(record: xr.DataArray | ArrayLike | tuple[ArrayLike, float]) -> flo
     InputError
         If the record is empty, has more than one dimension or holds a number that is not finite.
     """
-    values = record[0] if isinstance(record, tuple) and len(record) == 2 and np.ndim(record[0]) else record
-    checked = float_array("record", np.asarray(values), (None,))
+    values: Any = record[0] if isinstance(record, tuple) and len(record) == 2 and np.ndim(record[0]) else record
+    checked = float_array("record", values, (None,))
     if checked.size == 0:
         raise InputError("record: expected at least 1 sample, got 0; simulate longer")
     return float(np.abs(checked).max())
@@ -99,6 +99,7 @@ def spectrum(
         If the record is not uniform and finite, or ``length`` is shorter than the record.
     """
     data = uniform_record(record)
+    flag("remove_mean", remove_mean)
     one_of("pad", pad, ("next-power-of-two", "none"))
     count = data.values.size
     if length is None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tautflex import checks
 from tautflex.batch.equations.rate_history import RateHistory
 from tautflex.errors import InputError
 from tautflex.numeric import Array
@@ -42,7 +43,7 @@ def checked_numbers(
     own = {**damping, **{f"maneuver.{name}": value for name, value in history.numbers.items()}}
     arrays, axes, runs = {}, {}, 1
     for name, value in given.items():
-        array = np.asarray(value, dtype=float)
+        array = checks.numbers(f"parameters: {name!r}", value)
         alone = np.ndim(own.get(name, 0.0))
         if array.ndim not in (alone, alone + 1) or not np.all(np.isfinite(array)):
             raise InputError(

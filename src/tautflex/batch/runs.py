@@ -23,14 +23,15 @@ from tautflex.batch.output.response import March, Response, response_function
 from tautflex.batch.parameters import check_names, checked_numbers, each_row
 from tautflex.batch.steps.explicit import ExplicitMarch
 from tautflex.batch.steps.implicit import ImplicitMarch
-from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex.errors import NotConvergedError, UnsupportedError
 from tautflex.motion.kinematics import Maneuver
 from tautflex.reduction.polynomial.model import ReducedModel
-from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.prestress import PrestressedState, in_short
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import TransientProblem
 from tautflex.solvers.transient.status import Status
+from tautflex.text import shown
 
 # Keywords of `tautflex.simulate` that ask for what a batch does not do.
 _NOT_IN_A_BATCH = frozenset({"adaptive", "every", "fields", "initial_imperfection", "inputs", "max_halvings"})
@@ -55,11 +56,14 @@ class Batch:
     """
 
     def __init__(self, plant: PrestressedState | ReducedModel) -> None:
-        if not isinstance(plant, PrestressedState | ReducedModel):
-            raise InputError(f"plant: expected a prestressed state or a reduced model, got {plant!r}")
+        expected, remedy = "a prestressed state or a reduced model", "solve_prestress(model) or reduce(state) gives one"
+        checks.instance("plant", plant, (PrestressedState, ReducedModel), expected, remedy=remedy)
         self._model = plant
         self._plant = ReducedPlant(plant) if isinstance(plant, ReducedModel) else FullPlant(plant)
         self._run = ChunkRunner(self._plant.side_by_side)
+
+    def __repr__(self) -> str:
+        return f"Batch({shown(self._model) if isinstance(self._model, ReducedModel) else in_short(self._model)})"
 
     def response(
         self, maneuver: Maneuver | None = None, *, store: Sequence[str] = STORED, **question: Any
@@ -86,7 +90,7 @@ class Batch:
         UnsupportedError
             If the maneuver or the method has no batched form.
         """
-        asked = _Asked(self._plant, self._problem(maneuver, question), tuple(store))
+        asked = _Asked(self._plant, self._problem(maneuver, question), store)
         function, damping = asked.function, asked.damping
 
         def respond(parameters: Mapping[str, Any]) -> Response:
@@ -151,7 +155,7 @@ class Batch:
             If a run fails and ``throw`` is set; ``.result`` holds all runs.
         """
         problem = self._problem(maneuver, question)
-        asked = _Asked(self._plant, problem, tuple(store))
+        asked = _Asked(self._plant, problem, store)
         damping = asked.damping
         arrays, axes, runs = checked_numbers(parameters, self._plant.kinds, asked.history, damping.defaults)
         for row in each_row("maneuver.", arrays, axes, runs):
@@ -181,8 +185,9 @@ class Batch:
 class _Asked:
     """A problem as functions of its numbers; raises as `Batch.simulate` for what has no batched form."""
 
-    def __init__(self, plant: FullPlant | ReducedPlant, problem: TransientProblem, store: tuple[str, ...]) -> None:
+    def __init__(self, plant: FullPlant | ReducedPlant, problem: TransientProblem, store: Sequence[str]) -> None:
         march_of = _march_of(plant, problem)
+        store = checks.several("store", store, str, repr(STORED[0]))
         for name in store:
             checks.one_of("store", name, STORED)
         self.history = history = rate_history(problem.maneuver)

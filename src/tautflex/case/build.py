@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from tautflex import checks
 from tautflex.case.options import within
 from tautflex.case.schema import Case
 from tautflex.case.sections.structural import Cables, Frame
@@ -41,6 +42,7 @@ def build_model(case: Case) -> Model:
     InputError
         If geometry and mesh contradict each other, or a mesh file cannot be read or lacks what the case describes.
     """
+    checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
     film, mesh, cables, frame = case.membrane, case.mesh, case.cables, case.frame
     membrane = MembraneSection(
         Material(film.youngs_modulus, film.density, film.poisson_ratio), film.thickness, film.strain, film.law

@@ -9,6 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from tautflex import checks
 from tautflex.case.messages import choices, one_line, show
 from tautflex.case.schema import Case
 from tautflex.errors import CaseError
@@ -60,10 +61,11 @@ def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Ca
     CaseError
         One line with file, key, value, expectation and remedy.
     """
-    name = one_line(str(path))
+    source, name = checks.path("path", path), one_line(str(path))
+    checks.several("overrides", overrides, str, "'damping.alpha=0.01'")
     missing = f"write one with `tautflex init {name}`"
-    text = read_text(Path(path), name, "case file", _LARGEST_FILE, missing, CaseError)
-    return parse_case(text, overrides, source=name, directory=Path(path).parent)
+    text = read_text(source, name, "case file", _LARGEST_FILE, missing, CaseError)
+    return parse_case(text, overrides, source=name, directory=source.parent)
 
 
 def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case", directory: Path = Path()) -> Case:

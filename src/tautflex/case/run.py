@@ -11,6 +11,7 @@ from typing import Any
 
 import xarray as xr
 
+from tautflex import checks
 from tautflex.analysis import amplitude, dominant_frequency, maneuver_end
 from tautflex.case import build
 from tautflex.case.options import within
@@ -58,6 +59,7 @@ def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True
     >>> import tautflex as tf
     >>> run = tf.run_case(tf.load_case("m2.toml"))  # doctest: +SKIP
     """
+    checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
     maneuver, state = _prestressed(case, progress or _silent)
     return _simulate(case, state, maneuver, progress or _silent, throw)
 

@@ -15,6 +15,7 @@ from tautflex.case.sections.inputs import Input
 from tautflex.case.sections.maneuver import Maneuver
 from tautflex.case.sections.structural import Cables, Frame, Membrane, Mesh, Prestress
 from tautflex.structure.shapes import SHAPES
+from tautflex.text import card, shown
 
 _LARGEST = 1e300  # keeps products of absurd step counts finite
 # Geometry of the built-in antenna; beside a mesh file it is stated twice.
@@ -72,6 +73,17 @@ class Case(Section):
         """Write the case as TOML text that `load_case` reads back to an equal case."""
         values = self.model_dump(mode="python", by_alias=True, exclude_none=True)
         return tomli_w.dumps({name: value for name, value in values.items() if value != {}})
+
+    def __repr__(self) -> str:
+        sections = self.model_dump(exclude_defaults=True, exclude_none=True)
+        told = {
+            name: ", ".join(f"{key} = {shown(value)}" for key, value in dict(keys).items())
+            for name, keys in sections.items()
+            if name != "schema_number"
+        }
+        return card(self, told)
+
+    __str__ = __repr__
 
     def replaced(self, **sections: dict[str, Any]) -> Case:
         """Return a validated copy with keys changed, e.g. ``case.replaced(cables={"pretension_x": 1.0})``.

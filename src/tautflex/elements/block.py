@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tautflex.elements.laws import Elastic, Law
 from tautflex.numeric import Array, Indices
 from tautflex.structure.materials import Material
+from tautflex.text import brief
 
 S = TypeVar("S", bound=np.generic)
 
@@ -37,6 +38,7 @@ class InertiaPoints:
     mass: Array
     interpolation: Array
     position: Array
+    __repr__ = brief
 
 
 _ELASTIC = Elastic()
@@ -93,6 +95,7 @@ class ElementBlock:
     material: Material
     law: Law = _ELASTIC
     owner: Indices | None = None
+    __repr__ = brief
 
     @property
     def is_elastic(self) -> bool:

@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.solvers.variables import dataset_of
 
 KINDS = (".json", ".npz", ".csv")
 
@@ -42,11 +44,7 @@ def save_appendage(data: xr.Dataset, path: str | os.PathLike[str]) -> Path:
         If the file cannot be written.
     """
     target = appendage_path(path)
-    if "participation" not in data:
-        raise InputError(
-            f"data: expected 'participation' (mode, direction), got {sorted(map(str, data.data_vars))}; "
-            "pass what appendage_data(modes, point) gives"
-        )
+    data = dataset_of("data", data, "participation", "rigid_mass", remedy="appendage_data(modes, point) gives it")
     if target.suffix == ".json":
         target.write_text(json.dumps(_as_object(data), indent=1, allow_nan=False) + "\n", encoding="utf-8")
     elif target.suffix == ".npz":
@@ -61,7 +59,7 @@ def save_appendage(data: xr.Dataset, path: str | os.PathLike[str]) -> Path:
 
 def appendage_path(path: str | os.PathLike[str]) -> Path:
     """Path whose suffix is known, or InputError."""
-    target = Path(path)
+    target = checks.path("path", path)
     if target.suffix not in KINDS:
         raise InputError(f"{target}: expected a name that ends with {', '.join(KINDS)}, got {target.suffix!r}")
     return target

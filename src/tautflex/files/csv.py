@@ -10,8 +10,9 @@ from pathlib import Path
 
 import xarray as xr
 
-from tautflex.errors import InputError
+from tautflex import checks
 from tautflex.files.results import results_of_a_run
+from tautflex.solvers.variables import dataset_of
 
 
 @results_of_a_run()
@@ -40,10 +41,9 @@ def write_csv(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     OSError
         If the file cannot be written.
     """
-    if "time" not in dataset.coords:
-        raise InputError("dataset: expected the results of a run, got none over time; give run.data or run.nc")
+    dataset = dataset_of("dataset", dataset, "time", remedy="give run.data or load('run.nc')")
     columns = [("time", dataset["time"]), *_histories(dataset)]
-    target = Path(path)
+    target = checks.path("path", path)
     target.parent.mkdir(parents=True, exist_ok=True)
     with target.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")

@@ -19,7 +19,9 @@ import h5py
 import numpy as np
 import xarray as xr
 
+from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.solvers.variables import dataset_of
 
 _FORMAT = "tautflex result"
 _SCHEMA = 1
@@ -54,9 +56,8 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     InputError
         If ``dataset`` is no Dataset, an attribute cannot be stored, or the path cannot be written.
     """
-    if not isinstance(dataset, xr.Dataset):
-        raise InputError(f"dataset: expected an xarray Dataset, got {type(dataset).__name__}; try run.data")
-    target = Path(path)
+    dataset = dataset_of("dataset", dataset, remedy="give run.data or modes.to_dataset()")
+    target = checks.path("path", path)
     stored = _encode(dataset)
     temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
     try:
@@ -96,7 +97,7 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     at other files nor at more numbers than they hold. HDF5 is not made for files built to do harm: open results from
     sources you trust.
     """
-    source = Path(path)
+    source = checks.path("path", path)
     if not source.is_file():
         raise InputError(f"path: expected a result file, got {str(source)!r}, which does not exist; check the name")
     wrong = f"path: expected a NetCDF-4 result of tautflex, got {str(source)!r}"

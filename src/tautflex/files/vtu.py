@@ -17,7 +17,7 @@ from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.files.results import results_of_a_run
 from tautflex.numeric import Array, Indices
-from tautflex.solvers.variables import MESH
+from tautflex.solvers.variables import MESH, dataset_of
 
 Fields: TypeAlias = Mapping[str, NDArray[np.generic]]
 Cells: TypeAlias = tuple[Indices, int]
@@ -59,6 +59,10 @@ def write_vtu(dataset: xr.Dataset, directory: str | os.PathLike[str], name: str 
     OSError
         If the files cannot be written.
     """
+    dataset = dataset_of("dataset", dataset, "node_position", *CELL_TYPES, remedy="give run.data or modes.to_dataset()")
+    directory = checks.path("directory", directory)
+    if not checks.instance("name", name, str, "the stem of a file").strip() or {"/", "\\", "\0"} & set(name):
+        raise InputError(f"name: expected the stem of a file, got {name!r}; folders go into directory")
     series = _require_fields(dataset)
     steps = dataset[series].values
     points = checks.float_array("node_position", dataset["node_position"].values, (None, 3))
@@ -143,9 +147,6 @@ def _storable(values: NDArray[np.generic]) -> NDArray[np.generic]:
 
 def _require_fields(dataset: xr.Dataset) -> str:
     """Dimension of the series, or InputError."""
-    missing = [name for name in ("node_position", *CELL_TYPES) if name not in dataset]
-    if missing:
-        raise InputError(f"dataset: expected the mesh of a run, got none ({missing[0]} is missing); give run.data")
     series = next((dim for dim in _SERIES if dim in dataset.dims), None)
     if series is None or not dataset.sizes[series]:
         raise InputError(

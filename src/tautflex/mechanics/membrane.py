@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.mechanics.system import StructuralSystem
+from tautflex import checks
+from tautflex.mechanics.system import HasSystem, StructuralSystem, system_of
 from tautflex.mechanics.workspace import Workspace
 from tautflex.numeric import Array, jit_in_order
 
 MEMBRANE_STATES = ("taut", "wrinkled", "slack")
-
-
-class HasSystem(Protocol):
-    """Anything built on a system, such as a prestressed state."""
-
-    @property
-    def system(self) -> StructuralSystem:
-        """The compiled structure."""
-        ...
 
 
 class MembraneSurvey(NamedTuple):
@@ -53,8 +45,9 @@ def membrane_states(source: StructuralSystem | HasSystem, q: Array | None = None
     numpy.ndarray
         Shape (t,).
     """
-    system = source if isinstance(source, StructuralSystem) else source.system
-    return survey_at(system, np.zeros(system.size) if q is None else q).membrane_states()
+    system = system_of("source", source)
+    place = np.zeros(system.size) if q is None else checks.float_array("q", q, (system.size,))
+    return survey_at(system, place).membrane_states()
 
 
 class StressSurvey:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
+from tautflex import checks
 from tautflex.elements import ElementBlock, element_blocks
 from tautflex.elements.laws import Elastic
 from tautflex.mechanics.inertia import InertiaOperator, WeighedMoments
@@ -36,6 +37,9 @@ class StructuralSystem:
     initial_stress: tuple[Array, ...]
     pattern: SparsityPattern
     upper_slots: list[Places]
+
+    def __repr__(self) -> str:
+        return f"StructuralSystem({self.size} unknowns, {len(self.blocks)} groups of elements)"
 
     @classmethod
     def from_model(cls, model: Model) -> StructuralSystem:
@@ -163,3 +167,19 @@ class StructuralSystem:
         every = list(stress)
         found = [every[index] for index in self.block_index(kind)]
         return np.concatenate(found) if found else np.zeros((0, 1))
+
+
+class HasSystem(Protocol):
+    """Anything built on a system, such as a prestressed state."""
+
+    @property
+    def system(self) -> StructuralSystem:
+        """The compiled structure."""
+
+
+def system_of(name: str, source: Any) -> StructuralSystem:
+    """Return a system, given as such or as the prestressed state that is built on it, or raise InputError."""
+    found = getattr(source, "system", source)
+    return checks.instance(
+        name, found, StructuralSystem, "a prestressed state", remedy="solve_prestress(model) gives one"
+    )

@@ -49,6 +49,7 @@ def attitude(maneuver: Maneuver, times: ArrayLike, initial: ArrayLike = IDENTITY
     NotConvergedError
         If the angular velocity is too rough to be followed.
     """
+    checks.instance("maneuver", maneuver, Maneuver, "a maneuver such as Stop(rate=0.628, duration=1.0)")
     instants = checks.float_array("times", times, (None,))
     if instants.size and (instants[0] < 0.0 or np.any(np.diff(instants) < 0.0)):
         raise InputError("times: expected rising instants >= 0; sort them and begin at the start of the maneuver")

@@ -41,6 +41,8 @@ class Coupling:
     inertial_load: float | bool | Mapping[str, float] = True
 
     def __post_init__(self) -> None:
+        for name in ("gyroscopic", "euler", "centrifugal"):
+            checks.flag(name, getattr(self, name))
         factor = by_kind("inertial_load", self.inertial_load, checks.non_negative, 1.0)
         object.__setattr__(self, "inertial_load", factor)
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.numeric import Array
+from tautflex.text import brief
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class HubState:
     velocity: Array
     probe_displacement: Array
     probe_velocity: Array
+    __repr__ = brief
 
 
 Actuation = Callable[[float, HubState], ArrayLike]
@@ -71,7 +73,7 @@ class FreeHub:
     Raises
     ------
     InputError
-        If a value has the wrong shape or range.
+        If a value has the wrong shape or range, or no body has such an inertia.
     """
 
     mass: float
@@ -83,6 +85,7 @@ class FreeHub:
     torque: ArrayLike | Actuation | None = None
     force: ArrayLike | Actuation | None = None
     breaks: tuple[float, ...] = ()
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         checks.positive("mass", self.mass)
@@ -91,17 +94,26 @@ class FreeHub:
         tensor = self.tensor
         if not np.allclose(tensor, tensor.T) or np.linalg.eigvalsh(tensor)[0] <= 0.0:
             raise InputError(f"inertia: expected a symmetric positive definite tensor, got {tensor.tolist()}")
+        smallest, middle, largest = np.linalg.eigvalsh(tensor)
+        if largest > (1.0 + 1e-9) * (smallest + middle):
+            raise InputError(
+                f"inertia: expected moments of which none is larger than the sum of the others, as those of every body "
+                f"are, got {smallest:g}, {middle:g}, {largest:g} kg m^2; check the tensor"
+            )
         if abs(float(np.linalg.norm(checks.float_array("attitude", self.attitude, (4,)))) - 1.0) > 1e-6:
             raise InputError(f"attitude: expected a unit quaternion, scalar first, got {self.attitude!r}")
         for name in ("torque", "force"):
             value = getattr(self, name)
-            if value is not None and not callable(value):
+            if callable(value):
+                checks.function(name, value, "time", "state")
+            elif value is not None:
                 checks.vector3(name, value)
+        checks.float_array("breaks", self.breaks, (None,))
 
     @property
     def tensor(self) -> Array:
         """Inertia tensor about the hub's centre of mass [kg m^2], shape (3, 3)."""
-        given = np.asarray(self.inertia, dtype=float)
+        given = checks.numbers("inertia", self.inertia)
         return checks.float_array("inertia", np.diag(given) if given.ndim == 1 else given, (3, 3))
 
     @property

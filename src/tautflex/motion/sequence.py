@@ -38,13 +38,10 @@ class Sequence(Maneuver):
     holds: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "steps", tuple(self.steps))
-        object.__setattr__(self, "holds", tuple(self.holds))
+        object.__setattr__(self, "steps", checks.several("steps", self.steps, Maneuver, "Slew(0.1, 2.0)"))
+        object.__setattr__(self, "holds", tuple(checks.float_array("holds", self.holds, (None,)).tolist()))
         if not self.steps:
             raise InputError("steps: expected at least one maneuver, got none; add for example Slew(0.1, 2.0)")
-        for step in self.steps:
-            if not isinstance(step, Maneuver):
-                raise InputError(f"steps: expected maneuvers such as Slew(0.1, 2.0), got {step!r}")
         if self.holds and len(self.holds) != len(self.steps) - 1:
             raise InputError(
                 f"holds: expected {len(self.steps) - 1} durations, one for each step but the last, "

@@ -72,7 +72,7 @@ class Tabulated(Maneuver):
         tables: dict[str, Array | None] = {"times": times, "quaternions": None}
         for name in ("rates", "accelerations"):
             given = getattr(self, name)
-            if np.ndim(given) == 1:
+            if given is not None and checks.numbers(name, given).ndim == 1:
                 tables[name] = np.outer(_rows(name, given, len(times)), direction)
             else:
                 tables[name] = None if given is None else _rows(name, given, len(times), 3)

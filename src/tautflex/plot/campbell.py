@@ -12,9 +12,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Mask
 from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, new_axes, saving, styled
+from tautflex.solvers.variables import dataset_of
 
 _NAME_HEIGHT = 0.125  # [inch] a line of branch names needs
 _HEIGHT = 3.6  # [inch]
@@ -45,13 +47,14 @@ def plot_campbell(table: xr.Dataset, orders: Sequence[int] = (1, 2, 3), highest:
     InputError
         If ``table`` is no Campbell table, or an order is below 1.
     """
-    if "frequency" not in table or tuple(table["frequency"].dims) != ("rate", "branch"):
+    table = dataset_of("table", table, "frequency", remedy="campbell(state, rates) gives it")
+    if tuple(table["frequency"].dims) != ("rate", "branch"):
         raise InputError(
-            f"table: expected 'frequency' (rate, branch), got {sorted(map(str, table.data_vars))}; "
-            "pass what campbell(state, rates) gives"
+            f"table: expected 'frequency' (rate, branch), got {table['frequency'].dims}; use campbell(...)"
         )
-    if any(order < 1 for order in orders):
-        raise InputError(f"orders: expected whole numbers of at least 1, got {tuple(orders)}")
+    orders = [checks.whole("orders", order, 1) for order in checks.several("orders", orders, int, "1")]
+    if highest is not None:
+        checks.positive("highest", highest)
     rate, frequency = table["rate"].values, table["frequency"].values
     top = highest or 1.06 * float(frequency.max(initial=0.0)) or 1.0
     about = f"angular rate about {_direction(np.asarray(table.attrs.get('axis', (np.nan,) * 3), dtype=float))} [rad/s]"

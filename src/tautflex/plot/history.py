@@ -8,15 +8,19 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from tautflex import checks
 from tautflex.analysis import maneuver_end
-from tautflex.checks import one_of
 from tautflex.errors import InputError
 from tautflex.plot.style import DOUBLE_COLUMN, GREY, LINES, length_unit, new_axes, saving, styled
+from tautflex.solvers.transient.status import Run
+from tautflex.solvers.variables import dataset_of
+
+_REMEDY = "simulate(state, ..., probes={'A': (x, y)}) gives a run"
 
 
 @styled
 def plot_time_history(
-    runs: xr.Dataset | Mapping[str, xr.Dataset],
+    runs: xr.Dataset | Run | Mapping[str, xr.Dataset | Run],
     probes: Sequence[str] | None = None,
     component: str = "w",
     span: tuple[float, float] | None = None,
@@ -26,7 +30,7 @@ def plot_time_history(
     Parameters
     ----------
     runs
-        Dataset of a run, or a mapping from a legend entry to a run to compare several.
+        A run or its Dataset, or a mapping from a legend entry to a run to compare several.
     probes
         Names of the probes; all by default.
     component
@@ -44,7 +48,11 @@ def plot_time_history(
     InputError
         If there is no run, probe or component of that name, or ``span`` does not increase.
     """
-    cases = {"": runs} if isinstance(runs, xr.Dataset) else dict(runs)
+    alone = isinstance(runs, xr.Dataset) or not isinstance(runs, Mapping)
+    cases = {
+        str(name): dataset_of("runs", run, "time", remedy=_REMEDY)
+        for name, run in ({"": runs} if alone else runs).items()  # type: ignore[union-attr]
+    }
     if not cases:
         raise InputError("runs: expected at least one run, got none")
     records = {name: probe_records(run, probes, component) for name, run in cases.items()}
@@ -79,24 +87,28 @@ def plot_time_history(
 save_time_history = saving(plot_time_history)
 
 
-def probe_records(run: xr.Dataset, probes: Sequence[str] | None, component: str) -> xr.DataArray:
+def probe_records(run: xr.Dataset | Run, probes: Sequence[str] | None, component: str) -> xr.DataArray:
     """Return one component (time, probe) at the named probes [m], or raise InputError."""
-    one_of("component", component, ("u", "v", "w"))
+    checks.one_of("component", component, ("u", "v", "w"))
+    run = dataset_of("run", run, remedy=_REMEDY)
     if component not in run or run.sizes.get("probe", 0) == 0:
         raise InputError(f"run: expected {component!r} (time, probe), got no such record; simulate with probes={{...}}")
     record = run[component].transpose("time", "probe")
     if probes is None:
         return record
-    chosen = [probes] if isinstance(probes, str) else list(probes)
+    chosen = [probes] if isinstance(probes, str) else checks.several("probes", probes, str, "'A'")
+    if not chosen:
+        raise InputError("probes: expected at least one name, got none; None takes all")
     for probe in chosen:
-        one_of("probes", probe, [str(name) for name in record["probe"].values])
-    return record.sel(probe=chosen)
+        checks.one_of("probes", probe, [str(name) for name in record["probe"].values])
+    return record.sel(probe=list(chosen))
 
 
 def _limits(records: Mapping[str, xr.DataArray], span: tuple[float, float] | None) -> tuple[float, float]:
     if span is None:
         times = [record["time"].values for record in records.values()]
         return float(min(time[0] for time in times)), float(max(time[-1] for time in times))
-    if not span[0] < span[1]:
+    first, last = checks.float_array("span", span, (2,)).tolist()
+    if not first < last:
         raise InputError(f"span: expected two increasing times [s], got {span!r}")
-    return float(span[0]), float(span[1])
+    return first, last

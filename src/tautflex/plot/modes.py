@@ -8,21 +8,23 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from tautflex.errors import InputError
+from tautflex import checks
 from tautflex.plot.panels import draw_shapes
 from tautflex.plot.style import saving, styled
 from tautflex.plot.surface import wireframe
+from tautflex.solvers.modal.natural import Modes
+from tautflex.solvers.variables import dataset_of
 
 
 @styled
-def plot_modes(modes: xr.Dataset, count: int = 6, columns: int = 3) -> Figure:
+def plot_modes(modes: xr.Dataset | Modes, count: int = 6, columns: int = 3) -> Figure:
     """Draw the first modes as deflected surfaces, coloured by transverse displacement.
 
     Parameters
     ----------
     modes
-        Dataset with ``frequency(mode)`` [Hz], ``shape(mode, node, component)``, the mesh, and, where known,
-        ``label_m``, ``label_n`` and ``symmetry``: what ``Modes.to_dataset()`` gives.
+        What `tautflex.solve_modes` gives, or a Dataset with ``frequency(mode)`` [Hz], ``shape(mode, node, component)``,
+        the mesh, and, where known, ``label_m``, ``label_n`` and ``symmetry``.
     count
         Number of modes, fewer if there are fewer.
     columns
@@ -38,13 +40,9 @@ def plot_modes(modes: xr.Dataset, count: int = 6, columns: int = 3) -> Figure:
     InputError
         If ``modes`` has no shapes or no mesh, or ``count`` or ``columns`` is below 1.
     """
-    if "shape" not in modes or modes.sizes.get("mode", 0) == 0:
-        raise InputError(
-            f"modes: expected 'shape' (mode, node, component), got {sorted(map(str, modes.data_vars))}; "
-            "pass solve_modes(state).to_dataset()"
-        )
-    if count < 1 or columns < 1:
-        raise InputError(f"count, columns: expected whole numbers of at least 1, got {count!r}, {columns!r}")
+    modes = dataset_of("modes", modes, "shape", remedy="solve_modes(state) gives them")
+    checks.whole("count", count, 1)
+    checks.whole("columns", columns, 1)
     return draw_modes(modes, [mode_title(modes, k) for k in range(min(count, modes.sizes["mode"]))], columns)
 
 

@@ -8,19 +8,21 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from tautflex.checks import positive
+from tautflex.checks import float_array, positive, whole
 from tautflex.errors import InputError
 from tautflex.numeric import Array
 from tautflex.plot.panels import draw_deflections
 from tautflex.plot.style import saving, styled
 from tautflex.plot.surface import wireframe
+from tautflex.solvers.transient.status import Run
+from tautflex.solvers.variables import dataset_of
 
 _MOST = 12
 
 
 @styled
 def plot_shapes(
-    run: xr.Dataset,
+    run: xr.Dataset | Run,
     times: Sequence[float] | None = None,
     magnification: float | None = None,
     columns: int = 4,
@@ -30,7 +32,7 @@ def plot_shapes(
     Parameters
     ----------
     run
-        Dataset of a run with ``displacement(field_time, node, component)`` [m] and the mesh.
+        A run, or its Dataset, with ``displacement(field_time, node, component)`` [m] and the mesh.
     times
         Instants [s]; the nearest stored field is drawn. By default the stored ones, at most twelve.
     magnification
@@ -49,6 +51,8 @@ def plot_shapes(
     InputError
         If the run stored no fields, a time lies outside them, or ``magnification`` is not positive.
     """
+    run = dataset_of("run", run, remedy="simulate(state, ..., fields='all') gives one")
+    whole("columns", columns, 1)
     if "displacement" not in run or run.sizes.get("field_time", 0) == 0:
         raise InputError("run: expected stored fields, got none; simulate with fields='all' or a list of times")
     mesh = wireframe(run)
@@ -68,6 +72,7 @@ def _nearest(stored: Array, times: Sequence[float] | None) -> list[int]:
     """Positions of the stored instants to draw."""
     if times is None:
         return np.unique(np.linspace(0, stored.size - 1, min(stored.size, _MOST)).round().astype(int)).tolist()
+    times = float_array("times", times, (None,)).tolist()
     slack = 0.5 * float(np.diff(stored).max(initial=0.0)) + 1e-9
     for time in times:
         if not stored[0] - slack <= time <= stored[-1] + slack:

@@ -11,15 +11,16 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from tautflex.analysis import dominant_frequency, maneuver_end, spectrum
-from tautflex.checks import float_array
+from tautflex.checks import float_array, positive
 from tautflex.numeric import Array
 from tautflex.plot.history import probe_records
 from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, LINES, length_unit, new_axes, saving, styled
+from tautflex.solvers.transient.status import Run
 
 
 @styled
 def plot_spectrum(
-    run: xr.Dataset,
+    run: xr.Dataset | Run,
     probes: Sequence[str] | None = None,
     component: str = "w",
     natural_frequencies: ArrayLike | None = None,
@@ -31,7 +32,7 @@ def plot_spectrum(
     Parameters
     ----------
     run
-        Dataset of a run.
+        A run, or its Dataset.
     probes, component
         As for :func:`tautflex.plot.plot_time_history`.
     natural_frequencies
@@ -69,7 +70,7 @@ def plot_spectrum(
             axes.plot(peak.frequency, height[at], "o", color=color, markersize=4, zorder=4)
         axes.plot(line["frequency"], height, LINES[k % 4], color=color, label=name)
         top = max(top, float(height.max()))
-    limit = highest or _reach(lines)
+    limit = _reach(lines) if highest is None else positive("highest", highest)
     axes.set_xlim(0.0, limit)
     axes.set_ylim(0.0, (1.1 + 0.11 * len(lines)) * top or 1.0)
     if natural_frequencies is not None:

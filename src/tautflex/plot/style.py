@@ -15,6 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from tautflex import checks
 from tautflex.errors import InputError
 
 SINGLE_COLUMN = 3.5  # [inch], one column of a two-column page
@@ -108,10 +109,10 @@ def save_figure(figure: Figure, stem: str | os.PathLike[str], formats: Sequence[
         If a format is unknown or a file cannot be written.
     """
     undated: dict[str, dict[str, Any]] = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
-    for kind in formats:
-        if kind not in undated:
-            raise InputError(f"formats: expected any of {', '.join(undated)}, got {kind!r}")
-    base = Path(stem)
+    checks.instance("figure", figure, Figure, "a matplotlib Figure", remedy="plot_modes(modes) and its like give one")
+    for kind in checks.several("formats", formats, str, "'png'"):
+        checks.one_of("formats", kind, tuple(undated))
+    base = checks.path("stem", stem)
     written = [base.with_name(f"{base.name}.{kind}") for kind in formats]
     try:
         base.parent.mkdir(parents=True, exist_ok=True)

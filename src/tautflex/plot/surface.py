@@ -15,9 +15,9 @@ from mpl_toolkits.mplot3d.art3d import (  # type: ignore[import-untyped]
     Poly3DCollection,
 )
 
-from tautflex.errors import InputError
 from tautflex.numeric import Array, Indices
 from tautflex.plot.style import DIVERGING, GREY
+from tautflex.solvers.variables import dataset_of
 
 VIEW = (30.0, -66.0)  # elevation and azimuth [degrees]
 _PIECES = 4000  # triangles are drawn in pieces, so that the colours run as the interpolation does
@@ -42,11 +42,7 @@ class Wireframe:
 
 def wireframe(data: xr.Dataset) -> Wireframe:
     """Return the mesh that a Dataset of modes or of a run carries, or raise InputError."""
-    if "node_position" not in data:
-        raise InputError(
-            "data: expected a Dataset with 'node_position' (node, component), got "
-            f"{sorted(map(str, data.data_vars))}; pass modes.to_dataset() or run.data"
-        )
+    data = dataset_of("data", data, "node_position", remedy="pass modes.to_dataset() or run.data")
 
     def numbers(name: str, columns: int) -> Indices:
         values = data[name].values if name in data else np.zeros((0, columns))

@@ -12,10 +12,12 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import ArrayLike
 
 from tautflex.analysis import maneuver_end, scalogram
+from tautflex.checks import finite
 from tautflex.errors import InputError
 from tautflex.numeric import Array
 from tautflex.plot.history import probe_records
 from tautflex.plot.style import DOUBLE_COLUMN, SEQUENTIAL, length_unit, new_axes, saving, styled
+from tautflex.solvers.transient.status import Run
 
 _FADED = 0.05  # the ridge is drawn where it is above this part of its largest value
 _COLUMNS = 600  # a page cannot show more
@@ -23,7 +25,7 @@ _COLUMNS = 600  # a page cannot show more
 
 @styled
 def plot_scalogram(
-    run: xr.Dataset,
+    run: xr.Dataset | Run,
     probe: str,
     component: str = "w",
     frequencies: ArrayLike | None = None,
@@ -35,7 +37,7 @@ def plot_scalogram(
     Parameters
     ----------
     run
-        Dataset of a run.
+        A run, or its Dataset.
     probe, component
         Record to analyse.
     frequencies, bandwidth
@@ -100,7 +102,7 @@ def _levels(magnitude: xr.DataArray, floor: float | None, label: str) -> tuple[A
     if floor is None:
         scale, unit = length_unit(magnitude.values)
         return scale * magnitude.values, (0.0, None), f"{label} [{unit}]"
-    if not floor < 0.0:
+    if not finite("floor", floor) < 0.0:
         raise InputError(f"floor: expected a negative number of decibels, got {floor!r}; -40 shows a hundredth")
     largest = float(magnitude.max()) or 1.0
     decibels = 20.0 * np.log10(np.maximum(magnitude.values / largest, 10.0 ** (floor / 20.0)))

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from tautflex import checks
+from tautflex.errors import InputError
 from tautflex.structure.model import Model
 from tautflex.structure.shapes import TRIANGLE3
+from tautflex.text import shown
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 COMPONENTS = ["x", "y", "z"]
 _ALONG = tuple(zip("uvw", COMPONENTS, strict=True))
@@ -188,6 +194,20 @@ def about(variable: Variable, **record: str) -> dict[str, str]:
 def described(table: Variables, arrays: Mapping[str, Any], **record: str) -> dict[str, tuple[Any, ...]]:
     """Arrays by name as Dataset variables with the dimensions, units and words of a table."""
     return {name: (table[name].dims, array, about(table[name], **record)) for name, array in arrays.items()}
+
+
+def dataset_of(name: str, given: Any, *wanted: str, remedy: str) -> xr.Dataset:
+    """Return the Dataset of a result, itself, of a `Run` or `Modes`; InputError unless it has what is wanted."""
+    import xarray as xr  # half a second, which a case that is refused need not wait for
+
+    found = given
+    if not isinstance(given, xr.Dataset | xr.DataArray | type):
+        found = given.to_dataset() if hasattr(given, "to_dataset") else getattr(given, "data", given)
+    expected = f"a Dataset with {', '.join(map(repr, wanted))}" if wanted else "a Dataset"
+    data = checks.instance(name, found, xr.Dataset, expected, remedy=remedy)
+    if any(variable not in data for variable in wanted):
+        raise InputError(f"{name}: expected {expected}, got {shown(sorted(map(str, data.variables)))}; {remedy}")
+    return data
 
 
 def mesh_variables(model: Model) -> dict[str, tuple[Any, ...]]:

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tautflex import checks
 from tautflex.numeric import Array, Indices
 from tautflex.structure.materials import Section
 from tautflex.structure.shapes import Shape
+from tautflex.text import brief
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -39,6 +41,7 @@ class ElementGroup:
     connectivity: Indices
     initial: Array
     orientation: Array
+    __repr__ = brief
 
 
 @dataclass(frozen=True)
@@ -55,13 +58,23 @@ class Support:
 
     nodes: tuple[int, ...]
     directions: tuple[str, ...] = DIRECTIONS
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        checks.indices("nodes", self.nodes, np.iinfo(np.int64).max)
+        for direction in checks.several("directions", self.directions, str, "'x'"):
+            checks.one_of("directions", direction, DIRECTIONS)
 
     @classmethod
     def clamped(cls, nodes: ArrayLike) -> Support:
         """Hold all six directions of ``nodes``."""
-        return cls(tuple(int(i) for i in np.atleast_1d(np.asarray(nodes))))
+        return cls(_numbers(nodes))
 
     @classmethod
     def pinned(cls, nodes: ArrayLike) -> Support:
         """Hold the three translations of ``nodes``."""
-        return cls(tuple(int(i) for i in np.atleast_1d(np.asarray(nodes))), DIRECTIONS[:3])
+        return cls(_numbers(nodes), DIRECTIONS[:3])
+
+
+def _numbers(nodes: ArrayLike) -> tuple[int, ...]:
+    return tuple(checks.indices("nodes", np.ravel(np.asarray(nodes)), np.iinfo(np.int64).max).tolist())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, cast
 
 from tautflex import checks
 from tautflex.errors import InputError
@@ -108,6 +108,7 @@ class CableSection:
 
     def __post_init__(self) -> None:
         _check(self, "area")
+        checks.flag("slack", self.slack)
         if self.slack and self.law not in ("elastic", "slack"):
             raise InputError(f"slack: expected False with a law of its own, got True and law = {self.law!r}")
 
@@ -158,6 +159,7 @@ Section = MembraneSection | CableSection | BeamSection
 
 
 def _check(section: Section, *sizes: str) -> None:
+    checks.instance("material", section.material, Material, "a Material", remedy="write Material(3.5e9, 1530.0, 0.34)")
     for name in sizes:
         checks.positive(name, getattr(section, name))
     checks.one_of("strain", section.strain, STRAINS)
@@ -165,7 +167,6 @@ def _check(section: Section, *sizes: str) -> None:
         checks.one_of("law", section.law, LAW_NAMES[section.kind])
 
 
-def require_section(name: str, section: object, kind: type) -> None:
-    """Raise InputError unless ``section`` is of the wanted kind."""
-    if not isinstance(section, kind):
-        raise InputError(f"{name}: expected a {kind.__name__}, got {section!r}; elements need a section")
+def require_section(name: str, section: object, kind: type[Section]) -> Section:
+    """Return a section of the wanted kind, or raise InputError."""
+    return cast(Section, checks.instance(name, section, kind, f"a {kind.__name__}", remedy="elements need a section"))

@@ -12,12 +12,14 @@ from numpy.typing import ArrayLike
 from tautflex import checks
 from tautflex.errors import MeshError
 from tautflex.numeric import Array, Indices
-from tautflex.structure.groups import DIRECTIONS, ElementGroup, Support
+from tautflex.structure.groups import ElementGroup, Support
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, require_section
 from tautflex.structure.mesh import blend_by_direction, check_connected, check_elements, check_joints
 from tautflex.structure.numbering import Numbering
 from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6, Shape, surface_shape
+from tautflex.text import card, count
 
+_SUPPORT = "Support.clamped([0])"
 PRESTRESS_MODES = ("equilibrium", "uniform", "initial-strain")
 
 
@@ -98,45 +100,61 @@ class Model(Numbering):
             If an argument has the wrong shape or value.
         """
         points = checks.float_array("nodes", nodes, (None, 3), error=MeshError)
-        film = _surface_elements(triangles, quads, surfaces or {}, len(points))
+        film = _surface_elements(triangles, quads, {} if surfaces is None else surfaces, len(points))
         count = sum(len(elements) for _, elements in film)
-        names = " and ".join(dict.fromkeys(f"{shape.domain}s" for shape, _ in film))
-        stress = checks.float_array(f"prestress of {names}", _spread(membrane_stress, count, 3), (count, 3))
+        stress = checks.spread("membrane_stress", membrane_stress, count, 3)
         groups, first = [], 0
         for shape, elements in film:
-            require_section(f"{shape.domain}s", membrane, MembraneSection)
-            assert membrane is not None
+            section = require_section(f"{shape.domain}s", membrane, MembraneSection)
             own = stress[first : first + len(elements)]
             first += len(elements)
-            groups.append(
-                ElementGroup(membrane, shape, elements, own, checks.vector3("orientation", membrane_orientation))
-            )
-        for name, lines, section, kind, initial, orientation in (
-            ("cables", cables, cable, CableSection, cable_tension, (0.0, 0.0, 1.0)),
-            ("beams", beams, beam, BeamSection, beam_axial_force, beam_orientation),
+            direction = checks.vector3("membrane_orientation", membrane_orientation)
+            groups.append(ElementGroup(section, shape, elements, own, direction))
+        for name, lines, given, kind, load, initial, orientation in (
+            ("cables", cables, cable, CableSection, "cable_tension", cable_tension, (0.0, 0.0, 1.0)),
+            ("beams", beams, beam, BeamSection, "beam_axial_force", beam_axial_force, beam_orientation),
         ):
-            if lines is None or not np.size(lines):
+            elements = checks.index_array(name, () if lines is None else lines, 2, len(points), error=MeshError)
+            if not len(elements):
                 continue
-            require_section(name, section, kind)
-            assert section is not None
-            elements = checks.index_array(name, lines, 2, len(points), error=MeshError)
-            values = _spread(np.reshape(np.asarray(initial, dtype=float), (-1, 1)), len(elements), 1)
-            checks.float_array(f"prestress of {name}", values, (len(elements), 1))
-            groups.append(ElementGroup(section, LINE2, elements, values, checks.vector3("orientation", orientation)))
-        stated = prestress_mode is not None
-        return cls(points, tuple(groups), tuple(supports), prestress_mode or "uniform", stated)
+            values = checks.spread(load, initial, len(elements))[:, None]
+            direction = checks.vector3("beam_orientation", orientation)
+            groups.append(ElementGroup(require_section(name, given, kind), LINE2, elements, values, direction))
+        held, stated = checks.several("supports", supports, Support, _SUPPORT), prestress_mode is not None
+        return cls(points, tuple(groups), held, "uniform" if prestress_mode is None else prestress_mode, stated)
 
     def __post_init__(self) -> None:
         checks.one_of("prestress_mode", self.prestress_mode, PRESTRESS_MODES)
+        checks.several("supports", self.supports, Support, _SUPPORT)
+        checks.several("groups", self.groups, ElementGroup, "those that Model.from_mesh makes")
+        checks.float_array("nodes", self.nodes, (None, 3), error=MeshError)
         for group in self.groups:
             name = f"{group.section.kind if group.shape.dimension == 1 else group.shape.domain}s"
             check_elements(name, group.shape, self.nodes, group.connectivity)
         check_joints([(group.shape, group.connectivity) for group in self.surfaces])
         check_connected(len(self.nodes), [group.connectivity for group in self.groups])
         for support in self.supports:
-            checks.index_array("supports", np.reshape(support.nodes, (-1, 1)), 1, len(self.nodes), error=MeshError)
-            for direction in support.directions:
-                checks.one_of("support direction", direction, DIRECTIONS)
+            checks.indices("supports", support.nodes, len(self.nodes), error=MeshError)
+
+    def __repr__(self) -> str:
+        elements = [
+            count(
+                group.connectivity, group.section.kind if group.shape.dimension == 1 else f"film {group.shape.domain}"
+            )
+            for group in self.groups
+        ]
+        size = " x ".join(f"{side:.4g}" for side in np.ptp(self.nodes, axis=0))
+        held = count(np.unique(np.concatenate([[], *(support.nodes for support in self.supports)])), "node")
+        lines = {
+            "nodes": len(self.nodes),
+            "unknowns": len(self.free_dofs),
+            "elements": ", ".join(elements),
+            "size": f"{size} m",
+            "mass": f"{self.mass:.4g} kg",
+            "supports": f"{held} held" + (f", {self.rigid_freedom} rigid motions free" if self.rigid_freedom else ""),
+            "prestress": self.prestress_mode,
+        }
+        return card(self, lines)
 
     @property
     def surfaces(self) -> tuple[ElementGroup, ...]:
@@ -219,17 +237,14 @@ def _surface_elements(
     triangles: ArrayLike | None, quads: ArrayLike | None, surfaces: Mapping[str, ArrayLike], node_count: int
 ) -> list[tuple[Shape, Indices]]:
     """Checked node numbers of the film's elements by shape."""
-    corners = TRIANGLE6 if np.asarray(triangles).shape[-1:] == (6,) else TRIANGLE3
+    checks.instance("surfaces", surfaces, Mapping, "a mapping from names of shapes to node numbers")
+    six = triangles is not None and np.shape(checks.numbers("triangles", triangles, error=MeshError))[-1:] == (6,)
+    corners = TRIANGLE6 if six else TRIANGLE3
     given = [("triangles", corners, triangles), ("quads", QUAD4, quads)]
     for name, elements in surfaces.items():
         given.append((f"surfaces[{name!r}]", surface_shape("surfaces", name), elements))
     return [
         (shape, checks.index_array(name, elements, len(shape.nodes), node_count, error=MeshError))
         for name, shape, elements in given
-        if elements is not None and np.size(elements)
+        if elements is not None and np.size(checks.numbers(name, elements, error=MeshError))
     ]
-
-
-def _spread(values: ArrayLike, count: int, width: int) -> Array:
-    """The same values for every element, or each its own."""
-    return np.array(np.broadcast_to(np.asarray(values, dtype=float), (count, width)))

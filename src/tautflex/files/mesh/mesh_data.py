@@ -14,6 +14,7 @@ from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import Support
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
 from tautflex.structure.model import Model
+from tautflex.text import brief
 
 ELEMENTS = ("triangles", "quads", "cables", "beams")
 
@@ -42,6 +43,7 @@ class MeshData:
     supports: tuple[Support, ...] = ()
     groups: Mapping[str, Mapping[str, Indices]] = field(default_factory=dict)
     quads: Indices = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
+    __repr__ = brief
 
     def values(self, kind: str, by_group: Mapping[str, float]) -> Array:
         """Spread one value per group over the elements, e.g. tensions over cables.

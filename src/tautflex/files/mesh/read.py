@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from pathlib import Path
 
 from tautflex import checks
 from tautflex.errors import MeshError
@@ -66,7 +65,7 @@ def read_mesh(
     MissingExtraError
         If a ``.msh`` file is given and Gmsh is not installed.
     """
-    source = Path(path)
+    source = checks.path("path", path)
     shown = shorten(str(source), 200).strip("'\"")
     checks.positive("unit_length", unit_length)
     reader = READERS.get(source.suffix.lower())

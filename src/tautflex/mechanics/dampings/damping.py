@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 from tautflex.mechanics.dampings.matrix import DampingMatrix
 from tautflex.numeric import Array
 from tautflex.structure.kinds import ByKind
+from tautflex.text import brief
 
 if TYPE_CHECKING:  # reading a case file asks for the numbers alone
     from scipy.sparse import csr_array
@@ -37,6 +38,7 @@ class LinearStructure:
     system: StructuralSystem
     stiffness_entries: Array
     modes: Callable[[int], tuple[Array, Array]]
+    __repr__ = brief
 
     @property
     def mass_matrix(self) -> csr_array:

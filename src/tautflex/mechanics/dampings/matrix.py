@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tautflex.numeric import Array
+from tautflex.text import brief
 
 _PARTS = ("mass", "stiffness")
 _NO_KINDS: Mapping[str, tuple[Any, Any]] = MappingProxyType({})
@@ -39,6 +40,8 @@ class DampingMatrix:
     vectors: Array = field(default_factory=lambda: np.zeros((0, 0)))
     coefficients: Array = field(default_factory=lambda: np.zeros(0))
     kinds: Mapping[str, tuple[Any, Any]] = field(default_factory=dict)
+
+    __repr__ = brief
 
     @property
     def rank(self) -> int:

@@ -11,6 +11,7 @@ from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.dampings.damping import Damping, LinearStructure
 from tautflex.mechanics.dampings.matrix import DampingMatrix
+from tautflex.text import brief
 
 # Modes that share one ratio where nothing is said.
 _MODES = 10
@@ -36,9 +37,10 @@ class Modal(Damping):
 
     ratio: float | tuple[float, ...]
     modes: int | None = None
+    __repr__ = brief
 
     def __post_init__(self) -> None:
-        if np.ndim(self.ratio) > 0:
+        if checks.numbers("ratio", self.ratio).ndim:
             given = checks.float_array("ratio", self.ratio, (None,)).tolist()
             object.__setattr__(self, "ratio", tuple(checks.between("ratio", each, 0.0, 1.0) for each in given))
             if not given:

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import PreparedInput, TimeInput
 from tautflex.mechanics.loads.prepared import StressChange, TimeFunction
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array, Indices
+from tautflex.text import brief
 
 
 @dataclass(frozen=True)
@@ -31,15 +33,14 @@ class CableTension(TimeInput):
     change: TimeFunction
     cables: Sequence[int] | None = None
     breaks: tuple[float, ...] = ()
+    __repr__ = brief
 
     def prepare(self, system: StructuralSystem) -> PreparedInput:
         """Bind to a system with cables."""
         count = len(system.model.cables)
         if not count:
             raise InputError("CableTension: expected a model with cables, got none; add cables to the model")
-        chosen = np.arange(count) if self.cables is None else np.asarray(self.cables)
-        if chosen.size and (chosen.min() < 0 or chosen.max() >= count):
-            raise InputError(f"cables: expected numbers in 0..{count - 1}, got {chosen.tolist()}")
+        chosen = np.arange(count) if self.cables is None else checks.indices("cables", self.cables, count, "cable")
         if not chosen.size or len(np.unique(chosen)) < chosen.size:
             raise InputError(f"cables: expected at least one cable, every one once, got {chosen.tolist()}")
         return StressChange(self.change, _cable_columns(system, chosen), chosen.size, "change")

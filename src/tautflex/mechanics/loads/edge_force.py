@@ -11,6 +11,7 @@ from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import PreparedInput, TimeInput
 from tautflex.mechanics.loads.prepared import PatternLoad, TimeFunction, checked_nodes, nodal_pattern
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.text import brief
 
 
 @dataclass(frozen=True)
@@ -30,12 +31,13 @@ class EdgeForce(TimeInput):
     nodes: Sequence[int]
     force: TimeFunction
     breaks: tuple[float, ...] = ()
+    __repr__ = brief
 
     def prepare(self, system: StructuralSystem) -> PreparedInput:
         """Bind to a system; each piece gives half of its length to either end (consistent for linear edges)."""
-        if len(self.nodes) < 2:
-            raise InputError(f"nodes: expected at least two nodes along an edge, got {list(self.nodes)}")
         points = system.model.nodes[checked_nodes(system, self.nodes)]
+        if len(points) < 2:
+            raise InputError(f"nodes: expected at least two nodes along an edge, got {list(self.nodes)}")
         piece = np.linalg.norm(np.diff(points, axis=0), axis=1)
         share = 0.5 * (np.append(piece, 0.0) + np.insert(piece, 0, 0.0))
         return PatternLoad(*nodal_pattern(system, self.nodes, share), self.force, "force")

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tautflex.mechanics.loads.inputs import PreparedInput, TimeInput
-from tautflex.mechanics.loads.prepared import TimeFunction, value_at
+from tautflex.mechanics.loads.prepared import TimeFunction, check_function, value_at
 from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.text import brief
 
 
 @dataclass(frozen=True)
@@ -26,8 +27,11 @@ class Pressure(TimeInput):
     pressure: TimeFunction
     breaks: tuple[float, ...] = ()
 
+    __repr__ = brief
+
     def prepare(self, system: StructuralSystem) -> PreparedInput:
         """Bind to a system with a film."""
+        check_function("pressure", self.pressure)
         return _FilmPressure(PressureLoad(system, 0.0), self.pressure)
 
 

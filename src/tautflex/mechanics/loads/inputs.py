@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from tautflex.errors import InputError
+from tautflex import checks
 from tautflex.mechanics.loads.time_table import TimeTable
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
@@ -92,9 +92,8 @@ class InputSet:
     """
 
     def __init__(self, system: StructuralSystem, inputs: Sequence[TimeInput]) -> None:
-        for item in inputs:
-            if not isinstance(item, TimeInput):
-                raise InputError(f"inputs: expected objects such as CableTension(...), got {item!r}")
+        for item in checks.several("inputs", inputs, TimeInput, "CableTension(...)"):
+            checks.float_array("breaks", item.breaks, (None,))
         self._size, self._given = system.size, inputs
         self.breaks = tuple(instant for item in inputs for instant in _breaks(item))
         self._inputs = [item.prepare(system) for item in inputs]

@@ -11,6 +11,7 @@ from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import PreparedInput, TimeInput
 from tautflex.mechanics.loads.prepared import StressChange, TimeFunction
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.text import brief
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ class MembraneTemperature(TimeInput):
     change: TimeFunction
     expansion: float
     breaks: tuple[float, ...] = ()
+    __repr__ = brief
 
     def prepare(self, system: StructuralSystem) -> PreparedInput:
         """Bind to a system with a film: stress change -D (expansion, expansion, 0) per kelvin."""

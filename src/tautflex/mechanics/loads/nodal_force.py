@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tautflex.mechanics.loads.inputs import PreparedInput, TimeInput
-from tautflex.mechanics.loads.prepared import PatternLoad, TimeFunction, nodal_pattern
+from tautflex.mechanics.loads.prepared import PatternLoad, TimeFunction, checked_nodes, nodal_pattern
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.text import brief
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,9 @@ class NodalForce(TimeInput):
     nodes: Sequence[int]
     force: TimeFunction
     breaks: tuple[float, ...] = ()
+    __repr__ = brief
 
     def prepare(self, system: StructuralSystem) -> PreparedInput:
         """Bind to a system."""
-        return PatternLoad(*nodal_pattern(system, self.nodes, np.ones(len(self.nodes))), self.force, "force")
+        share = np.ones(len(checked_nodes(system, self.nodes)))
+        return PatternLoad(*nodal_pattern(system, self.nodes, share), self.force, "force")

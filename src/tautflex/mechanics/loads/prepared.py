@@ -13,6 +13,7 @@ from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import PreparedInput
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array, Indices
+from tautflex.text import shown
 
 TimeFunction = Callable[[float], ArrayLike] | ArrayLike
 """Constant, or function of time [s]."""
@@ -23,8 +24,8 @@ def value_at(name: str, function: TimeFunction, time: float) -> Array:
     value = function(time) if callable(function) else function
     try:
         return np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected numbers at t = {time:g} s, got {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{name}: expected numbers at t = {time:g} s, got {shown(value)}") from None
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,9 @@ class PatternLoad(PreparedInput):
     held: Array
     function: TimeFunction
     name: str
+
+    def __post_init__(self) -> None:
+        check_function(self.name, self.function)
 
     @property
     def idle(self) -> bool:
@@ -64,6 +68,9 @@ class StressChange(PreparedInput):
     count: int
     name: str
 
+    def __post_init__(self) -> None:
+        check_function(self.name, self.function)
+
     def stress(self, time: float) -> dict[int, Array]:
         """Change of initial stress by block number, shapes (element, strain)."""
         value = np.atleast_1d(value_at(self.name, self.function, time))
@@ -74,11 +81,17 @@ class StressChange(PreparedInput):
         return {index: column @ value for index, column in self.columns.items()}
 
 
+def check_function(name: str, function: TimeFunction) -> None:
+    """Raise InputError for a function of anything but the time."""
+    if callable(function):
+        checks.function(name, function, "time")
+
+
 def checked_nodes(system: StructuralSystem, nodes: Sequence[int]) -> Indices:
     """Node numbers as an array; InputError if there is none, one is not in the model, or one stands twice."""
-    if not len(nodes):
+    found = checks.indices("nodes", nodes, len(system.model.nodes))
+    if not len(found):
         raise InputError("nodes: expected at least one node, got none; give its number")
-    found = checks.index_array("nodes", np.reshape(np.asarray(nodes), (-1, 1)), 1, len(system.model.nodes))[:, 0]
     if len(np.unique(found)) < len(found):
         raise InputError(f"nodes: expected every node once, got {found.tolist()}; leave repeated ones out")
     return found

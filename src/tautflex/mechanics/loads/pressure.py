@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.mechanics.system import StructuralSystem
+from tautflex.mechanics.system import HasSystem, StructuralSystem, system_of
 from tautflex.numeric import Array, Places
 from tautflex.structure.groups import ElementGroup
 from tautflex.structure.orientation import facing
+from tautflex.text import count, span
 
 # What leaves the range of numbers makes no step of any solver, which says so.
 _QUIETLY = np.errstate(over="ignore", invalid="ignore")
@@ -56,7 +57,7 @@ class PressureLoad:
     Parameters
     ----------
     system
-        The structure.
+        Prestressed state, or its system.
     pressure
         Pressure [Pa], one number or one per film element, shape (t,).
 
@@ -74,28 +75,25 @@ class PressureLoad:
     way round a closed path: the derivative has a skew part there, and no potential exists [Bufler 1984].
     """
 
-    def __init__(self, system: StructuralSystem, pressure: ArrayLike) -> None:
-        if not isinstance(system, StructuralSystem):
-            raise InputError(f"system: expected a StructuralSystem, got {type(system).__name__}; give state.system")
+    def __init__(self, system: StructuralSystem | HasSystem, pressure: ArrayLike) -> None:
+        system = system_of("system", system)
         model = system.model
         if not model.membrane_count:
             raise InputError("pressure: expected a model with a film, got none; give triangles and a membrane section")
-        self.pressure, self._system = self._checked(pressure, model.membrane_count), system
+        self.pressure, self._system = checks.spread("pressure", pressure, model.membrane_count), system
         sign = facing(model.nodes, model.surfaces)
         ends = np.cumsum([len(group.connectivity) for group in model.surfaces])[:-1]
         self._patches = [
             _Patch(system, group, own) for group, own in zip(model.surfaces, np.split(sign, ends), strict=True)
         ]
 
-    @staticmethod
-    def _checked(pressure: ArrayLike, count: int) -> Array:
-        single = np.ndim(pressure) == 0
-        return np.broadcast_to(checks.float_array("pressure", pressure, () if single else (count,)), (count,))
+    def __repr__(self) -> str:
+        return f"PressureLoad({span(self.pressure, 'Pa')} on {count(self.pressure, 'film element')})"
 
     def scaled(self, pressure: ArrayLike) -> PressureLoad:
         """Another pressure [Pa] on the same film, one number or one per film element, shape (t,)."""
         other = copy(self)
-        other.pressure = self._checked(pressure, len(self.pressure))
+        other.pressure = checks.spread("pressure", pressure, len(self.pressure))
         return other
 
     def belongs_to(self, system: StructuralSystem) -> bool:

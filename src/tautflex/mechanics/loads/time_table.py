@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.numeric import Array
+from tautflex.text import brief
 
 # A slope that changes by less than this part of the steepest one is round-off of the table.
 _SAME = 1e-9
@@ -36,10 +37,13 @@ class TimeTable:
 
     times: ArrayLike
     values: ArrayLike
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         times = checks.float_array("times", self.times, (None,))
-        values = checks.float_array("values", self.values, (None,) * max(1, min(2, np.ndim(self.values))))
+        values = checks.float_array(
+            "values", self.values, (None,) * max(1, min(2, checks.numbers("values", self.values).ndim))
+        )
         if not len(times):
             raise InputError("times: expected at least one instant, got none; give for example [0.0, 1.0]")
         if len(values) != len(times):

@@ -51,13 +51,14 @@ class ModalBasis(Basis):
     derivatives: str = "condensed"
 
     def __post_init__(self) -> None:
+        for direction in checks.several("directions", self.directions, str, "'rx'"):
+            checks.one_of("directions", direction, RIGID_DIRECTIONS)
         if not self.directions:
             raise InputError("directions: expected at least one of 'x', 'y', 'z', 'rx', 'ry', 'rz', got none")
-        for direction in self.directions:
-            checks.one_of("directions", direction, RIGID_DIRECTIONS)
+        checks.flag("static_correction", self.static_correction)
         if self.count is not None:
             checks.whole("count", self.count, 1)
-            if self.count > self.candidates:
+            if self.count > checks.whole("candidates", self.candidates, 1):
                 text = f"count: expected at most candidates = {self.candidates}, got {self.count}"
                 raise InputError(f"{text}; raise candidates, or take fewer modes")
         checks.between("threshold", self.threshold, 0.0, 1.0)

@@ -15,6 +15,8 @@ from tautflex.reduction.bases.static_derivatives import TREATMENTS, add_static_d
 from tautflex.reduction.bases.vectors import Basis, BasisVectors, ReferenceSolver, ritz
 from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.variables import dataset_of
+from tautflex.text import brief
 
 
 @dataclass(frozen=True)
@@ -42,11 +44,14 @@ class PodBasis(Basis):
     count: int | None = None
     lost: float = 1e-5
     derivatives: str = "condensed"
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if self.count is not None:
             checks.whole("count", self.count, 1)
         checks.between("lost", self.lost, 0.0, 1.0)
+        remedy = "simulate(..., fields='all') stores it"
+        object.__setattr__(self, "data", dataset_of("data", self.data, "displacement", remedy=remedy))
         checks.one_of("derivatives", self.derivatives, TREATMENTS)
 
     def vectors(self, state: PrestressedState) -> BasisVectors:

@@ -15,6 +15,7 @@ from tautflex.errors import InputError
 from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.text import brief
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,7 @@ class BasisVectors:
     derivatives: Array
     amplitude: Array
     description: str
+    __repr__ = brief
 
 
 class Basis(ABC):

@@ -28,9 +28,10 @@ from tautflex.reduction.marching.simulation import solve_reduced
 from tautflex.reduction.on_basis import OnBasis, refuse_drifting
 from tautflex.reduction.polynomial.condensation import CondensedModel, FrameMoments, even
 from tautflex.reduction.polynomial.projection import project_moments
-from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Run
+from tautflex.solvers.variables import dataset_of
 
 
 @dataclass(frozen=True)
@@ -175,13 +176,15 @@ def hyper_reduce(
     for name, count in (("transverse", transverse), ("in_plane", in_plane)):
         if count is not None:
             checks.whole(name, count, 1)
-    for share in lost:
+    require_state(state)
+    for share in checks.float_array("lost", lost, (2,)):
         checks.between("lost", share, 0.0, 1.0)
     checks.between("tolerance", tolerance, 0.0, 1.0)
     checks.whole("training_states", training_states, 2)
-    runs: list[Any] = list(data) if isinstance(data, list | tuple) else [data]
-    if not runs or not all(isinstance(run, xr.Dataset) for run in runs):
-        raise InputError(f"data: expected the Dataset of a run with stored fields (run.data) or several, got {data!r}")
+    each: list[Any] = list(data) if isinstance(data, list | tuple) else [data]
+    runs = [dataset_of("data", run, "displacement", remedy="simulate with fields='all'") for run in each]
+    if not runs:
+        raise InputError("data: expected at least one run, got none; simulate with fields='all'")
     refuse_drifting(state)
     snapshots = np.concatenate([full_snapshots(state, run) for run in runs])
     basis = two_part_basis(state, snapshots, (transverse, in_plane), lost)

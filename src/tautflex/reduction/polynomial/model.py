@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tautflex import checks
-from tautflex.errors import InputError, UnsupportedError
+from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.numeric import Array, within_arithmetic
 from tautflex.reduction.bases.modal_basis import ModalBasis
@@ -23,7 +23,7 @@ from tautflex.reduction.polynomial.fields import Fields
 from tautflex.reduction.polynomial.forces import ReducedArrays
 from tautflex.reduction.polynomial.monomials import WEAK_FIELD, monomial_sizes, pairs, stress_fields
 from tautflex.reduction.polynomial.projection import Projection, project
-from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Run
 
@@ -172,9 +172,9 @@ def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: floa
         If the structure has nonlinear laws or can drift away as a rigid body.
     """
     began = clock.perf_counter()
-    basis = basis or ModalBasis()
-    if not isinstance(basis, Basis):
-        raise InputError(f"basis: expected an object such as ModalBasis(directions=('rx',)), got {basis!r}")
+    require_state(state)
+    basis = ModalBasis() if basis is None else basis
+    checks.instance("basis", basis, Basis, "an object such as ModalBasis(directions=('rx',))")
     checks.between("weak_field", weak_field, 0.0, 1e-2)
     laws = sorted({block.law.name for block in state.system.blocks if not block.is_elastic})
     if laws:

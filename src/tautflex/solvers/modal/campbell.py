@@ -17,7 +17,7 @@ from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import unit_axis
 from tautflex.numeric import Array, Indices
 from tautflex.solvers.modal.spinning import SpinningModes, solve_spinning_modes
-from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.variables import CAMPBELL, described
 
 Progress = Callable[[float, str], None]
@@ -75,12 +75,13 @@ def campbell(
     NotConvergedError
         If there is no equilibrium at a rate; ``result`` has the table of the rates before it.
     """
+    require_state(state)
     values = checks.float_array("rates", rates, (None,))
     steps = np.diff(values)
     if not len(values) or not (np.all(steps > 0.0) or np.all(steps < 0.0)):
         raise InputError(f"rates: expected increasing or decreasing rates [rad/s], got {values}; sort them")
     direction, size = unit_axis(axis), state.system.size
-    if not 1 <= n <= size:
+    if not 1 <= checks.whole("n", n, 0) <= size:
         raise InputError(f"n: expected 1 to {size} branches, got {n}; refine the mesh for more")
     # Modes beyond the wanted ones may come down and cross these.
     pool = min(n + max(4, n // 2), size)

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.numeric import Array, within_arithmetic
 from tautflex.solvers.linear.eigenpairs import lowest_eigenpairs
 from tautflex.solvers.modal.labels import FilmSampler, half_wave_labels, symmetry_class
 from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads
-from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.prestress import PrestressedState, in_short, require_state
 from tautflex.solvers.variables import COMPONENTS, MODES, described, mesh_variables
+from tautflex.text import card, span
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,6 +48,18 @@ class Modes:
     labels: list[tuple[int, int] | None]
     symmetry: list[str]
     effective_mass: Array
+
+    def __repr__(self) -> str:
+        shapes = zip(self.frequencies, self.labels, self.symmetry, strict=True)
+        lines = {
+            "state": in_short(self.state),
+            "modes": f"{len(self.frequencies)}, {span(self.frequencies, 'Hz')}",
+            **{
+                f"mode {number}": f"{value:.4g} Hz  {label or ''} {symmetry}"
+                for number, (value, label, symmetry) in enumerate(shapes, start=1)
+            },
+        }
+        return card(self, lines)
 
     @property
     def shapes(self) -> Array:
@@ -105,8 +119,9 @@ def solve_modes(state: PrestressedState, n: int = 10) -> Modes:
     NotConvergedError
         If the eigensolver fails.
     """
+    require_state(state)
     system = state.system
-    if not 1 <= n < system.size:
+    if not 1 <= checks.whole("n", n, 0) < system.size:
         raise InputError(f"n: expected 1 to {system.size - 1} modes, got {n}; refine the mesh for more")
     values, vectors = lowest_eigenpairs(system.pattern, state.tangent_entries, system.inertia.mass_entries, n)
     frequencies = np.sign(values) * np.sqrt(np.abs(values)) / (2.0 * np.pi)

@@ -29,7 +29,7 @@ from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.numeric import Array, Complex
 from tautflex.solvers.modal.natural import Modes
 from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads, rigid_mass
-from tautflex.solvers.variables import APPENDAGE, COMPONENTS, described
+from tautflex.solvers.variables import APPENDAGE, COMPONENTS, dataset_of, described
 
 # Six of them: a structure that is not held at all has no interface to a hub.
 _FREE = 6
@@ -66,6 +66,7 @@ def appendage_data(
     InputError
         If ``point`` or ``damping`` has the wrong shape or value.
     """
+    checks.instance("modes", modes, Modes, "the Modes of a state", remedy="solve_modes(state) gives them")
     place = checks.vector3("point", point)
     model, inertia = modes.state.model, modes.state.system.inertia
     if model.rigid_freedom == _FREE:
@@ -120,6 +121,7 @@ def dynamic_mass(data: xr.Dataset, frequencies: ArrayLike) -> Complex:
     numpy.ndarray
         Complex [kg, kg m, kg m^2], shape (f, 6, 6); the rigid mass matrix at zero frequency.
     """
+    data = dataset_of("data", data, "participation", "rigid_mass", remedy="appendage_data(modes, point) gives it")
     s = 2j * np.pi * checks.float_array("frequencies", frequencies, (None,))[:, None]
     natural, ratio = 2.0 * np.pi * data["frequency"].values, data["damping_ratio"].values
     gain = s**2 / (s**2 + 2.0 * ratio * natural * s + natural**2)
@@ -150,7 +152,7 @@ def _damping_ratios(modes: Modes, damping: Damping | ArrayLike | None) -> Array:
             )
         from_mass = np.divide(own, 2.0 * natural, out=np.zeros(count), where=natural > 0.0)
         return from_mass + 0.5 * matrix.stiffness * natural
-    ratios = np.asarray(damping, dtype=float)
+    ratios = checks.numbers("damping", damping)
     if ratios.shape not in ((), (count,)) or not np.all(ratios >= 0.0):
         raise InputError(f"damping: expected one ratio >= 0, or {count} of them, got {ratios.tolist()}")
     return np.array(np.broadcast_to(ratios, (count,)))

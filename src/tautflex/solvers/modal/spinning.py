@@ -25,8 +25,9 @@ from tautflex.solvers.linear.eigenpairs import below_zero
 from tautflex.solvers.linear.quadratic import QuadraticPencil, lowest_eigenpairs, quadratic_forms
 from tautflex.solvers.modal.natural import describe_shapes
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
-from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.prestress import PrestressedState, in_short, require_state
 from tautflex.solvers.variables import COMPONENTS, SPINNING_MODES, described, mesh_variables
+from tautflex.text import card, count, shown, span
 
 # Off every ratio of spin and frequency that a closed form could give.
 _SHIFT_PER_RATE = 0.7391
@@ -66,6 +67,16 @@ class SpinningModes:
     vectors: Complex
     whirl: Array
     min_principal_resultant: float
+
+    def __repr__(self) -> str:
+        spin, growing = np.linalg.norm(self.angular_velocity), int(np.sum(self.eigenvalues.real > 0.0))
+        lines = {
+            "state": in_short(self.state),
+            "spin": f"{spin:.4g} rad/s about {shown(np.round(self.angular_velocity / (spin or 1.0), 4).tolist())}",
+            "modes": f"{len(self.eigenvalues)}, {span(self.frequencies, 'Hz')} in the rotating frame",
+            "growth": f"{span(self.eigenvalues.real, '1/s')}, {count(growing, 'growing mode')}",
+        }
+        return card(self, lines)
 
     @property
     def frequencies(self) -> Array:
@@ -165,9 +176,12 @@ def solve_spinning_modes(
         If there is no spinning equilibrium, or the eigensolver fails.
     """
     spin, point = checks.vector3("angular_velocity", angular_velocity), checks.vector3("origin", origin)
+    require_state(state)
+    for name, given, kind in (("coupling", coupling, Coupling), ("damping", damping, Damping)):
+        checks.instance(name, given, (kind, type(None)), f"a {kind.__name__} or None")
     system = state.system
     size = system.size
-    if not 1 <= n <= size:
+    if not 1 <= checks.whole("n", n, 0) <= size:
         raise InputError(f"n: expected 1 to {size} modes, got {n}; refine the mesh for more")
     motion, coupling = fixed_axis_motion(1.0, 0.0, spin, point), coupling or Coupling()
     equilibrium = spinning_equilibrium(state, motion, coupling)

@@ -15,6 +15,7 @@ from tautflex.solvers.modal.natural import Modes, solve_modes
 from tautflex.solvers.modal.refinement import mesh_errors
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.model import Model
+from tautflex.text import brief
 
 # Modes that are looked at, without and with half-waves to be found among those of flapping edges.
 _FEW, _MANY = 10, 40
@@ -50,6 +51,8 @@ class TuneResult:
     modes: tuple[int, ...]
     mesh_errors: Array
     warnings: tuple[str, ...]
+
+    __repr__ = brief
 
 
 class _Trial(NamedTuple):
@@ -99,16 +102,22 @@ def tune_pretension(
     Squared frequencies are nearly linear in the tensions, so Newton's method in the logarithms of frequency squared
     and scale, with a difference Jacobian, needs a few steps.
     """
-    targets = np.array([checks.positive("frequencies", value) for value in frequencies])
+    checks.instance("model", model, Model, "a Model", remedy="build_model(case) and Model.from_mesh(...) give one")
+    targets = checks.float_array("frequencies", frequencies, (None,))
     if targets.size not in (1, 2):
         raise InputError(f"frequencies: expected one or two targets, got {targets.size}")
-    wanted = list(modes) if modes is not None else [1, 2][: targets.size]
-    numbers = [least for given in wanted for least in np.ravel(given).tolist()]
+    for target in targets.tolist():
+        checks.positive("frequencies", target)
+    checks.positive("tolerance", tolerance)
+    checks.whole("max_iterations", max_iterations, 1)
+    given = range(1, targets.size + 1) if modes is None else checks.several("modes", modes, (int, tuple), "1")
+    wanted = list(given)
+    numbers = [checks.whole("modes", least, 0) for each in wanted for least in np.ravel(each).tolist()]
     if len(wanted) != targets.size or min(numbers) < 1 or len(set(wanted)) != len(wanted):
         raise InputError(
             f"modes: expected {targets.size} different mode number(s) from 1, or half-waves (m, n), got {wanted}"
         )
-    count = max(_FEW, *(_MANY if isinstance(given, tuple) else given for given in wanted))
+    count = max(_FEW, *(_MANY if isinstance(each, tuple) else each for each in wanted))
 
     def evaluate(logs: Array) -> tuple[Array, _Trial]:
         scale = np.exp(np.broadcast_to(logs, 2))

@@ -13,9 +13,10 @@ from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array
 from tautflex.solvers.nonlinear.minimum import find_minimum
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
-from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.static.residual import StaticResidual
 from tautflex.solvers.static.softening import softened
+from tautflex.text import shown
 
 # First shift of a descent that starts without transverse stiffness; steps of the order of the final deflection.
 _SOFT_START, _ON_THE_WAY = 1e-4, 1e-6
@@ -73,10 +74,7 @@ def solve_static(
     finds a shape that pressure would leave, a stable equilibrium is sought by `find_minimum`, from the elastic law to
     those that wrinkle and go slack. It also finds inflated and hanging shapes from a start without tension.
     """
-    if not isinstance(state, PrestressedState):
-        raise InputError(
-            f"state: expected a prestressed state, got {type(state).__name__}; solve_prestress(model) gives one"
-        )
+    require_state(state)
     system = state.system
     if not 0.0 < checks.finite("tolerance", tolerance) < 1.0:
         raise InputError(f"tolerance: expected a number > 0 and < 1, got {tolerance!r}; 1e-9 is the default")
@@ -87,9 +85,9 @@ def solve_static(
     if extra is not None:
         extra = checks.float_array("extra", extra, (system.pattern.entries,))
     if pressure is not None and not (isinstance(pressure, PressureLoad) and pressure.belongs_to(system)):
-        given = pressure if not isinstance(pressure, PressureLoad) else "one on another structure"
+        given = "one on another structure" if isinstance(pressure, PressureLoad) else shown(pressure)
         raise InputError(
-            f"pressure: expected a load on the film of this state, got {given}; give PressureLoad(state.system, 1.0)"
+            f"pressure: expected a load on the film of this state, got {given}; give PressureLoad(state, 1.0)"
         )
     x = np.zeros(system.size) if start is None else checks.float_array("start", start, (system.size,))
     problem = StaticResidual(system, state.reference_force, tolerance, dead, extra, pressure)

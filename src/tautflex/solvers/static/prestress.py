@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from tautflex import checks
 from tautflex.errors import PrestressError
 from tautflex.mechanics.dampings.damping import LinearStructure
 from tautflex.mechanics.membrane import (
@@ -26,6 +27,7 @@ from tautflex.solvers.static.diagnosis import Problem, film_wrinkles, find_probl
 from tautflex.solvers.static.residual import largest_force
 from tautflex.solvers.static.tensioning import respond
 from tautflex.structure.model import Model
+from tautflex.text import card, count, span
 
 # Share of a taut film's lowest eigenvalue below which film is called slack.
 _SLACK = 0.01
@@ -62,6 +64,18 @@ class PrestressedState:
     unstable_modes: int
     warnings: tuple[str, ...] = field(default=())
     notes: tuple[str, ...] = field(default=())
+
+    def __repr__(self) -> str:
+        film = self.min_principal_resultant
+        lines = {
+            "model": in_short(self),
+            "film": "" if np.isnan(film) else f"smallest principal resultant {film:.4g} N/m",
+            "cables": span(self.cable_tension, "N"),
+            "imbalance": f"{self.residual:.3g} N, {self.relative_residual:.3g} of the largest element force",
+            "stability": count(self.unstable_modes, "unstable mode") if self.unstable_modes else "stable",
+            **{f"warning {number}": text for number, text in enumerate(self.warnings, start=1)},
+        }
+        return card(self, lines)
 
     @property
     def model(self) -> Model:
@@ -141,6 +155,17 @@ class PrestressedState:
         return LinearStructure(self.system, self.tangent_entries, modes)
 
 
+def in_short(state: PrestressedState) -> str:
+    """Return what a card of something else says of a state, on one line."""
+    model = state.model
+    return f"{len(model.nodes)} nodes, {len(model.free_dofs)} unknowns, {model.mass:.4g} kg"
+
+
+def require_state(state: object) -> None:
+    """Raise InputError unless ``state`` is a prestressed state."""
+    checks.instance("state", state, PrestressedState, "a prestressed state", remedy="solve_prestress(model) gives one")
+
+
 @within_arithmetic()
 def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     """Find the prestressed reference state of a model.
@@ -161,6 +186,8 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     PrestressError
         If there is no prestress, a cable is slack, a given film stress is compressive, or the state is unstable.
     """
+    checks.instance("model", model, Model, "a Model", remedy="build_model(case) and Model.from_mesh(...) give one")
+    checks.flag("check", check)
     if not len(model.free_dofs):
         raise PrestressError(
             "prestress: expected nodes that can move, got supports that hold all of them; refine mesh.divisions, or "

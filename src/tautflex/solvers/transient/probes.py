@@ -76,10 +76,7 @@ def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], read
     model = system.model
     rows, columns, values, positions = [], [], [], []
     for number, (name, position) in enumerate(probes.items()):
-        try:
-            point = np.asarray(position, dtype=float).ravel()
-        except (TypeError, ValueError):
-            point = np.zeros(0)
+        point = checks.numbers(f"probes.{name}", position).ravel()
         if point.size not in (2, 3) or not np.all(np.isfinite(point)):
             raise InputError(f"probes.{name}: expected two or three finite coordinates [m], got {position!r}")
         if reading == "interpolate" and model.surfaces:

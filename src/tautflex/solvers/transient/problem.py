@@ -21,13 +21,14 @@ from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver
 from tautflex.numeric import Array
 from tautflex.solvers.plausibility import doubts_about_maneuver, doubts_about_probes
-from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.prestress import PrestressedState, in_short
 from tautflex.solvers.transient.adaptive import Adaptive
 from tautflex.solvers.transient.explicit import ExplicitMethod
 from tautflex.solvers.transient.methods.scheme import Method, check_stages
 from tautflex.solvers.transient.methods.wilson import WilsonTheta
 from tautflex.solvers.transient.probes import ProbeSet, place_probes
 from tautflex.solvers.transient.status import Run
+from tautflex.text import card, shown
 
 InitialVelocity = Callable[[Array, Array], ArrayLike] | ArrayLike | None
 Progress = Callable[[float, str], None] | None
@@ -78,7 +79,7 @@ class TransientProblem:
     coupling
         Switches of the rotating-frame terms; None is all on.
     inputs
-        Forces, cable tensions and film temperatures in time, see :mod:`tautflex.mechanics.loads.inputs`.
+        A list of forces, cable tensions and film temperatures in time, see :mod:`tautflex.mechanics.loads.inputs`.
     probes
         Name -> (x, y) or (x, y, z) [m].
     probe_reading
@@ -142,7 +143,7 @@ class TransientProblem:
     def __post_init__(self) -> None:
         if not isinstance(self.plant, PrestressedState | SteppingModel):
             raise InputError(
-                f"state: expected a prestressed state or a reduced model, got {type(self.plant).__name__}; "
+                f"state: expected a prestressed state or a reduced model, got {shown(self.plant)}; "
                 "solve_prestress(model) gives one"
             )
         _ = self.count
@@ -153,19 +154,35 @@ class TransientProblem:
         for name, default, kind, example in _PARTS:
             if getattr(self, name) is None:
                 object.__setattr__(self, name, default)
-            if not isinstance(getattr(self, name), kind):
-                raise InputError(f"{name}: expected an object such as {example}, got {getattr(self, name)!r}")
+            checks.instance(name, getattr(self, name), kind, f"an object such as {example}")
         free = self.state.model.rigid_freedom
         if free and not isinstance(self.maneuver, AtRest):
             raise UnsupportedError(
                 f"supports: expected a structure held against rigid motion, {free} rigid motion(s) are free; hold the "
                 "frame (frame.support = 'corners') or study its modes instead"
             )
-        if not isinstance(self.adaptive, Adaptive | None):
-            raise InputError(f"adaptive: expected an object such as Adaptive(tolerance=1e-4), got {self.adaptive!r}")
+        example = "an object such as Adaptive(tolerance=1e-4), or None"
+        checks.instance("adaptive", self.adaptive, (Adaptive, type(None)), example)
+        inputs = () if self.inputs is None else self.inputs
+        object.__setattr__(self, "inputs", checks.several("inputs", inputs, TimeInput, "CableTension(...)"))
         if isinstance(self.method, Method):
             check_stages(self.method)
         _ = self.placed, self.field_steps, self.velocity
+
+    def __repr__(self) -> str:
+        lines = {
+            "plant": in_short(self.plant) if isinstance(self.plant, PrestressedState) else shown(self.plant),
+            "maneuver": shown(self.maneuver),
+            "method": self.method.name,
+            "steps": f"{self.count} of {self.time_step:.6g} s to {self.end_time:.6g} s",
+            "adaptive": "" if self.adaptive is None else shown(self.adaptive),
+            "damping": shown(self.damping),
+            "coupling": "" if self.coupling == _COUPLING else shown(self.coupling),
+            "inputs": ", ".join(map(shown, self.inputs)),
+            "probes": ", ".join(self.placed.names),
+            "fields": len(self.field_steps) or "",
+        }
+        return card(self, lines)
 
     @property
     def state(self) -> PrestressedState:
@@ -213,11 +230,12 @@ class TransientProblem:
             return np.zeros(self.state.system.size)
         values: Any = given
         if callable(given):
+            checks.function("initial_velocity", given, "x", "y")
             x, y = model.nodes[:, 0], model.nodes[:, 1]
             values = np.zeros((len(model.nodes), 3))
             try:
                 values[:, 2] = np.broadcast_to(np.asarray(given(x, y), dtype=float), x.shape)
-            except (TypeError, ValueError) as error:
+            except (TypeError, ValueError, OverflowError) as error:
                 raise InputError(
                     f"initial_velocity: expected a function (x, y) -> velocity of shape {x.shape}, got {error}"
                 ) from None

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
@@ -67,6 +68,9 @@ def simulate(
     NotConvergedError
         If a step fails and ``throw`` is set; ``.result`` holds the partial run.
     """
+    if progress is not None:
+        checks.function("progress", progress, "fraction", "message")
+    checks.flag("throw", throw)
     problem = TransientProblem.asked(state, maneuver, question)
     plant = problem.plant
     run = plant.solve(problem, progress) if isinstance(plant, SteppingModel) else solve_full(problem, progress)

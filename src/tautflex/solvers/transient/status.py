@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from tautflex.text import card, count
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -107,3 +109,22 @@ class Run:
     def warnings(self) -> list[str]:
         """What the user should know, in words."""
         return list(self.data.attrs["warnings"])
+
+    def __repr__(self) -> str:
+        data = self.data
+        stored = f"{data.sizes['time']} instants, {count(data.sizes.get('field_time', 0), 'field')}"
+        read = {
+            f"probe {name}": f"largest |w| {float(abs(data['w'].sel(probe=name)).max()):.4g} m"
+            for name in data["probe"].values
+        }
+        lines = {
+            "status": f"{self.status.value}, reached {self.reached:.6g} s",
+            "work": f"{count(self.stats.steps, 'step')}, {count(self.stats.iterations, 'iteration')}, "
+            f"{count(self.stats.factorizations, 'factorization')}, {self.stats.seconds:.3g} s",
+            "method": data.attrs.get("method"),
+            "maneuver": data.attrs.get("maneuver"),
+            "record": f"{stored}, {data.nbytes / 1e6:.3g} MB",
+            **read,
+            **{f"warning {number}": text for number, text in enumerate(data.attrs.get("warnings", ()), start=1)},
+        }
+        return card(self, lines)
