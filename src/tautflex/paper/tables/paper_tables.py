@@ -20,7 +20,7 @@ Data = Mapping[str, xr.Dataset]
 Names = Callable[[str], list[str]]
 POINT = "A"
 """The paper's measuring point."""
-_BAND = 0.4  # [Hz]; from 0.2 to 0.8 all frequencies of all readings stay the same
+_BAND = 0.4  # [Hz]; widths from 0.3 to 0.8 read the same frequencies in the 32 records that were tried
 
 
 class PaperTable(NamedTuple):
