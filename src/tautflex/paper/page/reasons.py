@@ -37,8 +37,9 @@ _FITTED = (
     "Two numbers of the published reading, the film's tension per newton of cable along x and along y, are fitted to "
     "Table 2. The factor 0.5 of the load and the cables' 0 in the damping were chosen by comparing candidates on "
     "Tables 6 to 9, and so were the places of the cables, the supports and the mesh; of six pairs of tensions that "
-    "meet Table 2 about equally well, the least-squares pair was kept, whose scores also agree best between time steps and "
-    "methods. Nothing is tuned case by case. The tables that chose the reading also judge it: all scores are in-sample."
+    "meet Table 2 about equally well, the least-squares pair was kept, whose scores also agree best between time steps "
+    "and methods. Nothing is tuned case by case. The tables that chose the reading also judge it: all scores are "
+    "in-sample."
 )
 _HALF = (
     "Why the load is half is not known; halving the output instead would leave the strongly nonlinear runs of M1 off. "
