@@ -22,6 +22,9 @@ Mask: TypeAlias = NDArray[np.bool_]
 FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
 
 
+_OWN = "tautflex", "numpy", "scipy", "numba"
+
+
 @contextmanager
 def within_arithmetic() -> Iterator[None]:
     """Make one InputError, also as a decorator, of numbers that overflow, of warnings about them, of singular matrices.
@@ -32,6 +35,11 @@ def within_arithmetic() -> Iterator[None]:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
             yield
     except (ArithmeticError, np.linalg.LinAlgError) as error:
+        place = error.__traceback__
+        while place is not None and place.tb_next is not None:
+            place = place.tb_next
+        if place is not None and str(place.tb_frame.f_globals.get("__name__")).partition(".")[0] not in _OWN:
+            raise  # the mistake of a function or class of the user's own
         text = f"numbers: expected ones that arithmetic can hold, got none ({error})"
         raise InputError(
             f"{text}; compare sizes, stiffnesses, densities, tensions and rates, and their units"

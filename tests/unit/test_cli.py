@@ -131,7 +131,12 @@ def test_interrupted_run_is_kept_and_labelled(film, answer, monkeypatch):
 
 
 def test_run_that_does_not_converge_is_kept_and_exits_with_1(film, answer):
-    impossible = ["solver.tolerance=1e-29", "solver.max_halvings=0"]
+    impossible = [
+        "maneuver.rate=30.0",
+        "solver.method=energy-conserving",
+        "solver.time_step=0.1",
+        "solver.max_halvings=0",
+    ]
     code, found = answer("run", film, "-o", "out", *(part for key in impossible for part in ("--set", key)))
     assert code == 1
     assert found["status"] == "not-converged"

@@ -145,7 +145,7 @@ def test_commands_take_the_element(element, tmp_path, monkeypatch, capsys):
 
 
 def test_wrong_elements_are_refused_in_one_line():
-    text = "mesh.element: expected one of 'triangle3', 'triangle6', 'quad4', got 'hexagon'; choose one of them"
+    text = "mesh.element: expected one of 'triangle3', 'triangle6' or 'quad4', got 'hexagon'; choose one of them"
     with pytest.raises(CaseError, match=re.escape(text)):
         parse_case(M2_TEMPLATE, ["mesh.element='hexagon'"])
     with pytest.raises(CaseError, match=r"mesh\.divisions: expected at least 5 cells along x for 11 cables, got"):

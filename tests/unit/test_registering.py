@@ -27,6 +27,7 @@ from tautflex.case.reading import parse_case, template
 from tautflex.elements import LAWS, register_element, register_law
 from tautflex.elements.laws import Slack, TensionField, law_of
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.structure.materials import LAW_NAMES
 from tautflex.structure.model import Support
 from tautflex.structure.shapes import TRIANGLE3
 
@@ -46,7 +47,6 @@ def softening(stress, tangent, energy, parameters, count):
         energy[e] = limit**2 * np.log(np.cosh(ratio)) / young
 
 
-@register_law
 @dataclass(frozen=True)
 class Softening(Law):
     """Cable that yields to its load, without memory."""
@@ -58,6 +58,16 @@ class Softening(Law):
 
     def parameters(self, material: Material) -> tuple[float, ...]:
         return material.youngs_modulus, self.limit
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _known():
+    """The law is forgotten behind these tests, for those that follow in the same process."""
+    names = {kind: list(known) for kind, known in LAW_NAMES.items()}
+    register_law(Softening)
+    yield
+    LAWS.pop(Softening.name)
+    LAW_NAMES.update(names)
 
 
 def string(law: object, tension: float = 1.0) -> Model:

@@ -96,6 +96,8 @@ def doors(t):
         "probes": {"A": (0, 0)},
         "probe_reading": "interpolate",
         "initial_velocity": None,
+        "initial_imperfection": 0.0,
+        "time_error": True,
         "every": 1,
         "fields": None,
         "tolerance": 1e-6,
@@ -232,7 +234,10 @@ def doors(t):
                 "damping": None,
             },
         ),
-        "dominant_frequency": (tf.dominant_frequency, {"record": record, "pad": "none", "length": 1.0, "after": 0.0}),
+        "dominant_frequency": (
+            tf.dominant_frequency,
+            {"record": record, "pad": "none", "length": 1.0, "after": 0.0, "band": 0.0},
+        ),
         "dominant_shape": (tf.dominant_shape, {"pod_data": made, "energy": 0.5}),
         "dynamic_mass": (tf.dynamic_mass, {"data": appendage, "frequencies": [0.1]}),
         "hyper_reduce": (

@@ -204,9 +204,9 @@ def test_training_run_and_another_are_met(antenna, training, verification_row):
 
 
 def test_bad_input_says_what_to_do(antenna, training):
-    with pytest.raises(tf.InputError, match="data: expected the Dataset of a run"):
-        tf.hyper_reduce(antenna, training)
-    with pytest.raises(tf.InputError, match="data: expected the Dataset of a run"):
+    with pytest.raises(tf.InputError, match="data: expected a Dataset"):
+        tf.hyper_reduce(antenna, antenna)
+    with pytest.raises(tf.InputError, match="data: expected at least one run"):
         tf.hyper_reduce(antenna, [])
     bare = tf.simulate(antenna, STOP, time_step=0.01, end_time=0.02)
     with pytest.raises(tf.InputError, match=r"at least two stored fields, got 0; simulate with fields='all'"):

@@ -69,7 +69,7 @@ def test_motions_that_part_are_told():
 
 @pytest.mark.parametrize("model", ["M2", "M3"])
 def test_published_runs_are_left_alone(model):
-    case = model_case(model)
+    case = model_case(model, "nearest-node")
     state = tf.solve_prestress(tf.build_model(case))
     run = tf.simulate(state, tf.Stop(np.pi / 5, 1.0), time_step=1e-3, end_time=1.5, damping=case.damping.build())
     assert run.error < 0.02

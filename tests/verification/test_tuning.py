@@ -71,7 +71,7 @@ def test_half_waves_are_followed_where_edges_flap():
 
 def test_published_antenna_is_tuned_in_silence(tmp_path, capsys):
     case = tmp_path / "m2.toml"
-    assert main(["init", str(case)]) == 0
+    assert main(["init", str(case), "--template", "m2-nearest-node"]) == 0
     capsys.readouterr()
     answers = []
     for mode in ("1", "1,1"):

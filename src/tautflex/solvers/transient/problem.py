@@ -149,6 +149,7 @@ class TransientProblem:
         _ = self.count
         if self.tolerance is not None:
             checks.positive("tolerance", self.tolerance)
+        checks.flag("time_error", self.time_error)
         checks.whole("max_halvings", self.max_halvings, 0)
         checks.non_negative("initial_imperfection", self.initial_imperfection)
         for name, default, kind, example in _PARTS:
