@@ -91,9 +91,9 @@ def _about_energy(problem: TransientProblem, balance: Mapping[str, float], large
     taken, energy = balance["method"], largest + max(balance["damping"], 0.0)
     if not abs(taken) > _NOTABLE * energy > 0.0:
         return []
-    what = "took out" if taken > 0.0 else "fed in"
+    what, why = ("took out", "its damping is numerical") if taken > 0.0 else ("fed in", "it is not stable here")
     return [
         f"the method {what} {abs(taken):.3g} J by itself, {abs(taken) / energy:.1%} of all that the elastic motion "
-        f"had: its damping is numerical; take a smaller time_step than {problem.time_step:g} s, or EnergyConserving() "
+        f"had: {why}; take a smaller time_step than {problem.time_step:g} s, or EnergyConserving() "
         "('energy-conserving')"
     ]
