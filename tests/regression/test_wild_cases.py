@@ -25,6 +25,7 @@ def outcome_of(first: int, count: int):
     return outcome
 
 
+@pytest.mark.slow
 def test_sample_of_random_cases(verification_row):
     outcome = outcome_of(0, 200)
     verification_row("fuzzing: cases through build, prestress and run", "one line", str(outcome), "random cases")

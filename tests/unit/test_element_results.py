@@ -124,6 +124,7 @@ def test_pictures_show_the_sides_of_elements_and_no_others(antenna):
     assert len(plot.plot_modes(tf.solve_modes(tf.solve_prestress(model), n=2).to_dataset(), count=2).axes) > 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_commands_take_the_element(element, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

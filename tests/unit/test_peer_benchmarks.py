@@ -29,6 +29,7 @@ def script(folder: Path, text: str) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_our_program_vibrates_at_the_closed_form(peers, monkeypatch):
     """A weak blow on the (1,1) shape: half a period is 1/(2 f11), f11 = 1.43 Hz, up to the mesh's error."""
     monkeypatch.setattr(peers["film_problem"], "SPEED", (3e-4, 0.0))
@@ -46,6 +47,7 @@ def test_our_program_vibrates_at_the_closed_form(peers, monkeypatch):
     assert result["clock"][-1] == pytest.approx([count, float(result["seconds"])], rel=0.2)
 
 
+@pytest.mark.slow
 def test_our_beam_lags_behind_its_hub(peers):
     """Quasi-static at first: the tip's lag is 11 rho A L^5 alpha/(120 EI) under a slow angular acceleration alpha."""
     problem = peers["spinup_problem"].spinup_problem(4, 0.02, end=2.0)

@@ -161,6 +161,7 @@ def test_probe_beside_the_structure():
     assert tf.simulate(state, **question, probes={"A": (0.42, 0.33)}).data.attrs["warnings"] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pull_x", "pull_y"), [(0.59, 1.0), (3.1, 3.7)])
 def test_published_antennas_are_fine(tmp_path, capsys, pull_x, pull_y):
     """M2 and M3 of the paper: what their case chooses is noted once, nothing is warned of."""

@@ -44,6 +44,7 @@ VARIANTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", VARIANTS)
 def test_the_same_numbers_wherever_a_case_runs(name, tmp_path, capsys):
     """Options that the reproduction used to drop are among these."""

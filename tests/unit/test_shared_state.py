@@ -62,6 +62,7 @@ def test_two_threads_on_one_state_are_the_single_runs(single):
     assert_same(found, expected)
 
 
+@pytest.mark.slow
 def test_two_processes_are_the_single_runs(single, tmp_path):
     files = [tmp_path / f"{number}.npz" for number in range(len(PULLS))]
     commands = [[sys.executable, __file__, str(pull), str(file)] for pull, file in zip(PULLS, files, strict=True)]

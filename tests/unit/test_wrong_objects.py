@@ -362,6 +362,7 @@ def test_every_door_is_walked(things):
         assert own - {"progress", "throw", "schema", "prestress_stated"} <= set(right), name
 
 
+@pytest.mark.slow
 def test_only_the_errors_of_the_package_come_out(things, tmp_path, monkeypatch):
     """And a bare object is refused everywhere, by the name of the parameter."""
     monkeypatch.chdir(tmp_path)

@@ -28,6 +28,7 @@ def antenna(model):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "rate", "duration"), [("M2", np.pi / 100, 0.1), ("M3", np.pi / 5, 0.1)])
 def test_sixteen_modes_follow_the_full_model(model, rate, duration, verification_row):
     state = antenna(model)

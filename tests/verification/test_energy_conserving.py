@@ -58,6 +58,7 @@ def drift(run: Run) -> float:
     return float(np.abs(energy / energy[0] - 1.0).max())
 
 
+@pytest.mark.slow
 def test_energy_over_ten_thousand_nonlinear_steps(verification_row):
     """Deflections of a hundred film thicknesses; the linear film would rise more than twice as high."""
     options = {"time_step": 1e-3, "initial_velocity": throw, "probes": {"A": (1 / 6, 0.8 / 6)}}

@@ -97,6 +97,7 @@ def test_a_constant_push_for_a_second(antenna, verification_row):
     verification_row("free hub, 0.5 N on the film for 1 s: way of the hub [m]", path, moved, "F t^2 / 2 m")
 
 
+@pytest.mark.slow
 def test_a_body_turned_about_its_middle_axis_flips(antenna, verification_row):
     """Dzhanibekov's flip of a heavy hub against Euler's equations of a rigid body."""
     moments, spin = np.array([1e6, 2e6, 3e6]), (0.1, 2.0, 0.05)

@@ -38,6 +38,7 @@ def annulus(inner: float, rings: int, count: int) -> Model:
     return held((radius[:, None, None] * circle).reshape(-1, 3), rim, quads=quads)
 
 
+@pytest.mark.slow
 def test_annulus(verification_row):
     """b/a = 0.3; waves around come in pairs: J_n(k) Y_n(0.3 k) = J_n(0.3 k) Y_n(k)."""
     found = np.sqrt(eigenvalues(annulus(0.3, 32, 128), 7))

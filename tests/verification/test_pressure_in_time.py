@@ -130,6 +130,7 @@ def shaken():
     return state, tf.simulate(state, method=tf.Newmark(), time_step=5e-5, every=20, **SHAKEN).data.w.values
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "method",
     [tf.WilsonTheta(), tf.GeneralizedAlpha(0.8), tf.Bathe(), tf.CentralDifference()],

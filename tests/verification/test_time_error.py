@@ -45,6 +45,7 @@ def compared(state, maneuver, method, step, **options):
     return run.error / (np.abs(w - truth[: len(w)]).max() / np.abs(w).max()), run
 
 
+@pytest.mark.slow
 def test_estimates_are_honest(verification_row):
     film, antenna = soft_film(), tf.solve_prestress(small_antenna())
     runs = [

@@ -51,6 +51,7 @@ def flapping():
     )
 
 
+@pytest.mark.slow
 def test_half_waves_are_followed_where_edges_flap():
     by_number = tf.tune_pretension(flapping(), [2.0])
     assert len(by_number.warnings) == 1
@@ -69,6 +70,7 @@ def test_half_waves_are_followed_where_edges_flap():
     assert shares.argmax() == number - 1
 
 
+@pytest.mark.slow
 def test_published_antenna_is_tuned_in_silence(tmp_path, capsys):
     case = tmp_path / "m2.toml"
     assert main(["init", str(case), "--template", "m2-nearest-node"]) == 0

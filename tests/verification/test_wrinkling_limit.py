@@ -37,6 +37,7 @@ def edge_load(nodes: Array, edge: Array, along: int, traction, kink: float = 0.0
     return force
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("across", [1.0, 0.0], ids=["stretched both ways", "stretched one way"])
 @pytest.mark.parametrize("moment", [0.2, 0.3, 0.4])
 def test_bending_of_a_stretched_strip(moment, across, verification_row):
