@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
 import tautflex
+from regression.case_generator import FILM
 from tautflex import Case, CaseError, load_case
 from tautflex.case import (
     TEMPLATES,
@@ -32,14 +33,6 @@ from tautflex.case.messages import show
 
 M2_TEMPLATE = template("m2-nearest-node")
 
-FILM = {
-    "length": 2.0,
-    "width": 1.0,
-    "thickness": 1e-4,
-    "youngs_modulus": 3.5e9,
-    "poisson_ratio": 0.34,
-    "density": 1530.0,
-}
 FIXED = {**FILM, "edges": "fixed", "stress_x": 4000.0, "stress_y": 5000.0}
 
 

@@ -11,30 +11,14 @@ from tautflex.cli import main
 from tautflex.paper.cases.catalogue import RunSpec
 from tautflex.paper.finished_runs import stored
 from tautflex.paper.work import perform_one
+from verification.builders import FILM_CASE
 
-FILM = """schema = 1
-[membrane]
-length = 1.0
-width = 0.8
-thickness = 1e-4
-youngs_modulus = 3.5e9
-poisson_ratio = 0.34
-density = 1530.0
-edges = "fixed"
-stress_x = 4000.0
-stress_y = 3000.0
-[mesh]
-divisions = [4, 4]
-[maneuver]
+FILM = f"""{FILM_CASE}[maneuver]
 kind = "stop"
 rate = 0.5
 duration = 0.1
-[solver]
-time_step = 0.01
-end_time = 0.3
 [output]
 fields = [0.1, 5.0]
-probes = { A = [0.2, 0.1] }
 """
 VARIANTS = {
     "plain": "",

@@ -9,7 +9,8 @@ import numpy as np
 
 from tautflex.case.build import build_damping, build_inputs, build_maneuver
 from tautflex.errors import CaseError
-from tautflex.solvers.plausibility import doubts_about_maneuver, doubts_about_probes
+from tautflex.motion.kinematics import Maneuver
+from tautflex.solvers.plausibility import FEW_STEPS, doubts_about_maneuver, doubts_about_probes, short_motions
 from tautflex.solvers.static.stability import find_start
 from tautflex.solvers.transient.probes import place_probes
 from tautflex.structure.shapes import SHAPES
@@ -35,7 +36,13 @@ def advise(case: Case, state: PrestressedState) -> list[str]:
         raise CaseError(f"reduction.count: expected at most the {most} modes of this mesh, got {count}; take fewer")
     about_structure = (*_about_mesh(case), *_about_cables(case), *doubts_about_maneuver(maneuver))
     start = find_start(state, maneuver.start(), case.coupling.build(), damping)
-    return [*state.warnings, *about_structure, *start.warnings, *_about_probes(case, state), *_about_run(case)]
+    return [
+        *state.warnings,
+        *about_structure,
+        *start.warnings,
+        *_about_probes(case, state),
+        *_about_run(case, maneuver),
+    ]
 
 
 def notes(case: Case, state: PrestressedState) -> list[str]:
@@ -79,7 +86,7 @@ def _about_probes(case: Case, state: PrestressedState) -> list[str]:
     return doubts_about_probes(state.model, case.output.probes, placed.positions)
 
 
-def _about_run(case: Case) -> Iterator[str]:
+def _about_run(case: Case, maneuver: Maneuver) -> Iterator[str]:
     if case.maneuver.kind == "none":
         yield "maneuver.kind = 'none': nothing moves the antenna; set kind = 'stop' to excite it"
     fields, solver = case.output.fields, case.solver
@@ -87,8 +94,6 @@ def _about_run(case: Case) -> Iterator[str]:
     if late:
         text = f"output.fields: {late} s lie after end_time = {solver.end_time:g} s and are left out"
         yield f"{text}; run longer to store them"
-    for motion in (case.maneuver, *getattr(case.maneuver, "steps", ())):
-        duration = getattr(motion, "duration", None)
-        if isinstance(duration, float) and solver.time_step > duration / 5:
-            text = f"solver.time_step = {solver.time_step:g} s resolves the maneuver of {duration:g} s with fewer than"
-            yield f"{text} 5 steps; use a smaller one"
+    for duration in short_motions(maneuver, solver.time_step):
+        text = f"solver.time_step = {solver.time_step:g} s resolves the maneuver of {duration:g} s with fewer than"
+        yield f"{text} {FEW_STEPS} steps; use a smaller one"

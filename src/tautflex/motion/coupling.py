@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -55,19 +55,23 @@ class Coupling:
         return motion.euler * float(self.euler) + motion.centrifugal * float(self.centrifugal)
 
     @property
-    def load_factor(self) -> Any:
-        """Factor of Q_T, a number or a `ByKind`."""
-        return self.inertial_load if isinstance(self.inertial_load, ByKind) else float(self.inertial_load)  # type: ignore[arg-type]
+    def load_by_kind(self) -> ByKind | None:
+        """Factors of Q_T where kinds of element differ; they are in what makes their loads."""
+        return self.inertial_load if isinstance(self.inertial_load, ByKind) else None
+
+    @property
+    def load_factor(self) -> float:
+        """Factor of all that makes Q_T, 1 where kinds of element have theirs."""
+        return 1.0 if self.load_by_kind is not None else float(self.inertial_load)  # type: ignore[arg-type]
 
     def moments(self, system: StructuralSystem) -> LoadMoments:
         """What makes the load on a structure; if kinds of element differ, their factors are in it."""
-        factor = self.load_factor
-        return system.load_moments(factor) if isinstance(factor, ByKind) else system.inertia
+        kinds = self.load_by_kind
+        return system.inertia if kinds is None else system.load_moments(kinds)
 
     def load(self, motion: RigidMotion, moments: LoadMoments) -> Array:
         """Load Q_T [N, N m] from `moments`, shape (size,); it stands on the left of equation (49)."""
         factor = self.load_factor
         if factor == 0.0:
             return np.zeros(moments.size)
-        load = moments.load(motion.euler + motion.centrifugal, motion.origin_acceleration)
-        return load if isinstance(factor, ByKind) else factor * load
+        return factor * moments.load(motion.euler + motion.centrifugal, motion.origin_acceleration)

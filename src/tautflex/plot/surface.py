@@ -18,6 +18,7 @@ from mpl_toolkits.mplot3d.art3d import (  # type: ignore[import-untyped]
 from tautflex.numeric import Array, Indices
 from tautflex.plot.style import DIVERGING, GREY
 from tautflex.solvers.variables import dataset_of
+from tautflex.structure.shapes import TRIANGLE3
 
 VIEW = (30.0, -66.0)  # elevation and azimuth [degrees]
 _PIECES = 4000  # triangles are drawn in pieces, so that the colours run as the interpolation does
@@ -51,8 +52,7 @@ def wireframe(data: xr.Dataset) -> Wireframe:
     nodes = np.asarray(data["node_position"].values, dtype=np.float64)
     triangles, edges = numbers("triangle", 3), numbers("membrane_edge", 2)
     if not len(edges):  # the elements are the triangles
-        sides = np.concatenate([triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
-        edges = np.unique(np.sort(sides, axis=1), axis=0)
+        edges = np.unique(np.sort(TRIANGLE3.sides(triangles), axis=1), axis=0)
     return Wireframe(nodes, triangles, edges, numbers("cable", 2), numbers("beam", 2))
 
 

@@ -26,6 +26,7 @@ ROTATION = 0.2  # [rad], beams whose rotations add up like vectors
 IMBALANCE = 0.05  # of the largest force of an element, carried by the reference state
 TURN = 2.0 * np.pi  # [rad], of one maneuver
 THICKNESS = 0.01  # of the shorter span: beyond it a film is a plate
+FEW_STEPS = 5  # in a maneuver: with fewer a run may miss it
 _SAME_PLACE = 1e-6  # of the largest extent
 _NEIGHBOURS = 16  # triangles around a place that are looked at for overlaps
 
@@ -233,6 +234,13 @@ def doubts_about_maneuver(maneuver: Maneuver) -> list[str]:
         f"the maneuver turns the frame by {angle:.4g} rad, {angle / TURN:.3g} revolutions, until "
         f"t = {maneuver.end:.4g} s; angles are in rad: {angle:.4g} degrees are {np.radians(angle):.4g}"
     ]
+
+
+def short_motions(maneuver: Maneuver, time_step: float) -> list[float]:
+    """Durations [s] of a maneuver and of those it consists of that have fewer than `FEW_STEPS` steps [s]."""
+    lasting = [getattr(part, "duration", None) for part in (maneuver, *getattr(maneuver, "steps", ()))]
+    least = FEW_STEPS * time_step * (1.0 - 1e-9)
+    return [float(duration) for duration in lasting if duration is not None and duration < least]
 
 
 def doubts_about_probes(model: Model, asked: Mapping[str, ArrayLike], read: Array) -> list[str]:

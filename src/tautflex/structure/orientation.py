@@ -61,9 +61,8 @@ def _neighbours(surfaces: tuple[ElementGroup, ...]) -> tuple[Indices, Indices, I
     """Pairs of elements with a side that no third one has, and whether their corner orders agree across it."""
     ends, owner, first = [], [], 0
     for group in surfaces:
-        local = np.array([(edge[0], edge[-1]) for edge in group.shape.edges])
-        ends.append(group.connectivity[:, local].reshape(-1, 2))
-        owner.append(first + np.repeat(np.arange(len(group.connectivity)), len(local)))
+        ends.append(group.shape.sides(group.connectivity))
+        owner.append(first + np.repeat(np.arange(len(group.connectivity)), len(group.shape.edges)))
         first += len(group.connectivity)
     start, element = np.concatenate(ends), np.concatenate(owner)
     _, number, times = np.unique(np.sort(start, axis=1), axis=0, return_inverse=True, return_counts=True)

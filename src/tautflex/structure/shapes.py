@@ -101,6 +101,10 @@ class Shape:
         """Whether every edge has a node in its middle."""
         return all(len(edge) == 3 for edge in self.edges)
 
+    def sides(self, connectivity: Indices) -> Indices:
+        """Both ends of every side of elements, side by side as they run around each, shape (element * side, 2)."""
+        return connectivity[:, [(edge[0], edge[-1]) for edge in self.edges]].reshape(-1, 2)
+
     def least_divisions(self, intervals: int) -> int:
         """Least number of cells along a side whose nodes meet the ends of this many even intervals."""
         return intervals // 2 if self.midside_nodes and intervals % 2 == 0 else intervals

@@ -122,7 +122,7 @@ class FullEquation:
             for block, stress in zip(plant.blocks, plant.stresses, strict=True)
         ]
         self._stiff = [block.elasticity * numbers.get(f"youngs_modulus.{block.kind}", 1.0) for block in plant.blocks]
-        loads = coupling.load_factor if isinstance(coupling.load_factor, ByKind) else ByKind({}, coupling.load_factor)
+        loads = coupling.load_by_kind or ByKind({}, coupling.load_factor)
         density = {kind: numbers.get(f"density.{kind}", 1.0) for kind in plant.kinds}
         self._columns = inertia.columns
         self._mass, self._turn, self._pull = (

@@ -20,7 +20,6 @@ from tautflex.reduction.polynomial.condensation import CondensedModel, Factors
 from tautflex.reduction.polynomial.fields import Fields
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.solvers.transient.probes import ProbeSet
-from tautflex.structure.kinds import ByKind
 
 Array = jax.Array
 
@@ -69,8 +68,7 @@ class ReducedPlant:
         self, numbers: Numbers, each: EachRun, history: RateHistory, coupling: Coupling, probes: ProbeSet
     ) -> ReducedEquation:
         """Equation of all runs."""
-        loads = coupling.load_factor if isinstance(coupling.load_factor, ByKind) else None
-        assembly, basis = self._assembly(history.axis, history.origin, loads), self.rom.basis
+        assembly, basis = self._assembly(history.axis, history.origin, coupling.load_by_kind), self.rom.basis
         readings = jnp.asarray((probes.map @ basis.derivatives.T).T)
 
         def weigh(numbers: Numbers) -> tuple[Any, ...]:
@@ -187,8 +185,7 @@ class ReducedEquation:
 
     def _load(self, load: Array, spin: Spin) -> Array:
         """Loads of angular acceleration and squared rate on something, shape (2, n) -> (n, runs)."""
-        factor = self._coupling.load_factor
-        on = 1.0 if isinstance(factor, ByKind) else factor
+        on = self._coupling.load_factor
         first, second = _per_run(load)
         return on * spin.acceleration * first + on * spin.square * second
 

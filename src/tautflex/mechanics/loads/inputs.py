@@ -80,6 +80,11 @@ def _breaks(item: TimeInput) -> tuple[float, ...]:
     return (*item.breaks, *(instant for table in tables for instant in table.breaks))
 
 
+def earlier(time: float, jump: float) -> float:
+    """The time, or the last one before a jump that is not met yet."""
+    return min(time, float(np.nextafter(jump, -np.inf)))
+
+
 class InputSet:
     """All inputs of a run.
 
@@ -109,6 +114,10 @@ class InputSet:
             if part is not None:
                 load += part
         return load
+
+    def loads(self, times: Array, before: float) -> Array:
+        """The same at many instants, shape (time, size); a jump at ``before`` [s] is not met yet."""
+        return np.array([self.load(earlier(float(time), before)) for time in times])
 
     def held_wrench(self, time: float) -> Array:
         """Force [N], and torque about the origin [N m], on supported directions at an instant [s], shape (6,)."""

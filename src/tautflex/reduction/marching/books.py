@@ -117,8 +117,7 @@ class ReducedBooks:
         """Forces of inputs on the left-hand side at instants and coordinates there, shape (time, r); (0, r): none."""
         if not self._inputs:
             return np.zeros((0, places.shape[1]))
-        last, basis = float(np.nextafter(before, -np.inf)), self._rom.basis
-        forces = np.array([self._inputs.load(min(float(time), last)) for time in times])
+        forces, basis = self._inputs.loads(times, before), self._rom.basis
         result = -basis.kept @ forces.T
         if len(basis.derivatives):
             stress, (first, second) = self._rom.monomial_vectors @ forces.T, self._arrays[:2]

@@ -21,7 +21,7 @@ from tautflex.reduction.marching.steps import march, march_explicit
 from tautflex.reduction.marching.work import StageNumbers, new_work, stage_numbers
 from tautflex.reduction.on_basis import OnBasis, require_forces
 from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, energies, rows_from, total_force
-from tautflex.solvers.static.stability import growth_text
+from tautflex.solvers.static.stability import growth_text, largest_translation
 from tautflex.solvers.transient.accuracy.energy import Energies, energy_balance, frame_twist
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
@@ -29,7 +29,6 @@ from tautflex.solvers.transient.methods.generalized_alpha import Newmark
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Statistics
-from tautflex.structure.kinds import ByKind
 
 # Steps between two looks at the keyboard and the progress bar; bounds the memory of sampled frame terms.
 _LONGEST = 4096
@@ -59,8 +58,8 @@ class ReducedRun:
         # Of a scheme, an explicit step needs its size and that its forces are those at its end.
         self._method = method if isinstance(method, Method) else Newmark()
         self.arrays = rom.arrays(problem.damping)
-        factor = problem.coupling.load_factor
-        c = rom.weighed(factor) if isinstance(factor, ByKind) else rom.coefficients
+        kinds = problem.coupling.load_by_kind
+        c = rom.coefficients if kinds is None else rom.weighed(kinds)
         self.moments = WeighedMoments(np.concatenate([c.load, c.load_stress], axis=1))
         self._offsets = WeighedMoments(c.follow_load)
         self.inputs = InputSet(rom.state.system, problem.inputs)
@@ -197,8 +196,7 @@ class ReducedRun:
         """FrameTerms terms less the inputs at the given instants; a jump at ``before`` is not met yet."""
         if not self.inputs:
             return frame
-        last = float(np.nextafter(before, -np.inf))
-        forces = np.array([self.inputs.load(min(float(time), last)) for time in times])
+        forces = self.inputs.loads(times, before)
         frame = frame._replace(load=frame.load - forces @ self.rom.basis.kept.T)
         if not len(self.rom.basis.derivatives):
             return frame
@@ -278,8 +276,7 @@ class ReducedRun:
                 shape, rate = motions[: len(q), fastest].real, float(roots[fastest].real)
                 grown = self.rom.displacement(shape)
                 self.warnings.append(growth_text(self.rom.state, count, rate, grown, self._began))
-        moved = self.rom.state.system.translations(self.rom.displacement(shape)).ravel()
-        largest = float(moved[np.abs(moved).argmax()])
+        largest = largest_translation(self.rom.state, self.rom.displacement(shape))
         return self.problem.initial_imperfection / largest * shape if largest else np.zeros(len(q))
 
     def frame_now(self, time: float) -> FrameTerms:
@@ -306,8 +303,7 @@ class ReducedRun:
         if factor == 0.0 or not motions.any():
             return np.zeros((len(motions), self._offsets.size))
         spin, turn = cross_matrices(motions[:, :3]), cross_matrices(motions[:, 3:6])
-        offset = self._offsets.load(turn + spin @ spin, motions[:, 6:])
-        return offset if isinstance(factor, ByKind) else factor * offset
+        return factor * self._offsets.load(turn + spin @ spin, motions[:, 6:])
 
     def read(self, probes: Any, eta: Array, rate: Array, motions: Array) -> Array:
         """Displacements and velocities of probes, shape (time, 2, probe, 3)."""

@@ -36,7 +36,7 @@ def with_quadratic_triangles(state: PrestressedState) -> PrestressedState | None
     model = state.model
     if not model.surfaces or any(group.shape != TRIANGLE3 for group in model.surfaces):
         return None
-    sides = np.concatenate([group.connectivity[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2) for group in model.surfaces])
+    sides = np.concatenate([group.shape.sides(group.connectivity) for group in model.surfaces])
     ends, number = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
     middle = (len(model.nodes) + number.reshape(-1, 3)).astype(np.int64)
     groups, first = [], 0

@@ -15,6 +15,7 @@ from tautflex.solvers.modal.natural import Modes, solve_modes
 from tautflex.solvers.modal.refinement import mesh_errors
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.model import Model
+from tautflex.structure.shapes import TRIANGLE3
 from tautflex.text import brief
 
 # Modes that are looked at, without and with half-waves to be found among those of flapping edges.
@@ -200,8 +201,7 @@ def likeness(modes: Modes, half_waves: tuple[int, int]) -> Array:
 def edge_share(modes: Modes) -> Array:
     """Largest transverse displacement of the film's edge over that of its inside, shape (mode,); 0 without a film."""
     model = modes.state.model
-    sides = np.sort(model.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    ends, count = np.unique(sides, axis=0, return_counts=True)
+    ends, count = np.unique(np.sort(TRIANGLE3.sides(model.triangles), axis=1), axis=0, return_counts=True)
     edge = np.unique(ends[count == 1])
     inside = np.setdiff1d(model.triangles, edge)
     if not inside.size:

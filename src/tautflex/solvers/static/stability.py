@@ -56,7 +56,9 @@ def find_instability(
     pattern, mass = state.system.pattern, state.system.inertia.mass_entries
     soft = film_wrinkles(state.system) and membrane_states(state.system, q).any()
     noise = max(resolution(pattern, stiffness, mass), slack_limit(state) if soft else 0.0)
-    count = count_below(pattern, stiffness, mass, -noise)
+    # At rest the state itself knows.
+    known = stiffness is state.tangent_entries
+    count = state.unstable_modes if known else count_below(pattern, stiffness, mass, -noise)
     if not count:
         return None
     values, vectors = lowest_eigenpairs(pattern, stiffness, mass, 1)
@@ -127,6 +129,11 @@ def stiffness_about(state: PrestressedState, q: Array, motion: RigidMotion, coup
 
 def scaled(state: PrestressedState, vector: Array) -> Array:
     """A vector whose largest translation is 1 and positive, shape (size,)."""
-    moved = state.system.translations(vector).ravel()
-    largest = moved[np.abs(moved).argmax()]
+    largest = largest_translation(state, vector)
     return vector / largest if largest else vector
+
+
+def largest_translation(state: PrestressedState, vector: Array) -> float:
+    """The translation of largest size, with its sign."""
+    moved = state.system.translations(vector).ravel()
+    return float(moved[np.abs(moved).argmax()])

@@ -121,10 +121,9 @@ class GridDriver:
         return self._stepper.equation.jump(at, before, self.segment.motion(at.time))
 
     def _attempt(self, at: MotionState, size: float) -> MotionState | None:
-        """One step of the stepper; None if it fails."""
+        """One step of the stepper; None if it fails, as one does whose numbers overflow (see `within_arithmetic`)."""
         try:
-            with np.errstate(over="raise", invalid="raise"):
-                reached, outcome = self._stepper.step(at, size, self.segment)
+            reached, outcome = self._stepper.step(at, size, self.segment)
         except (np.linalg.LinAlgError, FloatingPointError):
             return None
         self.failure = outcome.history

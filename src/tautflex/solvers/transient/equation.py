@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.loads.inputs import FollowerForce, InputSet
+from tautflex.mechanics.loads.inputs import FollowerForce, InputSet, earlier
 from tautflex.mechanics.products import MassDamping
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment
@@ -34,7 +34,7 @@ from tautflex.solvers.transient.accuracy.books import (
     written,
 )
 from tautflex.solvers.transient.methods.scheme import Stage, StepScheme
-from tautflex.solvers.transient.state import MotionState, MotionTerms, earlier, hermite
+from tautflex.solvers.transient.state import MotionState, MotionTerms, hermite
 from tautflex.solvers.transient.status import Statistics
 from tautflex.solvers.transient.step_kernel import assemble_residual, begin_step, end_of_step, step_residual
 
@@ -371,15 +371,15 @@ class StepForces:
         """State at the end of the step whose increment leaves this residual, the last that was computed."""
         at, scheme = self.at, self._scheme
         q, v, a, jerk = end_of_step(self.numbers.end, self.size, x, at.q, at.v, at.a)
-        end = MotionState(at.time + self.size, q, v, a, jerk=jerk)
         load = self._input + self._followed if self._followers else self._input
         now = self.equation.by_kind(
             self.numbers.factors, self._terms, self._internal, self._frame, load, x, at.q, at.v, at.a
         )
+        instants = scheme.weight * scheme.evaluation * self.size, self.size
+        books = written(at.books, now, self._then, scheme.weight, instants, at.q, q)
+        end = MotionState(at.time + self.size, q, v, a, jerk=jerk, books=books)
         if scheme.weight < 1.0:
             end.forces = (residual - now[INERTIA] - (1.0 - scheme.weight) * self._history) / scheme.weight
-        instants = scheme.weight * scheme.evaluation * self.size, self.size
-        end.books = written(at.books, now, self._then, scheme.weight, instants, at.q, q)
         if self.equation.restressed:
             end.books.work[STRESS] += self.equation.restressing_work(at, end, self.before)
         return end

@@ -58,11 +58,6 @@ class MotionTerms:
         object.__setattr__(self, "moving", any(bool(part.any()) for part in parts))
 
 
-def earlier(time: float, jump: float) -> float:
-    """The time, or the last one before a jump that is not met yet."""
-    return min(time, float(np.nextafter(jump, -np.inf)))
-
-
 def hermite(
     start: float, end: float, time: float, values: tuple[Array, Array], slopes: tuple[Array, Array]
 ) -> tuple[Array, Array]:

@@ -30,6 +30,13 @@ class _Worst:
         if value < self.value:
             self.value, self.time, self.element = value, time, element
 
+    def told(self, unit: str, name: str, place: str, instants: int) -> str:
+        """How much, when, where and how often, of a number of instants looked at."""
+        return (
+            f"{self.value:.3g} {unit} at t = {self.time:.4g} s, {name} {self.element} at {place}; "
+            f"at {self.instants / instants:.0%} of the stored instants"
+        )
+
 
 class CompressionWatch:
     """Follows a run and puts what it saw into sentences.
@@ -60,21 +67,14 @@ class CompressionWatch:
 
     def warnings(self) -> list[str]:
         """Sentences with how much, where, when, and what to switch on; empty if there is nothing to say."""
-        found = []
-        if self._film.instants:
-            worst = self._film
-            place = place_of(self._system.model, "membrane", worst.element)
+        found, model = [], self._system.model
+        if (worst := self._film).instants:
+            told = worst.told("N/m", "element", place_of(model, "membrane", worst.element), self._instants)
             found.append(
-                f"the elastic film carried compression: {worst.value:.3g} N/m at t = {worst.time:.4g} s, element "
-                f"{worst.element} at {place}; at {worst.instants / self._instants:.0%} of the stored instants, up to "
-                f"{worst.area:.0%} of its area; a real film wrinkles, set membrane.law = 'tension-field'"
+                f"the elastic film carried compression: {told}, up to {worst.area:.0%} of its area; a real film "
+                "wrinkles, set membrane.law = 'tension-field'"
             )
-        if self._cable.instants:
-            worst = self._cable
-            place = place_of(self._system.model, "cable", worst.element)
-            found.append(
-                f"an elastic cable pushed: {worst.value:.3g} N at t = {worst.time:.4g} s, cable {worst.element} at "
-                f"{place}; at {worst.instants / self._instants:.0%} of the stored instants; a real cable goes slack, "
-                "set cables.slack = true"
-            )
+        if (worst := self._cable).instants:
+            told = worst.told("N", "cable", place_of(model, "cable", worst.element), self._instants)
+            found.append(f"an elastic cable pushed: {told}; a real cable goes slack, set cables.slack = true")
         return found

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tautflex.motion.hub import FreeHub
+from tautflex.solvers.plausibility import FEW_STEPS, short_motions
 from tautflex.solvers.transient.accuracy.time_error import ErrorSum, rounded_down
 from tautflex.solvers.transient.adaptive import error_constant
 from tautflex.solvers.transient.methods.scheme import Method
@@ -19,8 +20,8 @@ from tautflex.solvers.transient.problem import TransientProblem
 _EXPLICIT_CONSTANT = 1.0 / 24.0
 # Limits of the phase at which a method's constant is taken [rad].
 _PHASES = 0.01, 0.5
-# Part of the largest energy that a method may take out or feed in without a word, and steps that a maneuver needs.
-_NOTABLE, _FEW_STEPS = 0.01, 5
+# Part of the largest energy that a method may take out or feed in without a word.
+_NOTABLE = 0.01
 
 
 @dataclass(frozen=True)
@@ -76,12 +77,11 @@ def judge(
 def _about_maneuver(problem: TransientProblem) -> list[str]:
     if isinstance(problem.maneuver, FreeHub) or problem.adaptive is not None:
         return []
-    lasting = [getattr(part, "duration", None) for part in (problem.maneuver, *getattr(problem.maneuver, "steps", ()))]
-    shortest = min((float(each) for each in lasting if each is not None), default=np.inf)
-    if problem.time_step <= shortest / _FEW_STEPS * (1.0 + 1e-9):
+    shortest = min(short_motions(problem.maneuver, problem.time_step), default=None)
+    if shortest is None:
         return []
     return [
-        f"the maneuver of {shortest:g} s has fewer than {_FEW_STEPS} steps of {problem.time_step:g} s: the run may "
+        f"the maneuver of {shortest:g} s has fewer than {FEW_STEPS} steps of {problem.time_step:g} s: the run may "
         f"have missed it; set time_step = {rounded_down(shortest / 20.0):.2g} s or less"
     ]
 

@@ -32,6 +32,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import block_diag
 
+from tautflex.mechanics.loads.inputs import earlier
 from tautflex.motion import rotations
 from tautflex.motion.hub import FreeHub, HubState
 from tautflex.motion.kinematics import RigidMotion, Segment
@@ -51,7 +52,7 @@ from tautflex.solvers.transient.free_hub.balance import (
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy, rigid_blocks
 from tautflex.solvers.transient.methods.scheme import StepScheme
 from tautflex.solvers.transient.probes import ProbeSet
-from tautflex.solvers.transient.state import MotionState, earlier, hermite
+from tautflex.solvers.transient.state import MotionState, hermite
 
 _NONE = np.zeros(0)
 
