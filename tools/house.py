@@ -7,6 +7,7 @@ compiled code, which tests do by themselves.
 from __future__ import annotations
 
 import ast
+import re
 import sys
 import tomllib
 from collections import Counter
@@ -31,8 +32,8 @@ def imported(path: Path) -> Iterator[str]:
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
             names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            names = [f"tautflex.{node.value.partition(':')[0]}"]  # "module:Class", imported when asked for
+        elif isinstance(node, ast.Constant) and re.fullmatch(r"[\w.]+:\w+", str(node.value)):
+            names = [f"tautflex.{str(node.value).partition(':')[0]}"]  # "module:Class", imported when asked for
         else:
             continue
         yield from (name for name in names if name in MODULES)

@@ -31,7 +31,9 @@ def test_key_of_a_stored_run_covers_all_it_needs(name):
 
 
 def test_picture_of_the_rooms_is_current():
-    assert house.PICTURE.read_text(encoding="utf-8") == house.picture(), "imports between rooms changed: make rooms"
+    picture = house.picture()
+    assert house.PICTURE.read_text(encoding="utf-8") == picture, "imports between rooms changed: make rooms"
+    assert "#c0392b" not in picture, "an import leads up, which the picture shows in red"
 
 
 def test_compiled_code_older_than_what_it_was_made_from_goes(tmp_path, monkeypatch):
