@@ -22,6 +22,7 @@ from tautflex.solvers.linear.ldl import PanelLDL
 from tautflex.solvers.linear.lu import PivotedLU
 from tautflex.solvers.linear.pardiso import Pardiso
 from tautflex.solvers.linear.qdldl import PlainLDL
+from tautflex.solvers.remembering import Memory, Remembering
 
 BACKENDS: dict[str, type[Backend]] = {"ldl": PanelLDL, "qdldl": PlainLDL, "superlu": PivotedLU, "pardiso": Pardiso}
 # Fastest at every size measured, 400 to 160 000 unknowns on one core.
@@ -58,7 +59,7 @@ def linear_solver(name: str) -> Iterator[None]:
         _chosen.reset(token)
 
 
-class SymmetricFactorization:
+class SymmetricFactorization(Remembering):
     """Factors of a symmetric matrix given by its values in a pattern; the ordering is found once.
 
     Parameters
@@ -83,6 +84,7 @@ class SymmetricFactorization:
         self._direct: Backend | None = None
         self._fallback: PivotedLU | None = None
         self._kept: Mask | None = None
+        self._upper = np.zeros(0)
         self._start, self._rows = np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.int32)
         self.ready = False
 
@@ -102,11 +104,9 @@ class SymmetricFactorization:
         if not np.isfinite(upper.sum()) and not np.all(np.isfinite(upper)):
             raise np.linalg.LinAlgError("matrix has entries that are not finite")
         self.factorizations += 1
-        self.ready, self._fallback = False, None
+        self.ready, self._fallback, self._upper = False, None, upper
         kept = self._reduce(upper)
-        if self._direct is None:
-            kind = BACKENDS.get(_chosen.get(), _DEFAULT)
-            self._direct = kind(self.pattern.size, self._start, self._rows, self._memo())
+        assert self._direct is not None
         try:
             self._direct.factorize(kept)
             trusted = not self._direct.negative_pivots() or self._leaves_no_residual(upper)
@@ -117,6 +117,20 @@ class SymmetricFactorization:
             self._fallback.factorize(kept)
         self.ready = True
 
+    def memory(self) -> Memory:
+        """Matrix that was factorized last, and the entries that are left out."""
+        if not self.ready:
+            return {}
+        kept = np.zeros(0, dtype=np.int8) if self._kept is None else self._kept.astype(np.int8)
+        return {"upper": self._upper.copy(), "kept": kept}
+
+    def recall(self, memory: Memory) -> None:
+        """Factorize the matrix of another one anew, in its pattern."""
+        if memory:
+            upper, kept = memory["upper"], memory["kept"].astype(bool)
+            self._keep(kept if kept.size else np.ones(len(upper), dtype=bool))
+            self.factorize_upper(upper.copy())
+
     def _reduce(self, upper: Array) -> Array:
         """Values without the entries that are left out; the pattern is widened if it must be."""
         _, start, rows = self.pattern.upper
@@ -125,10 +139,17 @@ class SymmetricFactorization:
         elif self._kept is not None and np.any(upper[~self._kept]):
             self._direct, present = None, np.ones(len(upper), dtype=bool)
         if self._direct is None:
-            self._kept = None if present.all() else present
-            before = np.concatenate([[0], np.cumsum(present)])
-            self._start, self._rows = before[start].astype(np.int32), rows[present]
+            self._keep(present)
         return upper if self._kept is None else upper[self._kept]
+
+    def _keep(self, present: Mask) -> None:
+        """Begin anew with these entries of the pattern."""
+        _, start, rows = self.pattern.upper
+        self._kept = None if present.all() else present
+        before = np.concatenate([[0], np.cumsum(present)])
+        self._start, self._rows = before[start].astype(np.int32), rows[present]
+        kind = BACKENDS.get(_chosen.get(), _DEFAULT)
+        self._direct = kind(self.pattern.size, self._start, self._rows, self._memo())
 
     def _memo(self) -> dict[str, Any]:
         """What is known about the part of the pattern that is used; kept for a few parts."""

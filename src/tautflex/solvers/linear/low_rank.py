@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from tautflex.numeric import Array
+from tautflex.solvers.remembering import Remembering
 
 
 class Factors(Protocol):
@@ -22,11 +23,13 @@ class Factors(Protocol):
         ...
 
 
-class LowRankUpdate:
+class LowRankUpdate(Remembering):
     """Factors of A, and what makes them those of ``A + U' D U``.
 
     Whenever the factors change, `correct` has to be called again; without it A itself is solved with.
     """
+
+    MEMORY = ("_back", "_vectors")
 
     def __init__(self, factors: Factors) -> None:
         self.factors = factors

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from tautflex.numeric import Array, jit
+from tautflex.solvers.remembering import Memory, Remembering
 
 # Keeps nearly parallel pairs from cancelling each other with huge weights.
 _RIDGE = 1e-8
@@ -104,7 +105,7 @@ class Axes(Protocol):
         ...
 
 
-class AndersonAcceleration:
+class AndersonAcceleration(Remembering):
     """Anderson acceleration in the energy norm of the factorized matrix K.
 
     From pairs (change of x, change of residual r) seen since the last factorization, the next step is the
@@ -120,9 +121,21 @@ class AndersonAcceleration:
         Where the matrix was factorized, and where pairs are kept; None for the structure's own.
     """
 
+    MEMORY = ("_count", "_changes", "_shifts", "_gram")
+
     def __init__(self, depth: int = 6, axes: Axes | None = None) -> None:
-        self._depth, self._size, self._axes = depth, -1, axes
+        self._depth, self._axes = depth, axes
+        self._reserve(0)
         self.clear()
+
+    def _reserve(self, size: int) -> None:
+        self._changes, self._shifts = np.zeros((2, self._depth, size))
+        self._gram, self._last = np.eye(self._depth), np.zeros((3, size))
+
+    def recall(self, memory: Memory) -> None:
+        """Remember the pairs of another one between two solutions."""
+        super().recall(memory)
+        self._last = np.zeros((3, self._changes.shape[1]))
 
     def clear(self) -> None:
         """Forget everything (after a refactorization)."""
@@ -153,10 +166,8 @@ class AndersonAcceleration:
         if self._axes is not None:
             residual = self._axes.into(residual)
         solution = solve(residual)
-        if self._size != residual.size:
-            self._size = residual.size
-            self._changes, self._shifts = np.empty((2, self._depth, self._size))
-            self._gram, self._last = np.eye(self._depth), np.empty((3, self._size))
+        if self._last.shape[1] != residual.size:
+            self._reserve(residual.size)
         step, slope, self._count = _propose(
             self._changes, self._shifts, self._gram, self._count, self._known, self._last, solution, residual
         )

@@ -11,7 +11,8 @@ from tautflex.errors import InputError
 from tautflex.motion.kinematics import Segment
 from tautflex.solvers.transient.driver import GridDriver, ImplicitStepper, Watch
 from tautflex.solvers.transient.methods.scheme import Method, amplification
-from tautflex.solvers.transient.state import MotionState
+from tautflex.solvers.remembering import Memory
+from tautflex.solvers.transient.state import MotionState, recalled_state
 
 # Step sizes are time_step times powers of this, so that a size comes back and its factors with it.
 _QUANTUM = np.sqrt(2.0)
@@ -99,6 +100,8 @@ def error_constant(method: Method, phase: float = 0.1) -> float:
 class AdaptiveDriver(GridDriver):
     """Walks with steps of its own, lands on discontinuities and reports on the time grid.
 
+    No step knows where the run will end: the last one may go a little beyond.
+
     Parameters
     ----------
     stepper
@@ -107,25 +110,26 @@ class AdaptiveDriver(GridDriver):
         Smooth stretches of the maneuver.
     step
         Spacing of the grid of results [s], and first trial step.
-    end_time
-        End of the run [s]; no step goes beyond it.
     control
         Tolerance and limits.
     watch
         Sees the start, the end and the segment of every accepted step.
     """
 
+    MEMORY = ("_stepper", "_level", "_now", "_first", "_last_step", "_last_ratio", "_last_size", "_fastest", "_kick")
+
     def __init__(
-        self, stepper: ImplicitStepper, segments: tuple[Segment, ...], step: float, end_time: float, control: Adaptive,
+        self, stepper: ImplicitStepper, segments: tuple[Segment, ...], step: float, control: Adaptive,
         watch: Watch | None = None,
     ) -> None:  # fmt: skip
         super().__init__(stepper, segments, step, 0, watch)
-        self._implicit, self._control, self._end_time = stepper, control, end_time
+        self._implicit, self._control = stepper, control
         self._smallest, self._largest = control.limits(step)
         self._constant = error_constant(stepper.method)
         self._level = self._quantised(min(max(step, self._smallest), self._largest))
         self._now: MotionState | None = None
-        self._last_step: tuple[MotionState, MotionState] | None = None
+        self._first: MotionState | None = None
+        self._last_step: list[MotionState] = []
         self._last_ratio, self._last_size = 0.0, step
         self._fastest = self._kick = np.zeros(1)
 
@@ -148,16 +152,28 @@ class AdaptiveDriver(GridDriver):
             if reached is None:
                 return None
             # The state before a jump ends the step; the one behind it starts the next.
-            self._last_step = self._now, reached
+            self._last_step = [self._now, reached]
             self._now = self.last = self._enter_next_segment(reached, slack)
         if abs(self._now.time - target) <= slack:
             return self._now
-        assert self._last_step is not None, "an instant between two states has a step around it"
-        return self._implicit.equation.between(*self._last_step, target)
+        before, after = self._last_step
+        return self._implicit.equation.between(before, after, target)
+
+    def ahead(self, at: MotionState) -> MotionState:
+        """State that the next step starts from, at or behind the instant of the grid."""
+        return self._now or at
+
+    def recall(self, memory: Memory) -> None:
+        """Go on from where another driver stood."""
+        super().recall(memory)
+        kind = self._implicit.equation.kind
+        if "_now" in memory:
+            self._now, self._first = (recalled_state(kind, memory[name]) for name in ("_now", "_first"))
+        self._last_step = [recalled_state(kind, part) for part in memory.get("_last_step", {}).values()]
 
     def _controlled_step(self, at: MotionState, slack: float) -> MotionState | None:
-        """One accepted step, no longer than the segment or the run has left."""
-        left = min(self.segment.end, self._end_time) - at.time
+        """One accepted step, no longer than the segment has left."""
+        left = self.segment.end - at.time
         while True:
             nominal = self._size
             size = _landing(nominal, left)
@@ -192,8 +208,9 @@ class AdaptiveDriver(GridDriver):
         """
         share, stepper = self._constant * size, self._implicit
         found = stepper.equation.errors(at, reached, share, lambda error: stepper.resolved(reached, error))
-        fastest = np.maximum(self._fastest, self._implicit.equation.speeds(reached, self._first))
-        if at.time < self._step:
+        first = self._first or at
+        fastest = np.maximum(self._fastest, stepper.equation.speeds(reached, first))
+        if at.time < first.time + self._step:
             fastest = np.maximum(fastest, self._kick)
         ratio = np.divide(
             found, self._control.tolerance * fastest, out=np.full(found.size, np.inf), where=fastest > 0.0
@@ -201,7 +218,7 @@ class AdaptiveDriver(GridDriver):
         return float(np.where(found > 0.0, ratio, 0.0).max())
 
     def _note_velocity(self, at: MotionState) -> None:
-        self._fastest = np.maximum(self._fastest, self._implicit.equation.speeds(at, self._first))
+        self._fastest = np.maximum(self._fastest, self._implicit.equation.speeds(at, self._first or at))
 
     def _factor(self, ratio: float, last: float | None) -> float:
         """Change of the step size: proportional-integral control after a kept step, integral after a rejected one."""

@@ -18,6 +18,7 @@ from scipy.sparse import csr_array
 from tautflex.mechanics.products import product
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array, Indices, Places, cross_matrix, jit
+from tautflex.solvers.remembering import Remembering
 
 # Directions in which the neighbours of a node say nothing about its rotation: along a straight cable or beam.
 _SINGULAR = 1e-6
@@ -93,7 +94,7 @@ def rotation_operator(system: StructuralSystem, nodes: Indices) -> csr_array:
     return operator
 
 
-class Corotation:
+class Corotation(Remembering):
     """Rotation of a structure's nodes since its tangent was factorized.
 
     Parameters
@@ -101,6 +102,8 @@ class Corotation:
     system
         The structure. Nodes with supported translations are not turned.
     """
+
+    MEMORY = ("_then",)
 
     def __init__(self, system: StructuralSystem) -> None:
         model = system.model

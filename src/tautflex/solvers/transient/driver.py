@@ -9,13 +9,14 @@ import numpy as np
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
+from tautflex.solvers.remembering import Remembering
 from tautflex.solvers.transient.explicit import ExplicitStepper
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.state import MotionState
 
 
-class StagedStepper:
+class StagedStepper(Remembering):
     """Steps of several stages: one stepper for each effective stiffness, all of one equation of motion.
 
     Parameters
@@ -26,8 +27,10 @@ class StagedStepper:
         One for each of the method's tangents, in order.
     """
 
+    MEMORY = ("_steppers",)
+
     def __init__(self, method: Method, steppers: Sequence[Stepper]) -> None:
-        self.method, self._numbers, self._steppers = method, method.tangents, steppers
+        self.method, self._numbers, self._steppers = method, method.tangents, list(steppers)
         self.equation = steppers[0].equation
 
     def step(self, at: MotionState, size: float, segment: Segment) -> tuple[MotionState, NewtonOutcome]:
@@ -55,7 +58,7 @@ AnyStepper = ImplicitStepper | ExplicitStepper
 Watch = Callable[[MotionState, MotionState, Segment], None]
 
 
-class GridDriver:
+class GridDriver(Remembering):
     """Steps from one instant of the grid to the next, onto discontinuities, and halves steps that fail.
 
     Parameters
@@ -78,6 +81,8 @@ class GridDriver:
     last
         State at the end of the last step, whatever instant of the grid was reached; None before the first.
     """
+
+    MEMORY = ("_stepper",)
 
     def __init__(
         self, stepper: AnyStepper, segments: tuple[Segment, ...], step: float, halvings: int, watch: Watch | None = None
@@ -110,6 +115,15 @@ class GridDriver:
                 return None
             reached.time = end
             at = self.last = self._enter_next_segment(reached, slack)
+        return at
+
+    def enter(self, at: MotionState) -> None:
+        """Go on from a state, behind the jump where a segment ends."""
+        while self.segment.end <= at.time + 1e-9 * self._step and self._current + 1 < len(self._segments):
+            self._current += 1
+
+    def ahead(self, at: MotionState) -> MotionState:
+        """State that the next step starts from, where `advance` reached ``at``."""
         return at
 
     def _enter_next_segment(self, at: MotionState, slack: float) -> MotionState:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -58,6 +58,8 @@ class EquationOfMotion:
     inputs
         Forces, tensions and temperatures in time; None is none.
     """
+
+    kind: ClassVar[type[MotionState]] = MotionState
 
     state: PrestressedState
     damping: Damping
@@ -129,11 +131,22 @@ class EquationOfMotion:
             total += self.inertia.apply(terms.displacement, q)
         return total
 
-    def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> MotionState:
-        """State with the acceleration that balances all forces at ``time``."""
+    def start(self, time: float, q: Array, v: Array, motion: RigidMotion, hub: Array = _NONE) -> MotionState:
+        """State with the acceleration that balances all forces at ``time``; ``hub`` is that of a free one."""
         self.set_time(time)
         forces = self.force(q) + self.frame_forces(q, v, self.motion_terms(motion))
         return MotionState(time, q, v, self.mass_solve(-forces), forces)
+
+    def balance(self, at: MotionState, motion: RigidMotion) -> Array:
+        """All forces of an instant and its strain energy, shape (size + 1,): what must not change where a run goes on."""
+        self.set_time(at.time)
+        forces = self.frame_forces(at.q, at.v, self.motion_terms(motion)) + self.force(at.q)
+        return np.append(forces, self.strain_energy(at.q))
+
+    def rebalanced(self, at: MotionState, before: Array, motion: RigidMotion) -> MotionState:
+        """Same position and velocity where `balance` was another before: the acceleration takes up the difference."""
+        change = self.balance(at, motion) - before
+        return self._behind_jump(at, change[:-1], self._stored(at.q) - change[-1]) if change.any() else at
 
     def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
         """Same position and velocity under another rigid motion; the acceleration takes up the jump of the forces.
@@ -145,8 +158,10 @@ class EquationOfMotion:
         old, stored = self._all_forces(at, before), self._stored(at.q)
         self.set_time(at.time)
         change = self._all_forces(at, after) - old
-        if not change.any():
-            return at
+        return self._behind_jump(at, change, stored) if change.any() else at
+
+    def _behind_jump(self, at: MotionState, change: Array, stored: float) -> MotionState:
+        """State whose forces have changed, from one that stored another strain energy [J]."""
         forces = None if at.forces is None else at.forces + change
         a = at.a + self.mass_solve(-change)
         return MotionState(at.time, at.q, at.v, a, forces, books=self.books_behind_jump(at, stored))

@@ -12,6 +12,7 @@ from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
+from tautflex.solvers.remembering import Remembering
 from tautflex.solvers.transient.accuracy.books import NONE, STRESS, Books, written
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.stability import largest_eigenvalue
@@ -40,7 +41,7 @@ class ExplicitMethod(ABC):
         """Stepper of one run."""
 
 
-class ExplicitStepper:
+class ExplicitStepper(Remembering):
     """Central-difference steps of one run.
 
     Parameters
@@ -48,6 +49,8 @@ class ExplicitStepper:
     equation
         Equation of motion.
     """
+
+    MEMORY = ("_largest", "_age", "_stress", "_checked_stress", "_first_limit", "_vector")
 
     def __init__(self, equation: EquationOfMotion) -> None:
         self.equation = equation

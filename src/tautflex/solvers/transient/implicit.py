@@ -12,6 +12,7 @@ from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.anderson import AndersonAcceleration
 from tautflex.solvers.nonlinear.newton import NewtonOutcome, relative_error, solve_newton
+from tautflex.solvers.remembering import Memory, Remembering
 from tautflex.solvers.transient.corotation import Corotation
 from tautflex.solvers.transient.equation import EquationOfMotion, StepForces, StepNumbers
 from tautflex.solvers.transient.methods.scheme import Method
@@ -28,7 +29,7 @@ _NONE = np.zeros(0)
 _ROUND_OFF = 100.0 * float(np.finfo(float).eps)
 
 
-class Stepper:
+class Stepper(Remembering):
     """Implicit steps of one run.
 
     Parameters
@@ -42,6 +43,11 @@ class Stepper:
     max_iterations
         Newton steps allowed in one step.
     """
+
+    MEMORY = (
+        "factor", "solver", "_factor_size", "_factor_inertia", "_fewest_iterations", "_lost_iterations", "_corotation",
+        "_memory", "_largest_scale", "_met_forces", "_diagonal",
+    )  # fmt: skip
 
     def __init__(self, equation: EquationOfMotion, method: Method, tolerance: float, max_iterations: int = 25) -> None:
         self.equation, self.method, self.tolerance, self._max_iterations = equation, method, tolerance, max_iterations
@@ -57,6 +63,11 @@ class Stepper:
         self._numbers: dict[int, tuple[float, StepNumbers]] = {}
         self._largest_scale, self._met_forces = 0.0, 0.0
         self._diagonal = equation.state.tangent_entries[self._pattern.diagonal]
+
+    def recall(self, memory: Memory) -> None:
+        """Go on with the kept tangent of another stepper of this method."""
+        super().recall(memory)
+        self._judged = self.factor.factorizations
 
     def step(
         self,

@@ -27,6 +27,7 @@ from tautflex.solvers.transient.explicit import ExplicitMethod
 from tautflex.solvers.transient.methods.scheme import Method, check_stages
 from tautflex.solvers.transient.methods.wilson import WilsonTheta
 from tautflex.solvers.transient.probes import ProbeSet, place_probes
+from tautflex.solvers.transient.restart.checkpoint import Checkpoint
 from tautflex.solvers.transient.status import Run
 from tautflex.text import card, shown
 
@@ -35,6 +36,8 @@ Progress = Callable[[float, str], None] | None
 
 # Beyond this the time axis alone would fill the memory.
 _MOST_STEPS = 1e9
+# Part of a step within which two instants are one.
+_ON_GRID = 1e-6
 # What None stands for.
 _MANEUVER, _METHOD, _DAMPING, _COUPLING = AtRest(), WilsonTheta(), Rayleigh(), Coupling()
 # What may stand there, and an example.
@@ -89,6 +92,10 @@ class TransientProblem:
     initial_imperfection
         Largest displacement [m] of the start from its equilibrium, >= 0, in the shape that grows fastest from an
         unstable one, or resists least; rounding errors alone would leave an unstable equilibrium late or never.
+    initial
+        `Run.final` of an earlier run to go on from, at its time; ``end_time`` and maneuver keep their clock. With the
+        same method and step the two runs are one that was cut, to the last bit, and share its energy balance and
+        error; other ones start from its displacements and velocities alone. The first instant stored is the next one.
     every
         Store every n-th step.
     fields
@@ -122,6 +129,7 @@ class TransientProblem:
     probe_reading: str = "interpolate"
     initial_velocity: InitialVelocity = None
     initial_imperfection: float = 0.0
+    initial: Checkpoint | None = None
     every: int = 1
     fields: str | Sequence[float] | None = None
     tolerance: float | None = None
@@ -146,6 +154,7 @@ class TransientProblem:
                 f"state: expected a prestressed state or a reduced model, got {shown(self.plant)}; "
                 "solve_prestress(model) gives one"
             )
+        self._check_initial()
         _ = self.count
         if self.tolerance is not None:
             checks.positive("tolerance", self.tolerance)
@@ -170,12 +179,26 @@ class TransientProblem:
             check_stages(self.method)
         _ = self.placed, self.field_steps, self.velocity
 
+    def _check_initial(self) -> None:
+        """Take the state out of a run; raise InputError unless it is one of the same structure."""
+        given = self.initial.final if isinstance(self.initial, Run) else self.initial
+        if given is None and self.initial is None:
+            return
+        checks.instance("initial", given, Checkpoint, "the state that a run ended in", remedy="give run.final")
+        object.__setattr__(self, "initial", given)
+        for name in ("initial_velocity", "initial_imperfection"):
+            value = getattr(self, name)
+            if value is not None and not (isinstance(value, float) and value == 0.0):
+                raise InputError(f"{name}: expected none where a run goes on from initial, got {shown(value)}; leave it out")
+        self.initial.check(self.state)
+
     def __repr__(self) -> str:
         lines = {
             "plant": in_short(self.plant) if isinstance(self.plant, PrestressedState) else shown(self.plant),
             "maneuver": shown(self.maneuver),
             "method": self.method.name,
-            "steps": f"{self.count} of {self.time_step:.6g} s to {self.end_time:.6g} s",
+            "steps": f"{self.count - self.begin} of {self.time_step:.6g} s to {self.end_time:.6g} s",
+            "initial": "" if self.initial is None else f"{self.initial.time:.6g} s",
             "adaptive": "" if self.adaptive is None else shown(self.adaptive),
             "damping": shown(self.damping),
             "coupling": "" if self.coupling == _COUPLING else shown(self.coupling),
@@ -191,18 +214,45 @@ class TransientProblem:
         return self.plant if isinstance(self.plant, PrestressedState) else self.plant.state
 
     @cached_property
+    def start_time(self) -> float:
+        """Where the steps begin [s]."""
+        return 0.0 if self.initial is None else self.initial.time
+
+    @cached_property
+    def begin(self) -> int:
+        """Number of the grid instant that the run starts from."""
+        return int(np.floor(self.start_time / self.time_step + _ON_GRID))
+
+    @cached_property
+    def shift(self) -> float:
+        """Time of the grid's instant 0 [s]: a run that starts between multiples of its step shifts its grid."""
+        shift = self.start_time - self.begin * self.time_step
+        return shift if abs(shift) > _ON_GRID * self.time_step else 0.0
+
+    def instant(self, number: int) -> float:
+        """Time of a grid instant [s]."""
+        return self.shift + number * self.time_step
+
+    @cached_property
     def count(self) -> int:
-        """Steps of the grid that reaches ``end_time``."""
+        """Number of the last grid instant, which reaches ``end_time``."""
         step = checks.positive("time_step", self.time_step)
-        if not checks.finite("end_time", self.end_time) >= step:
-            raise InputError(f"end_time: expected at least one time_step ({step:g} s), got {self.end_time!r}")
+        if not checks.finite("end_time", self.end_time) >= self.start_time + (1.0 - _ON_GRID) * step:
+            behind = "" if self.initial is None else f" behind the start at {self.start_time:g} s"
+            raise InputError(f"end_time: expected at least one time_step ({step:g} s){behind}, got {self.end_time!r}")
         checks.whole("every", self.every, 1, remedy="1 stores every step")
-        count = self.end_time / step
-        if count > _MOST_STEPS:
+        count = (self.end_time - self.shift) / step
+        if count - self.begin > _MOST_STEPS:
             raise InputError(
                 f"end_time: expected at most {_MOST_STEPS:g} steps, got {count:.3g}; run shorter or enlarge time_step"
             )
-        return max(1, int(np.ceil(count - 1e-6)))
+        return max(self.begin + 1, int(np.ceil(count - _ON_GRID)))
+
+    @cached_property
+    def stored_steps(self) -> range:
+        """Numbers of the grid instants that are stored; where a run goes on, its start is in the earlier record."""
+        first = 0 if self.initial is None else self.begin + 1
+        return range(-(-first // self.every) * self.every, self.count + 1, self.every)
 
     @cached_property
     def placed(self) -> ProbeSet:
@@ -212,16 +262,16 @@ class TransientProblem:
     @cached_property
     def field_steps(self) -> set[int]:
         """Steps of the grid whose whole field is stored."""
-        step, count = self.time_step, self.count
+        step, count, start = self.time_step, self.count, self.start_time
         if self.fields is None or isinstance(self.fields, str):
             checks.one_of("fields", self.fields or "none", ("none", "all"))
-            return set(range(0, count + 1, self.every)) if self.fields == "all" else set()
+            return set(self.stored_steps) if self.fields == "all" else set()
         steps = set()
         for time in checks.float_array("fields", self.fields, (None,)):
-            if not 0.0 <= time <= (count + 0.5) * step:
-                raise InputError(f"fields: expected times in [0, {count * step:g}] s, got {time:g}")
-            steps.add(round(time / step))
-        return steps
+            if not start <= time <= self.instant(count) + 0.5 * step:
+                raise InputError(f"fields: expected times in [{start:g}, {self.instant(count):g}] s, got {time:g}")
+            steps.add(round((time - self.shift) / step))
+        return steps if self.initial is None else steps - {self.begin}
 
     @cached_property
     def velocity(self) -> Array:
@@ -266,4 +316,20 @@ class TransientProblem:
             "damping": repr(self.damping),
             "coupling": repr(self.coupling),
             "time_step": self.time_step,
+            **({} if self.initial is None else {"resumed_from": self.start_time}),
         }
+
+    @property
+    def memory_of(self) -> dict[str, str]:
+        """What the memory of a run belongs to, see `Checkpoint`."""
+        hub, method, step = self.maneuver, self.method, self.time_step
+        found = {"plant": type(self.plant).__name__, "method": repr(method), "time_step": repr(float(step))}
+        if self.adaptive is not None:
+            found["adaptive"] = repr(self.adaptive)
+        if self.tolerance is not None:
+            found["tolerance"] = repr(float(self.tolerance))
+        if self.shift:
+            found["grid"] = f"shifted by {self.shift!r} s"
+        if isinstance(hub, FreeHub):
+            found["hub"] = repr([float(hub.mass), hub.tensor.tolist(), [float(x) for x in hub.center]])
+        return found

@@ -14,22 +14,24 @@ from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
 from tautflex.numeric import Array, within_arithmetic
+from tautflex.solvers.remembering import Memory, copied, flat, nested
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.static.stability import find_start
-from tautflex.solvers.transient.accuracy.energy import run_balance
+from tautflex.solvers.transient.accuracy.energy import Energies, energies_at, energy_balance
 from tautflex.solvers.transient.accuracy.time_error import TimeError
 from tautflex.solvers.transient.accuracy.verdict import judge
 from tautflex.solvers.transient.adaptive import AdaptiveDriver
 from tautflex.solvers.transient.driver import AnyStepper, GridDriver, StagedStepper, Watch
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.explicit import ExplicitStepper
-from tautflex.solvers.transient.free_hub.equation import HubEquation
+from tautflex.solvers.transient.free_hub.equation import HubEquation, HubMotion
 from tautflex.solvers.transient.free_hub.record import HubRecorder, check_coupling, steady_motion
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, SteppingModel, TransientProblem
 from tautflex.solvers.transient.recorder import Recorder
-from tautflex.solvers.transient.state import MotionState
+from tautflex.solvers.transient.restart.checkpoint import Checkpoint, structure_of
+from tautflex.solvers.transient.state import MotionState, recalled_state
 from tautflex.solvers.transient.status import Run, Status
 
 
@@ -91,62 +93,163 @@ simulate.__signature__ = (_own := signature(simulate)).replace(  # type: ignore[
 
 def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     """Answer of the full model; a step that fails is told by the status."""
-    state, maneuver, step, count = problem.state, problem.maneuver, problem.time_step, problem.count
-    driven = InputSet(state.system, problem.inputs)
-    parts = state, problem.damping, problem.coupling
-    equation: EquationOfMotion
-    idle: list[str] = []
-    kind: type[Recorder]
-    if isinstance(maneuver, FreeHub):
-        check_coupling(problem.coupling)
-        equation, kind = HubEquation(*parts, inputs=driven, hub=maneuver, probes=problem.placed), HubRecorder
-        # The motion is not known beforehand.
-        segments = split_segments(AtRest().segments(), (*driven.breaks, *maneuver.breaks))
-    else:
-        equation, kind = EquationOfMotion(*parts, inputs=driven), Recorder
-        segments, idle = split_segments(maneuver.segments(), driven.breaks), driven.idle()
-    stepper = _stepper(problem, equation)
-    recorder = kind(equation, problem.placed, count // problem.every + 1, problem.field_steps)
-    errors = TimeError(equation, stepper.resolved) if problem.time_error else None
-    driver = _driver(problem, stepper, segments, None if errors is None else errors.step)
-    began = clock.perf_counter()
-    status, history, reached, said = Status.COMPLETED, tuple[float, ...](), 0.0, list[str]()
-
-    def record(number: int) -> None:
-        recorder.store_field(number, at)
-        if number % problem.every == 0:
-            recorder.store(at, driver.segment_at(at.time))
-
+    run, status = FullRun(problem), Status.COMPLETED
+    first, count = problem.begin, problem.count
+    run.start()
     try:
-        at, said = begin(equation, maneuver, problem.velocity, problem.initial_imperfection)
-        first = at
-        said = [*problem.doubts, *idle, *said]
-        if isinstance(stepper, ExplicitStepper):
-            stepper.check(at, step)
-        record(0)
-        for number in range(1, count + 1):
-            advanced = driver.advance(at, number * step)
-            if advanced is None:
-                status, history = Status.NOT_CONVERGED, tuple(driver.failure)
+        for number in range(first + 1, count + 1):
+            if not run.advance(number):
+                status = Status.NOT_CONVERGED
                 break
-            at, reached = advanced, advanced.time
-            record(number)
-            if progress is not None and number % max(1, count // 100) == 0:
-                progress(number / count, f"t = {at.time:.3g} s")
+            if progress is not None and (number - first) % max(1, (count - first) // 100) == 0:
+                progress((number - first) / (count - first), f"t = {run.at.time:.3g} s")
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
-    stepper.collect_counts()
-    statistics = equation.statistics
-    statistics.seconds = clock.perf_counter() - began
-    ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
-    data, last = recorder.to_dataset(problem.attributes | ended | {"warnings": said}), driver.last or first
-    # On a free hub the recorded kinetic energy is that of the whole spacecraft.
-    stored, hub = data["strain_energy"].values, isinstance(maneuver, FreeHub)
-    energy = float(np.max(stored + (stored if hub else data["kinetic_energy"].values)))
-    balance = run_balance(equation, maneuver, segments, first, last)
-    accuracy = judge(problem, errors, balance, energy, last.time / max(statistics.steps, 1))
-    data.attrs |= accuracy.attributes | {"warnings": data.attrs["warnings"] + accuracy.warnings}
-    return Run(data, status, statistics, reached, history, accuracy.error, balance)
+    return run.result(status)
+
+
+class FullRun:
+    """One run of the full model: its start, its steps, and what it leaves.
+
+    Parameters
+    ----------
+    problem
+        What was asked.
+
+    Attributes
+    ----------
+    at
+        State at the instant of the grid that the steps have come to.
+    """
+
+    at: MotionState
+
+    def __init__(self, problem: TransientProblem) -> None:
+        self.problem, maneuver = problem, problem.maneuver
+        driven = InputSet(problem.state.system, problem.inputs)
+        parts = problem.state, problem.damping, problem.coupling
+        self.equation: EquationOfMotion
+        self.said: list[str] = [*problem.doubts]
+        kind: type[Recorder] = Recorder
+        if isinstance(maneuver, FreeHub):
+            check_coupling(problem.coupling)
+            kind = HubRecorder
+            self.equation = HubEquation(*parts, inputs=driven, hub=maneuver, probes=problem.placed)
+            # The motion is not known beforehand.
+            self.segments = split_segments(AtRest().segments(), (*driven.breaks, *maneuver.breaks))
+        else:
+            self.equation = EquationOfMotion(*parts, inputs=driven)
+            self.segments = split_segments(maneuver.segments(), driven.breaks)
+            self.said += driven.idle()
+        self._stepper = _stepper(problem, self.equation)
+        self._recorder = kind(self.equation, problem.placed, len(problem.stored_steps), problem.field_steps)
+        self._errors = TimeError(self.equation, self._stepper.resolved) if problem.time_error else None
+        watch = None if self._errors is None else self._errors.step
+        self._driver = _driver(problem, self._stepper, self.segments, watch)
+        # Where energies and errors began: of a run that goes on, in the earlier one.
+        self._first: Energies | None = None
+        self._largest, self._taken, self._inside = 0.0, 0, True
+        self._began = clock.perf_counter()
+
+    def start(self) -> None:
+        """Start from the steady equilibrium, or go on from an earlier run."""
+        problem, equation = self.problem, self.equation
+        if problem.initial is None:
+            self.at, found = begin(equation, problem.maneuver, problem.velocity, problem.initial_imperfection)
+            self.said += found
+        elif not (problem.initial.remembers(problem.memory_of) and self._recall(problem.initial)):
+            self.at = self._from_motion(problem.initial)
+        if self._first is None:
+            self._first = self._energies(self.at)
+            if isinstance(self._stepper, ExplicitStepper):
+                self._stepper.check(self.at, problem.time_step)
+        self._inside = False
+        if problem.initial is None:
+            self._record(0)
+
+    def advance(self, number: int) -> bool:
+        """Take the steps to an instant of the grid; whether they converged."""
+        self._inside = True
+        advanced = self._driver.advance(self.at, self.problem.instant(number))
+        if advanced is None:
+            return False
+        self.at, self._inside = advanced, False
+        self._record(number)
+        return True
+
+    def result(self, status: Status) -> Run:
+        """What the run leaves."""
+        problem, recorder, final = self.problem, self._recorder, self.checkpoint()
+        self._stepper.collect_counts()
+        statistics = self.equation.statistics
+        statistics.seconds = clock.perf_counter() - self._began
+        ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
+        data, last = recorder.to_dataset(problem.attributes | ended | {"warnings": self.said}), self._driver.last or self.at
+        # On a free hub the recorded kinetic energy is that of the whole spacecraft.
+        stored, hub = data["strain_energy"].values, isinstance(problem.maneuver, FreeHub)
+        energy = stored + (stored if hub else data["kinetic_energy"].values)
+        self._largest = float(np.max(energy, initial=self._largest))
+        assert self._first is not None
+        balance = energy_balance(self._first, self._energies(last), last.books.work, hub)
+        taken = max(self._taken + statistics.steps, 1)
+        accuracy = judge(problem, self._errors, balance, self._largest, last.time / taken)
+        data.attrs |= accuracy.attributes | {"warnings": data.attrs["warnings"] + accuracy.warnings}
+        history = tuple(self._driver.failure) if status is Status.NOT_CONVERGED else ()
+        return Run(data, status, statistics, self.at.time, history, accuracy.error, balance, final)
+
+    def checkpoint(self) -> Checkpoint:
+        """State to go on from; without memory where a step was not finished."""
+        at, problem = self.at, self.problem
+        hub = at.rigid.copy() if isinstance(at, HubMotion) else np.zeros(0)
+        structure, memory = structure_of(problem.state), {} if self._inside else flat(self._memory())
+        return Checkpoint(at.time, at.q.copy(), at.v.copy(), hub, structure, problem.memory_of, memory)
+
+    def _memory(self) -> Memory:
+        ahead = self._driver.ahead(self.at)
+        return {
+            "at": copied(self.at),
+            "driver": self._driver.memory(),
+            "balance": self.equation.balance(ahead, self._driver.segment.motion(ahead.time)),
+            "energies": copied(self._first),
+            "largest": self._largest,
+            "taken": self._taken + self.equation.statistics.steps,
+            **({} if self._errors is None else {"errors": self._errors.memory()}),
+        }
+
+    def _recall(self, initial: Checkpoint) -> bool:
+        """Go on from the memory; False where steps that are ahead of the grid have met other forces."""
+        memory, driver = nested(initial.memory), self._driver
+        driver.recall(memory["driver"])
+        self.at = recalled_state(self.equation.kind, memory["at"])
+        ahead = driver.ahead(self.at)
+        driver.enter(ahead)
+        motion = driver.segment.motion(ahead.time)
+        if ahead is self.at:
+            self.at = self.equation.rebalanced(ahead, memory["balance"], motion)
+        elif not np.array_equal(self.equation.balance(ahead, motion), memory["balance"]):
+            # What was remembered belongs to these steps.
+            self._stepper = _stepper(self.problem, self.equation)
+            watch = None if self._errors is None else self._errors.step
+            self._driver = _driver(self.problem, self._stepper, self.segments, watch)
+            return False
+        self._first, self._largest, self._taken = Energies(**memory["energies"]), memory["largest"], memory["taken"]
+        if self._errors is not None and "errors" in memory:
+            self._errors.recall(memory["errors"])
+        return True
+
+    def _from_motion(self, initial: Checkpoint) -> MotionState:
+        """State of an earlier run's displacements and velocities alone, with the accelerations that follow."""
+        at = MotionState(initial.time, initial.displacement.copy(), initial.velocity.copy(), np.zeros(0))
+        self._driver.enter(at)
+        return self.equation.start(at.time, at.q, at.v, self._driver.segment.motion(at.time), initial.hub)
+
+    def _energies(self, at: MotionState) -> Energies:
+        return energies_at(self.equation, self.problem.maneuver, self.segments, at)
+
+    def _record(self, number: int) -> None:
+        self._recorder.store_field(number, self.at)
+        if number % self.problem.every == 0:
+            self._recorder.store(self.at, self._driver.segment_at(self.at.time))
 
 
 def begin(
@@ -185,4 +288,4 @@ def _driver(
             "adaptive: expected an implicit method, got an explicit one, whose step is limited by stability; "
             "leave adaptive out or use GeneralizedAlpha()"
         )
-    return AdaptiveDriver(stepper, segments, step, problem.count * step, problem.adaptive, watch)
+    return AdaptiveDriver(stepper, segments, step, problem.adaptive, watch)

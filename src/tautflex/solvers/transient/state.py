@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from tautflex.numeric import Array
+from tautflex.solvers.remembering import Memory
 from tautflex.solvers.transient.accuracy.books import Books
 
 
@@ -38,6 +40,12 @@ class MotionState:
     jerk: Array | None = None
     internal: Array | None = None
     books: Books = field(default_factory=lambda: Books(np.zeros(7)))
+
+
+def recalled_state(kind: type[MotionState], memory: Memory) -> MotionState:
+    """State of a kind from its fields, see `copied`."""
+    parts: dict[str, Any] = {**memory, "books": Books(**memory["books"])}
+    return kind(**parts)
 
 
 @dataclass(frozen=True)

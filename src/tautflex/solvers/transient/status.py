@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from tautflex.solvers.transient.restart.checkpoint import Checkpoint
 from tautflex.text import card, count
 
 if TYPE_CHECKING:
@@ -95,6 +96,9 @@ class Run:
         Energies at the start and the end and what came and went between [J], seen from inertial space: ``initial``,
         ``kinetic``, ``strain``, ``damping``, ``method``, ``loads``, ``maneuver`` and ``residual``, see
         :mod:`tautflex.solvers.transient.accuracy.energy`.
+    final
+        State at ``reached`` that another run goes on from, ``simulate(..., initial=run.final)``; None if there was no
+        start.
     """
 
     data: xr.Dataset
@@ -104,6 +108,7 @@ class Run:
     history: tuple[float, ...] = ()
     error: float = float("nan")
     energy_balance: Mapping[str, float] = field(default_factory=dict)
+    final: Checkpoint | None = None
 
     @property
     def warnings(self) -> list[str]:

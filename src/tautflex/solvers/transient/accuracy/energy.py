@@ -87,22 +87,15 @@ def energy_balance(first: Energies, last: Energies, work: Array, free: bool) -> 
     return {name: float(terms[name]) for name in TERMS}
 
 
-def run_balance(
-    equation: EquationOfMotion,
-    maneuver: Maneuver | FreeHub,
-    segments: tuple[Segment, ...],
-    first: MotionState,
-    last: MotionState,
-) -> dict[str, float]:
-    """Balance of a run of the full model from its first and last state."""
+def energies_at(
+    equation: EquationOfMotion, maneuver: Maneuver | FreeHub, segments: tuple[Segment, ...], at: MotionState
+) -> Energies:
+    """Energies of a state of the full model."""
     body = equation.body if isinstance(equation, HubEquation) else tuple(Body.of(equation.inertia, None))
-    energies = []
-    for at in (first, last):
-        twist = at.hub.twist if isinstance(at, HubMotion) else frame_twist(maneuver, segments, at.time)
-        equation.set_time(at.time)
-        elastic, strain = 0.5 * equation.products.mass_norm(at.v), equation.strain_energy(at.q)
-        energies.append(Energies(elastic, carried_energy(body, at.q, at.v, twist), strain))
-    return energy_balance(energies[0], energies[1], last.books.work, isinstance(equation, HubEquation))
+    twist = at.hub.twist if isinstance(at, HubMotion) else frame_twist(maneuver, segments, at.time)
+    equation.set_time(at.time)
+    elastic, strain = 0.5 * equation.products.mass_norm(at.v), equation.strain_energy(at.q)
+    return Energies(elastic, carried_energy(body, at.q, at.v, twist), strain)
 
 
 def frame_twist(maneuver: Maneuver | FreeHub, segments: tuple[Segment, ...], time: float) -> Array:

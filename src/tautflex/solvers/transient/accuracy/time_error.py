@@ -25,6 +25,7 @@ import numpy as np
 
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array, jit
+from tautflex.solvers.remembering import Remembering
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.state import MotionState
 
@@ -85,8 +86,10 @@ def _seen(
     _travel(state, raw * rates[0], time, size, rates[1], rates[2])
 
 
-class ErrorSum:
+class ErrorSum(Remembering):
     """What all plants sum up."""
+
+    MEMORY = ("state", "missed", "_squares")
 
     def __init__(self) -> None:
         self.state, self.missed = np.zeros(8), 0.0
@@ -151,6 +154,8 @@ class TimeError(ErrorSum):
     resolved
         Takes out of a vector what the last step did not resolve, see `Stepper.resolved`.
     """
+
+    MEMORY = (*ErrorSum.MEMORY, "_wait", "_gap", "_samples", "_pooled", "_rates")
 
     def __init__(self, equation: EquationOfMotion, resolved: Callable[[MotionState, Array], Array]) -> None:
         super().__init__()

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -105,6 +105,8 @@ class HubEquation(EquationOfMotion):
         Measuring points that feedback laws may read.
     """
 
+    kind: ClassVar[type[MotionState]] = HubMotion
+
     hub: FreeHub = field(kw_only=True)
     probes: ProbeSet = field(kw_only=True)
 
@@ -150,32 +152,67 @@ class HubEquation(EquationOfMotion):
         blocks: tuple[Array, Array] = rigid_blocks(self.body, q)
         return blocks
 
-    def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> HubMotion:
-        """State at the start of a run with the hub's given attitude and velocities; ``motion`` is not looked at."""
+    def start(self, time: float, q: Array, v: Array, motion: RigidMotion, hub: Array = _NONE) -> HubMotion:
+        """State at the start of a run with a known hub, shape (31,), or the given attitude and velocities.
+
+        ``motion`` is not looked at.
+        """
         mass, coupling = self.blocks(q)
-        rigid = np.zeros(31)
-        hub = rigid_parts(rigid)
-        hub.attitude[:] = np.asarray(self.hub.attitude) / np.linalg.norm(self.hub.attitude)
-        hub.twist[:3] = rotations.matrix(hub.attitude).T @ np.asarray(self.hub.velocity, dtype=float)
-        hub.twist[3:] = self.hub.angular_velocity
-        hub.momentum[:] = inertial(hub.attitude, hub.position, mass @ hub.twist + coupling @ v)
+        rigid = hub.copy() if hub.size else self._given()
+        parts = rigid_parts(rigid)
+        parts.momentum[:] = inertial(parts.attitude, parts.position, mass @ parts.twist + coupling @ v)
         self.set_time(time)
-        hub.wrench[:] = self.wrench(time, rigid, q, v)
+        parts.wrench[:] = self.wrench(time, rigid, q, v)
         return self._balanced(HubMotion(time, q, v, np.zeros_like(q), rigid=rigid))
 
     def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
         """Same positions and velocities under another wrench or other inputs; only the change is solved for."""
         assert isinstance(at, HubMotion)
         self.set_time(at.time, at.time)
-        old, rigid, stored = self._balanced(at), at.rigid.copy(), self._stored(at.q)
+        old, stored = self._balanced(at), self._stored(at.q)
         self.set_time(at.time)
-        hub = rigid_parts(rigid)
-        hub.wrench[:] = self.wrench(at.time, rigid, at.q, at.v)
-        new = self._balanced(replace(at, rigid=rigid))
-        change = new.a - old.a
-        if np.array_equal(old.rigid, new.rigid) and not change.any():
+        new = self._pushed(at)
+        if np.array_equal(old.rigid, new.rigid) and np.array_equal(old.a, new.a):
             return at
-        hub.rates[:] += new.hub.rates - old.hub.rates
+        return self._behind(at, new, new.a - old.a, new.hub.rates - old.hub.rates, stored)
+
+    def _given(self) -> Array:
+        """The hub with its given attitude and velocities, shape (31,)."""
+        rigid = np.zeros(31)
+        hub = rigid_parts(rigid)
+        hub.attitude[:] = np.asarray(self.hub.attitude) / np.linalg.norm(self.hub.attitude)
+        hub.twist[:3] = rotations.matrix(hub.attitude).T @ np.asarray(self.hub.velocity, dtype=float)
+        hub.twist[3:] = self.hub.angular_velocity
+        return rigid
+
+    def balance(self, at: MotionState, motion: RigidMotion) -> Array:
+        """Accelerations and wrench that balance an instant, and its strain energy, shape (size + 13,)."""
+        assert isinstance(at, HubMotion)
+        self.set_time(at.time)
+        new = self._pushed(at)
+        return np.concatenate([new.a, new.hub.rates, new.hub.wrench, [self.strain_energy(at.q)]])
+
+    def rebalanced(self, at: MotionState, before: Array, motion: RigidMotion) -> MotionState:
+        """Same positions and velocities where `balance` was another before."""
+        assert isinstance(at, HubMotion)
+        change = self.balance(at, motion) - before
+        if not change.any():
+            return at
+        stored = self._stored(at.q) - change[-1]
+        return self._behind(at, self._pushed(at), change[:-13], change[-13:-7], stored)
+
+    def _pushed(self, at: HubMotion) -> HubMotion:
+        """The state with the wrench and the accelerations of the instant that is set."""
+        rigid = at.rigid.copy()
+        rigid_parts(rigid).wrench[:] = self.wrench(at.time, rigid, at.q, at.v)
+        return self._balanced(replace(at, rigid=rigid))
+
+    def _behind(self, at: HubMotion, new: HubMotion, change: Array, rates: Array, stored: float) -> HubMotion:
+        """State under a new wrench with these changes of accelerations, from one that stored another energy [J]."""
+        rigid = at.rigid.copy()
+        hub = rigid_parts(rigid)
+        hub.wrench[:] = new.hub.wrench
+        hub.rates[:] += rates
         forces = None if at.forces is None else at.forces - self.products.mass_product(change)
         balanced = at.balanced + change if at.balanced.size else _NONE
         books = self.books_behind_jump(at, stored)

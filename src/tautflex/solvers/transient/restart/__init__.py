@@ -1,0 +1,1 @@
+"""What a run leaves so that another one goes on."""
