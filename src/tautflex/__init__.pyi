@@ -37,6 +37,7 @@ from .files.csv import write_csv as write_csv
 from .files.mesh import MeshData as MeshData
 from .files.mesh import read_mesh as read_mesh
 from .files.netcdf import load as load
+from .files.netcdf import load_run as load_run
 from .files.netcdf import save as save
 from .files.vtu import write_vtu as write_vtu
 from .mechanics.dampings.damping import Damping as Damping
@@ -104,6 +105,7 @@ from .solvers.transient.methods.scheme import Stage as Stage
 from .solvers.transient.methods.scheme import StepScheme as StepScheme
 from .solvers.transient.methods.wilson import WilsonTheta as WilsonTheta
 from .solvers.transient.problem import TransientProblem as TransientProblem
+from .solvers.transient.restart.checkpoint import Checkpoint as Checkpoint
 from .solvers.transient.simulate import simulate as simulate
 from .solvers.transient.status import Run as Run
 from .structure.groups import ElementGroup as ElementGroup

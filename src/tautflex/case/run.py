@@ -88,11 +88,12 @@ def write_case_run(
     tell(0.0, "modes")
     modes = solve_modes(state, n=min(MODE_COUNT, len(state.model.free_dofs) - 1))
     run = _simulate(case, state, maneuver, tell, throw=False)
-    data = run.data.assign_attrs(title=title)
+    run = replace(run, data=run.data.assign_attrs(title=title))
+    data = run.data
     directory.mkdir(parents=True, exist_ok=True)
     tell(1.0, "writing")
     files = {"run": directory / "run.nc", "summary": directory / "summary.json"}
-    netcdf.save(data, files["run"])
+    netcdf.save(run, files["run"])
     if figures is not None:
         files |= _named(figures(data, modes.to_dataset(), directory))
     end = maneuver_end(data)

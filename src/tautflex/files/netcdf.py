@@ -1,4 +1,4 @@
-"""Results on disk: xarray Datasets to NetCDF-4 and back, exactly.
+"""Results on disk: xarray Datasets and runs to NetCDF-4 and back, exactly.
 
 The seal and the examination are own, because HDF5 may hang on a damaged file and guards only parts of it by checksums.
 """
@@ -21,6 +21,9 @@ import xarray as xr
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.files.final_state import GROUP, checkpoint_data, checkpoint_from
+from tautflex.solvers.transient.restart.checkpoint import Checkpoint
+from tautflex.solvers.transient.status import Run, Statistics, Status
 from tautflex.solvers.variables import dataset_of
 
 _FORMAT = "tautflex result"
@@ -32,8 +35,8 @@ _CHUNK = 2**20
 _PACKAGES = ("tautflex", "numpy", "scipy", "numba", "qdldl", "xarray", "h5netcdf")
 
 
-def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
-    """Write a Dataset to a NetCDF-4 file, whole or not at all.
+def save(dataset: xr.Dataset | Run, path: str | os.PathLike[str]) -> Path:
+    """Write a Dataset, or a run with the state that it ended in, to a NetCDF-4 file, whole or not at all.
 
     Variables, coordinates, units and attributes come back from :func:`load` as they were. Attributes may
     also be bool, None, lists and mappings; they are written as JSON text. The file appears under its name
@@ -42,7 +45,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     Parameters
     ----------
     dataset
-        Any Dataset of numbers, truth values and text.
+        Any Dataset of numbers, truth values and text, or a `Run`, which :func:`load_run` reads.
     path
         File to write, usually ``*.nc``; missing folders are made.
 
@@ -56,6 +59,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     InputError
         If ``dataset`` is no Dataset, an attribute cannot be stored, or the path cannot be written.
     """
+    final = dataset.final if isinstance(dataset, Run) else None
     dataset = dataset_of("dataset", dataset, remedy="give run.data or modes.to_dataset()")
     target = checks.path("path", path)
     stored = _encode(dataset)
@@ -64,6 +68,9 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
         target.parent.mkdir(parents=True, exist_ok=True)
         encoding = {variable: {"_FillValue": None} for variable in stored.variables}
         stored.to_netcdf(temporary, engine="h5netcdf", format="NETCDF4", encoding=encoding)
+        if final is not None:
+            state = _encode(checkpoint_data(final))
+            state.to_netcdf(temporary, mode="a", group=GROUP, engine="h5netcdf", format="NETCDF4")
         _seal(temporary)
         temporary.replace(target)
     except OSError as error:
@@ -97,6 +104,47 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     at other files nor at more numbers than they hold. HDF5 is not made for files built to do harm: open results from
     sources you trust.
     """
+    return _load(path)
+
+
+def load_run(path: str | os.PathLike[str]) -> Run:
+    """Read a run that :func:`save` or ``tautflex run`` wrote: ``simulate(..., initial=load_run(path).final)``.
+
+    Parameters
+    ----------
+    path
+        NetCDF-4 file of tautflex.
+
+    Returns
+    -------
+    Run
+        Without the residual norms of a step that failed; ``final`` is None if the file holds no state to go on from.
+
+    Raises
+    ------
+    InputError
+        As :func:`load`, or if the file holds something else than a run.
+    """
+    data = _load(path)
+    try:
+        said = Status(data.attrs["status"]), Statistics(**json.loads(data.attrs["statistics"]))
+        balance, error = json.loads(data.attrs["energy_balance"]), float(data.attrs["time_error"])
+        reached = float(data["time"][-1]) if data.sizes["time"] else float("nan")
+    except (LookupError, TypeError, ValueError) as wrong:
+        raise InputError(f"path: expected a run, got another result in {str(path)!r}; open it with load") from wrong
+    final = _final(checks.path("path", path))
+    return Run(data, *said, reached if final is None else final.time, (), error, balance, final)
+
+
+def _final(path: Path) -> Checkpoint | None:
+    """State to go on from; None if a file holds none."""
+    with h5py.File(path, "r") as file:
+        if GROUP not in file:
+            return None
+    return checkpoint_from(_load(path, GROUP))
+
+
+def _load(path: str | os.PathLike[str], group: str | None = None) -> xr.Dataset:
     source = checks.path("path", path)
     if not source.is_file():
         raise InputError(f"path: expected a result file, got {str(source)!r}, which does not exist; check the name")
@@ -104,7 +152,7 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     try:
         _examine(source)
         raw = xr.load_dataset(
-            source, engine="h5netcdf", decode_times=False, decode_timedelta=False, mask_and_scale=False
+            source, engine="h5netcdf", decode_times=False, decode_timedelta=False, mask_and_scale=False, group=group
         )
         marked = raw.attrs.get("format") == _FORMAT
         schema = int(raw.attrs["schema"]) if marked else _SCHEMA
@@ -124,18 +172,27 @@ def _examine(path: Path) -> None:
         raise ValueError("damaged, its checksum does not match")
     size = path.stat().st_size
     with h5py.File(path, "r") as file:
-        _require_checksums(file)
-        stored = 0
-        for name in file:
-            if not isinstance(file.get(name, getlink=True), h5py.HardLink):
-                raise ValueError(f"{name!r} is a link")
-            variable = file[name]
-            _require_checksums(variable)
-            if not isinstance(variable, h5py.Dataset) or variable.is_virtual or variable.external:
-                raise ValueError(f"{name!r} is no array of this file")
-            stored += variable.nbytes
+        stored = _examine_arrays(file)
         if stored > 2 * size + _MOST_UNWRITTEN:
             raise ValueError(f"{stored} bytes of numbers in a file of {size}")
+
+
+def _examine_arrays(items: h5py.Group, group: str = GROUP) -> int:
+    """Raise if a file or its one group has other things than arrays; bytes of numbers of all of them."""
+    _require_checksums(items)
+    stored = 0
+    for name in items:
+        if not isinstance(items.get(name, getlink=True), h5py.HardLink):
+            raise ValueError(f"{name!r} is a link")
+        item = items[name]
+        if name == group and isinstance(item, h5py.Group):
+            stored += _examine_arrays(item, "")
+            continue
+        _require_checksums(item)
+        if not isinstance(item, h5py.Dataset) or item.is_virtual or item.external:
+            raise ValueError(f"{name!r} is no array of this file")
+        stored += int(item.nbytes)
+    return stored
 
 
 def _seal(path: Path) -> None:

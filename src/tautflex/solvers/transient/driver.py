@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import ClassVar
 
 import numpy as np
 
@@ -82,7 +83,7 @@ class GridDriver(Remembering):
         State at the end of the last step, whatever instant of the grid was reached; None before the first.
     """
 
-    MEMORY = ("_stepper",)
+    MEMORY: ClassVar[tuple[str, ...]] = ("_stepper",)
 
     def __init__(
         self, stepper: AnyStepper, segments: tuple[Segment, ...], step: float, halvings: int, watch: Watch | None = None

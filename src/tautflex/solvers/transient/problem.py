@@ -182,15 +182,17 @@ class TransientProblem:
     def _check_initial(self) -> None:
         """Take the state out of a run; raise InputError unless it is one of the same structure."""
         given = self.initial.final if isinstance(self.initial, Run) else self.initial
-        if given is None and self.initial is None:
+        if self.initial is None:
             return
-        checks.instance("initial", given, Checkpoint, "the state that a run ended in", remedy="give run.final")
+        found: Checkpoint = checks.instance("initial", given, Checkpoint, "a state to go on from", remedy="give run.final")
         object.__setattr__(self, "initial", given)
         for name in ("initial_velocity", "initial_imperfection"):
             value = getattr(self, name)
             if value is not None and not (isinstance(value, float) and value == 0.0):
-                raise InputError(f"{name}: expected none where a run goes on from initial, got {shown(value)}; leave it out")
-        self.initial.check(self.state)
+                raise InputError(
+                    f"{name}: expected none where a run goes on from initial, got {shown(value)}; leave it out"
+                )
+        found.check(self.state)
 
     def __repr__(self) -> str:
         lines = {

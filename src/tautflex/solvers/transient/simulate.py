@@ -24,7 +24,8 @@ from tautflex.solvers.transient.adaptive import AdaptiveDriver
 from tautflex.solvers.transient.driver import AnyStepper, GridDriver, StagedStepper, Watch
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.explicit import ExplicitStepper
-from tautflex.solvers.transient.free_hub.equation import HubEquation, HubMotion
+from tautflex.solvers.transient.free_hub.equation import HubEquation
+from tautflex.solvers.transient.free_hub.motion import HubMotion
 from tautflex.solvers.transient.free_hub.record import HubRecorder, check_coupling, steady_motion
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.scheme import Method
@@ -184,7 +185,10 @@ class FullRun:
         statistics = self.equation.statistics
         statistics.seconds = clock.perf_counter() - self._began
         ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
-        data, last = recorder.to_dataset(problem.attributes | ended | {"warnings": self.said}), self._driver.last or self.at
+        data, last = (
+            recorder.to_dataset(problem.attributes | ended | {"warnings": self.said}),
+            self._driver.last or self.at,
+        )
         # On a free hub the recorded kinetic energy is that of the whole spacecraft.
         stored, hub = data["strain_energy"].values, isinstance(problem.maneuver, FreeHub)
         energy = stored + (stored if hub else data["kinetic_energy"].values)

@@ -20,6 +20,7 @@ and its error is that of two motions that know nothing of each other.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
 
@@ -89,7 +90,7 @@ def _seen(
 class ErrorSum(Remembering):
     """What all plants sum up."""
 
-    MEMORY = ("state", "missed", "_squares")
+    MEMORY: ClassVar[tuple[str, ...]] = ("state", "missed", "_squares")
 
     def __init__(self) -> None:
         self.state, self.missed = np.zeros(8), 0.0

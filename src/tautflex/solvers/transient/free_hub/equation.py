@@ -49,48 +49,13 @@ from tautflex.solvers.transient.free_hub.balance import (
     motion_at,
     rigid_parts,
 )
+from tautflex.solvers.transient.free_hub.motion import HubMotion, slopes
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy, rigid_blocks
 from tautflex.solvers.transient.methods.scheme import StepScheme
 from tautflex.solvers.transient.probes import ProbeSet
 from tautflex.solvers.transient.state import MotionState, hermite
 
 _NONE = np.zeros(0)
-
-
-@dataclass
-class HubMotion(MotionState):
-    """State of the structure and of the hub at one instant.
-
-    Parameters
-    ----------
-    rigid
-        The hub, shape (31,), see `RigidState`.
-    balanced
-        Elastic acceleration that balances all forces, shape (size,), where it is not ``a``.
-    power, work
-        Power of all external forces [W], and their work since the start [J].
-    """
-
-    rigid: Array = field(kw_only=True)
-    balanced: Array = field(default_factory=lambda: _NONE, kw_only=True)
-    power: float = field(default=0.0, kw_only=True)
-    work: float = field(default=0.0, kw_only=True)
-
-    @property
-    def hub(self) -> RigidState:
-        """The hub."""
-        return rigid_parts(self.rigid)
-
-    @property
-    def true(self) -> Array:
-        """Elastic acceleration that balances all forces, shape (size,)."""
-        return self.balanced if self.balanced.size else self.a
-
-    @property
-    def velocity(self) -> Array:
-        """Velocity of the floating frame's origin, inertial axes [m/s], shape (3,)."""
-        velocity: Array = rotations.matrix(self.hub.attitude) @ self.hub.twist[:3]
-        return velocity
 
 
 @dataclass
@@ -271,7 +236,7 @@ class HubEquation(EquationOfMotion):
         elastic, share = super().between(start, end, time), (time - start.time) / (end.time - start.time)
         rigid = start.rigid + share * (end.rigid - start.rigid)
         values = np.append(start.rigid[:19], start.work), np.append(end.rigid[:19], end.work)
-        cubic, _ = hermite(start.time, end.time, time, values, (_slopes(start), _slopes(end)))
+        cubic, _ = hermite(start.time, end.time, time, values, (slopes(start), slopes(end)))
         rigid[:19] = cubic[:-1]
         rigid[:4] /= np.linalg.norm(rigid[:4])
         return HubMotion(time, elastic.q, elastic.v, elastic.a, rigid=rigid, work=float(cubic[-1]))
@@ -316,15 +281,6 @@ class HubEquation(EquationOfMotion):
         square = self.products.mass_norm(elastic) - float(carried @ relative)
         whole = rigid + carried
         return float(np.sqrt(max(square, 0.0))), float(np.sqrt(whole @ mass @ whole))
-
-
-def _slopes(at: HubMotion) -> Array:
-    """Rates of attitude, position, twist, momentum and work, shape (20,)."""
-    hub = at.hub
-    twist = hub.rates.copy()
-    twist[:3] -= np.cross(hub.twist[3:], hub.twist[:3])
-    attitude = 0.5 * rotations.product(hub.attitude, np.append(0.0, hub.twist[3:]))
-    return np.concatenate([attitude, at.velocity, twist, inertial(hub.attitude, hub.position, hub.wrench), [at.power]])
 
 
 class HubForces(StepForces):

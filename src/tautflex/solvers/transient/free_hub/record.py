@@ -13,7 +13,7 @@ from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array
-from tautflex.solvers.transient.free_hub.equation import HubMotion
+from tautflex.solvers.transient.free_hub.motion import HubMotion
 from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.transient.state import MotionState
 from tautflex.solvers.variables import COMPONENTS, HUB, about, described

@@ -72,8 +72,8 @@ class Checkpoint:
         ]
         if others:
             raise InputError(
-                f"initial: expected a state of this structure, got one whose {' and '.join(others)} differ; simulate it "
-                "from its start, or give the structure that it belongs to"
+                f"initial: expected a state of this structure, got one whose {' and '.join(others)} differ; simulate "
+                "it from its start, or give the structure that it belongs to"
             )
 
     def remembers(self, question: Mapping[str, str]) -> bool:
