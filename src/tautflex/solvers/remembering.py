@@ -17,7 +17,7 @@ Memory = dict[str, Any]
 class Remembering:
     """An object whose attributes named in ``MEMORY`` are all that it takes from one step to the next.
 
-    They are numbers, arrays, None, or objects that remember, alone or in a list.
+    They are numbers, arrays, or objects that remember, alone or in a list; what is None is not remembered.
     """
 
     MEMORY: ClassVar[tuple[str, ...]] = ()
@@ -27,16 +27,18 @@ class Remembering:
         return {name: copied(value) for name in self.MEMORY if (value := getattr(self, name)) is not None}
 
     def recall(self, memory: Memory) -> None:
-        """Remember what another object of this kind did."""
+        """Remember what another object of this kind did; what it did not stays."""
         for name in self.MEMORY:
-            now = getattr(self, name)
+            now, then = getattr(self, name), memory.get(name)
+            if then is None:
+                continue
             if isinstance(now, Remembering):
-                now.recall(memory.get(name, {}))
+                now.recall(then)
             elif isinstance(now, list):
                 for number, part in enumerate(now):
-                    part.recall(memory[name].get(str(number), {}))
-            else:
-                setattr(self, name, copied(memory.get(name)))
+                    part.recall(then[str(number)])
+            elif not isinstance(then, dict):
+                setattr(self, name, copied(then))
 
 
 def copied(value: Any) -> Any:

@@ -13,6 +13,7 @@ from tautflex.reduction.marching.dispatch import internal_force
 from tautflex.reduction.marching.work import StageNumbers, Work
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import energies
+from tautflex.solvers.remembering import Remembering
 from tautflex.solvers.transient.accuracy.time_error import GROWTH, ErrorSum, missed_between
 
 # One of so many steps is looked at for more than its local error; steps of a stretch that may be too long for it.
@@ -67,7 +68,7 @@ def _add_works(
     return late
 
 
-class ReducedBooks:
+class ReducedBooks(Remembering):
     """Work of a reduced run's forces by kind, and its local errors.
 
     Parameters
@@ -77,6 +78,8 @@ class ReducedBooks:
     errors
         Whether local errors are summed up.
     """
+
+    MEMORY = ("work", "_known", "_late", "_own", "_now", "errors")
 
     def __init__(self, rom: OnBasis, arrays: Any, inputs: InputSet, errors: bool) -> None:
         self._rom, self._arrays, self._inputs, self._nodes = rom, arrays, inputs, rom.model.nodes
@@ -162,7 +165,8 @@ class ReducedBooks:
             lost = _squares(stayed, arrays.damping).sum() / max(float(_squares(stayed, arrays.mass).sum()), 1e-300)
             growth = GROWTH * float(np.sqrt(acceleration.sum() / velocity.sum())) * share - 0.5 * float(lost)
         errors.add(local, starts + step, step, decay, growth)
-        errors.missed += sum(missed_between(self._nodes, float(time), step, segment) for time in starts[:_FEW])
+        for time in starts[:_FEW]:
+            errors.missed += missed_between(self._nodes, float(time), step, segment)
 
 
 def _squares(rows: Array, form: Array) -> Array:

@@ -18,15 +18,16 @@ _DEGREES = (2, 4, 8, 16, 32, 64)
 _ACCURACY = 1e-13
 
 
-def sample(function: Callable[[float], Array], times: Array) -> Array:
+def sample(function: Callable[[float], Array], times: Array, span: tuple[float, float, int]) -> Array:
     """Values of a smooth function at many instants, shape (time, value), or (1, value) if it is constant.
 
     Interpolated at Chebyshev points once the next finer set of points agrees to round-off; a segment of a maneuver is
-    analytic, so few points do. Functions that do not give in are computed at every instant.
+    analytic, so few points do. Functions that do not give in are computed at every instant. ``span`` has the limits of
+    the interpolation and the number of instants that it is meant for, of which ``times`` may be some.
     """
-    if len(times) <= 8:
+    low, high, count = span
+    if count <= 8:
         return np.array([function(time) for time in times])
-    low, high = float(times[0]), float(times[-1])
     known: dict[float, Array] = {}
 
     def at(place: float) -> Array:
@@ -36,7 +37,7 @@ def sample(function: Callable[[float], Array], times: Array) -> Array:
         return known[key]
 
     for degree in _DEGREES:
-        if 2 * degree >= len(times):
+        if 2 * degree >= count:
             break
         points = np.cos(np.pi * np.arange(degree + 1) / degree)
         finer = np.cos(np.pi * (np.arange(degree) + 0.5) / degree)
@@ -51,16 +52,24 @@ def sample(function: Callable[[float], Array], times: Array) -> Array:
 
 
 def frame_terms(
-    coupling: Coupling, moments: LoadMoments, segment: Segment, times: Array, coordinates: int
+    coupling: Coupling,
+    moments: LoadMoments,
+    segment: Segment,
+    times: Array,
+    coordinates: int,
+    span: tuple[float, float, int],
 ) -> FrameTerms:
-    """Matrices and loads of a segment at instants [s] in order; ``moments`` of the coordinates, then the monomials."""
+    """Matrices and loads of a segment at instants [s] in order; ``moments`` of the coordinates, then the monomials.
+
+    ``span`` is that of `sample`.
+    """
 
     def terms(time: float) -> Array:
         motion = segment.motion(time)
         weights = coupling.velocity_weight(motion), coupling.displacement_weight(motion)
         return np.concatenate([*(weight.ravel() for weight in weights), coupling.load(motion, moments)])
 
-    values = sample(terms, times)
+    values = sample(terms, times, span)
     velocity, displacement = values[:, :9].reshape(-1, 3, 3), values[:, 9:18].reshape(-1, 3, 3)
     load, stress = values[:, 18 : 18 + coordinates], values[:, 18 + coordinates :]
     turns = bool(np.any(values[:, :18]))
@@ -70,4 +79,4 @@ def frame_terms(
 def frame_at(coupling: Coupling, moments: LoadMoments, motion: RigidMotion, coordinates: int) -> FrameTerms:
     """Matrices and loads of one motion."""
     segment = Segment(0.0, np.inf, lambda time: motion)
-    return frame_terms(coupling, moments, segment, np.zeros(1), coordinates)
+    return frame_terms(coupling, moments, segment, np.zeros(1), coordinates, (0.0, 0.0, 1))

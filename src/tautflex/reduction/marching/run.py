@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,9 +19,10 @@ from tautflex.reduction.marching.dispatch import internal_force, tangent
 from tautflex.reduction.marching.frame_terms import frame_at, frame_terms, sample
 from tautflex.reduction.marching.schedule import Stretch, stretches
 from tautflex.reduction.marching.steps import march, march_explicit
-from tautflex.reduction.marching.work import StageNumbers, new_work, stage_numbers
+from tautflex.reduction.marching.work import LOOKED, StageNumbers, new_work, stage_numbers
 from tautflex.reduction.on_basis import OnBasis, require_forces
 from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, energies, rows_from, total_force
+from tautflex.solvers.remembering import Memory, copied, flat, nested
 from tautflex.solvers.static.stability import growth_text, largest_translation
 from tautflex.solvers.transient.accuracy.energy import Energies, energy_balance, frame_twist
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy
@@ -28,10 +30,13 @@ from tautflex.solvers.transient.methods.central_difference import CentralDiffere
 from tautflex.solvers.transient.methods.generalized_alpha import Newmark
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
+from tautflex.solvers.transient.restart.checkpoint import Checkpoint, structure_of
 from tautflex.solvers.transient.status import Statistics
 
-# Steps between two looks at the keyboard and the progress bar; bounds the memory of sampled frame terms.
-_LONGEST = 4096
+# Samples that are read at once: at fixed places, so that no reading depends on where a run begins and ends.
+_BLOCK = 256
+# What of the work the next step depends on.
+_KEPT = ("state", "inverse", "on_velocity", "on_displacement", "scale", "sizes", "counts")
 # Negative eigenvalues smaller than this part of the largest one are zero but for round-off.
 _ROUND_OFF = 1e-12
 
@@ -67,73 +72,143 @@ class ReducedRun:
         self._began = problem.maneuver.start()
         self.segments = split_segments(problem.maneuver.segments(), self.inputs.breaks)
         self._tolerance = problem.tolerance or self._method.tolerance
-        # Numbers of the grid instants whose coordinates are kept, sorted; the first is 0.
+        # Numbers of the grid instants whose coordinates are kept, sorted.
         fields = np.array(sorted(problem.field_steps), dtype=np.int64)
-        self.stored = np.union1d(np.arange(0, problem.count + 1, problem.every), fields)
+        self.stored = np.union1d(np.array(problem.stored_steps, dtype=np.int64), fields)
         self.eta, self.rate = np.zeros((2, len(self.stored), rom.size))
-        self.reached = 0
+        self.reached = problem.begin
         self._work = new_work(rom.size, self._method.tangents)
         self._march = march_explicit if self._explicit else march
         self._halvings = 0
         self.warnings = problem.doubts
         self.books = ReducedBooks(rom, self.arrays, self.inputs, problem.time_error)
-        self.first: tuple[Array, Array]
+        self._first: Energies | None = None
+        self.largest = 0.0
+        self._before = self._work.counts.copy()
         self._trace = np.empty((0, 8, rom.size))
 
     @property
     def time(self) -> float:
         """Instant that the steps have come to [s]."""
-        return self.reached * self.problem.time_step
+        return self.problem.instant(self.reached)
 
     def balance(self) -> dict[str, float]:
         """Energy balance from the start to where the steps have come [J]."""
-        rom, energies_of = self.rom, []
-        body = tuple(Body.of(rom.state.system.inertia, None))
-        for time, eta, rate in ((0.0, *self.first), (self.time, self._work.q, self._work.v)):
-            offset = self.prescribed_offset(self.motions(np.array([time])))[0]
-            q, v, _ = rom.motion(eta, rate, rate, offset)
-            twist = frame_twist(self.problem.maneuver, self.segments, time)
-            elastic, strain = energies(self.arrays, eta[None], rate[None])[0]
-            energies_of.append(Energies(elastic, carried_energy(body, q, v, twist), strain))
-        return energy_balance(energies_of[0], energies_of[1], self.books.work, free=False)
+        assert self._first is not None
+        return energy_balance(self._first, self._energies_now(), self.books.work, free=False)
+
+    def _energies_now(self) -> Energies:
+        """Energies where the steps have come to."""
+        system, (q, v) = self.rom.state.system, self.motion_at(self.time, self._work.q, self._work.v)
+        elastic, strain = energies(self.arrays, self._work.q[None], self._work.v[None])[0]
+        twist = frame_twist(self.problem.maneuver, self.segments, self.time)
+        return Energies(elastic, carried_energy(tuple(Body.of(system.inertia, None)), q, v, twist), strain)
+
+    def motion_at(self, time: float, eta: Array, rate: Array) -> tuple[Array, Array]:
+        """Free unknowns and their velocities of coordinates at an instant [s], shape (size,)."""
+        offset = self.prescribed_offset(self.motions(np.array([time])))[0]
+        q, v, _ = self.rom.motion(eta, rate, rate, offset)
+        return q, v
+
+    def final(self, whole: bool) -> Checkpoint | None:
+        """State to go on from; where not all steps were taken, the last one that was stored, without memory."""
+        system, q, v, time = self.rom.state, self._work.q, self._work.v, self.time
+        if not whole:
+            last = int(np.searchsorted(self.stored, self.reached, side="right")) - 1
+            if last < 0:
+                return self.problem.initial
+            q, v, time = self.eta[last], self.rate[last], self.problem.instant(int(self.stored[last]))
+        memory = flat(self.memory()) if whole else {}
+        return Checkpoint(time, *self.motion_at(time, q, v), np.zeros(0), structure_of(system), self.question, memory)
 
     @property
     def statistics(self) -> Statistics:
         """Work done so far."""
-        taken, iterations, renewals, evaluations = (int(count) for count in self._work.counts)
+        taken, iterations, renewals, evaluations = (int(count) for count in (self._work.counts - self._before)[:4])
         return Statistics(taken, iterations, renewals, iterations, evaluations, self._halvings)
 
     def start(self) -> None:
-        """Steady spinning equilibrium, projected velocity, and the acceleration that follows."""
-        work = self._work
-        work.q[:] = self._equilibrium(self._began)
-        work.q[:] += self._imperfection(work.q.copy())
-        work.v[:] = self.rom.coordinates(self.problem.velocity)
-        self._balance(self._frame(self.segments[0], 0.0))
-        self.eta[0], self.rate[0] = self.first = work.q.copy(), work.v.copy()
+        """Steady spinning equilibrium and projected velocity, or the end of another run; the acceleration follows."""
+        work, initial = self._work, self.problem.initial
+        if initial is None:
+            work.q[:] = self._equilibrium(self._began)
+            work.q[:] += self._imperfection(work.q.copy())
+            work.v[:] = self.rom.coordinates(self.problem.velocity)
+        elif initial.remembers(self.question):
+            self.recall(nested(initial.memory))
+            return
+        else:
+            work.q[:], work.v[:] = self.rom.coordinates(np.stack([initial.displacement, initial.velocity]))
+        self._balance(self._frame(self.segments[self._current], self.time))
+        self._first = self._energies_now()
+        if initial is None:
+            self.eta[0], self.rate[0] = work.q, work.v
         if self._explicit:
             self._check_step(self.problem.time_step)
 
+    @property
+    def _current(self) -> int:
+        """Number of the segment where the next step starts."""
+        reached = self.time * (1.0 + 1e-12)
+        return min(sum(segment.end <= reached for segment in self.segments), len(self.segments) - 1)
+
+    @property
+    def question(self) -> dict[str, str]:
+        """What the memory belongs to: coordinates and damping are those of one model."""
+        kept, damping = self.rom.basis.kept, self.arrays.damping
+        return {
+            **self.problem.memory_of,
+            "coordinates": repr((self.rom.size, float(np.linalg.norm(kept)), float(kept[0] @ np.abs(kept[-1])))),
+            "damping": repr((float(np.linalg.norm(damping)), float(np.trace(damping)))),
+        }
+
+    def memory(self) -> Memory:
+        """What the steps leave for the next one."""
+        work = {name: part for name, part in self._work._asdict().items() if name in _KEPT}
+        return {
+            "work": copied(work),
+            "books": self.books.memory(),
+            "balance": self._forces_now(),
+            "energies": copied(self._first),
+            "largest": self.largest,
+        }
+
+    def recall(self, memory: Memory) -> None:
+        """Go on with the memory of another run; the acceleration takes up what other forces there are now."""
+        for name, part in memory["work"].items():
+            getattr(self._work, name)[:] = part
+        self.books.recall(memory["books"])
+        self._before, self.largest = self._work.counts.copy(), memory["largest"]
+        self._first = Energies(**memory["energies"])
+        self._take_up(self._forces_now() - memory["balance"])
+
+    def _forces_now(self) -> Array:
+        """All forces but inertia where the steps have come to, shape (r,)."""
+        force = np.empty(self.rom.size)
+        frame = self._frame(self.segments[self._current], self.time)
+        total_force(self.arrays, frame, 0, self._work.q, self._work.v, force)
+        return force
+
     def march(self, progress: Progress) -> bool:
         """Take all steps; whether the end was reached."""
-        segments, step, count = self.segments, self.problem.time_step, self.problem.count
-        current = 0
-        for stretch in stretches(segments, step, count, _LONGEST):
+        problem, segments, current = self.problem, self.segments, self._current
+        step, begin, count = problem.time_step, problem.begin, problem.count
+        for stretch in stretches(segments, step, begin, count, problem.shift):
             while current < stretch.segment:
                 self._jump(current, float(stretch.starts[0]))
                 current += 1
             if not self._march_stretch(segments[current], stretch):
                 return False
             if progress is not None:
-                progress(self.reached / count, f"t = {self.reached * step:.3g} s")
-        if current + 1 < len(segments) and segments[current].end <= count * step * (1.0 + 1e-12):
-            self._jump(current, count * step)
+                progress((self.reached - begin) / (count - begin), f"t = {self.time:.3g} s")
+        if current < self._current:
+            self._jump(current, self.time)
         return True
 
     def _march_stretch(self, segment: Segment, stretch: Stretch) -> bool:
         """Steps of equal size; those that fail are halved."""
         stages = stage_numbers(self._method, stretch.size)
-        frame = self._frames(segment, stretch.starts, stages)
+        frame = self._frames(segment, stretch.starts, stages, stretch.span)
         rows = self._rows(stretch.grid)
         first = 0
         while first < len(rows):
@@ -174,17 +249,24 @@ class ReducedRun:
         stages, nowhere = stage_numbers(self._method, 0.5 * size), np.full(1, -1)
         for begin in (start, start + 0.5 * size):
             starts = np.array([begin])
-            done = self._steps(self._frames(segment, starts, stages), stages, nowhere, starts, segment)
+            self._work.counts[LOOKED] = 0
+            frame = self._frames(segment, starts, stages, (begin, begin, 1))
+            done = self._steps(frame, stages, nowhere, starts, segment)
             if not done and not self._halve(segment, begin, 0.5 * size, left - 1):
                 return False
+        self._work.counts[LOOKED] = 0
         return True
 
-    def _frames(self, segment: Segment, starts: Array, stages: tuple[StageNumbers, ...]) -> FrameTerms:
+    def _frames(
+        self, segment: Segment, starts: Array, stages: tuple[StageNumbers, ...], span: tuple[float, float, int]
+    ) -> FrameTerms:
         """Terms of the moving frame and inputs for every stage of steps inside one segment."""
         into = np.cumsum([0.0, *(stage.size for stage in stages[:-1])])
         offsets = into + np.array([stage.evaluation * stage.size for stage in stages])
         instants = (starts[:, None] + offsets).ravel()
-        frame = frame_terms(self.problem.coupling, self.moments, segment, instants, self.rom.size)
+        low, high, count = span
+        span = low + offsets[0], high + offsets[-1], count * len(stages)
+        frame = frame_terms(self.problem.coupling, self.moments, segment, instants, self.rom.size, span)
         return self._pushed(frame, instants, segment.end)
 
     def _frame(self, segment: Segment, time: float, before: float = np.inf) -> FrameTerms:
@@ -226,10 +308,15 @@ class ReducedRun:
     def _jump(self, current: int, time: float) -> None:
         """Let the rigid motion jump behind a segment; the acceleration takes up the change of the forces."""
         work, segments = self._work, self.segments
+        work.counts[LOOKED] = 0
         before, after = np.empty(self.rom.size), np.empty(self.rom.size)
         total_force(self.arrays, self._frame(segments[current], time, time), 0, work.q, work.v, before)
         total_force(self.arrays, self._frame(segments[current + 1], time), 0, work.q, work.v, after)
-        change = after - before
+        self._take_up(after - before)
+
+    def _take_up(self, change: Array) -> None:
+        """Let the acceleration take up a change of the forces."""
+        work = self._work
         if change.any():
             if not self._explicit:
                 work.forces[:] += change
@@ -286,16 +373,29 @@ class ReducedRun:
     def motions(self, times: Array) -> Array:
         """Angular velocity, angular acceleration and origin acceleration at instants, shape (time, 9)."""
         result = np.empty((len(times), 9))
-        place = _place(self.segments, times)
-        for number in np.unique(place):
-            here = place == number
+        place, step = _place(self.segments, times), self.problem.every * self.problem.time_step
+        block = np.floor((times - self.problem.shift) / (_BLOCK * step) + 1e-9).astype(np.int64)
+        for number, which in np.unique(np.stack([place, block]), axis=1).T:
+            here, segment = (place == number) & (block == which), self.segments[number]
+            low, high = self.problem.shift + _BLOCK * step * np.array([which, which + 1])
+            low, high = max(float(low), segment.start), min(float(high), segment.end)
 
-            def at(time: float, segment: Segment = self.segments[number]) -> Array:
+            def at(time: float, segment: Segment = segment) -> Array:
                 now = segment.motion(time)
                 return np.concatenate([now.angular_velocity, now.angular_acceleration, now.origin_acceleration])
 
-            result[here] = sample(at, times[here])
+            result[here] = sample(at, times[here], (low, high, int((high - low) / step + 1.5)))
         return result
+
+    def in_blocks(self, read: Callable[..., Array], *rows: Array) -> Array:
+        """Readings of all samples, whose rows are given, in blocks at fixed places."""
+        before, count = int(self.problem.stored_steps.start // self.problem.every) % _BLOCK, len(rows[0])
+        if not count:
+            return read(*rows)
+        behind = -(before + count) % _BLOCK
+        padded = [np.pad(part, [(before, behind), *[(0, 0)] * (part.ndim - 1)], mode="edge") for part in rows]
+        found = [read(*(part[k : k + _BLOCK] for part in padded)) for k in range(0, len(padded[0]), _BLOCK)]
+        return np.concatenate(found)[before : before + count]
 
     def prescribed_offset(self, motions: Array) -> Array:
         """Static derivatives prescribed by the inertial load, shape (time, p)."""
@@ -315,5 +415,5 @@ class ReducedRun:
 
 def _place(segments: tuple[Segment, ...], times: Array) -> Indices:
     """Number of the segment of each instant; a limit belongs to the segment after it."""
-    slack = 1e-9 * max(1.0, float(times[-1]))
-    return np.searchsorted([segment.start - slack for segment in segments], times, side="right") - 1
+    slack = 1e-9 * np.maximum(1.0, times)
+    return np.searchsorted([segment.start for segment in segments], times + slack, side="right") - 1

@@ -41,21 +41,22 @@ def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = 
     statistics.seconds = clock.perf_counter() - began
     ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
     data, balance = _dataset(run).assign_attrs(ended), run.balance()
-    energy = float(np.max(data["kinetic_energy"].values + data["strain_energy"].values))
-    accuracy = judge(problem, run.books.errors, balance, energy, problem.time_step)
+    run.largest = float(np.max(data["kinetic_energy"].values + data["strain_energy"].values, initial=run.largest))
+    accuracy = judge(problem, run.books.errors, balance, run.largest, problem.time_step)
     data.attrs |= accuracy.attributes | {"warnings": data.attrs["warnings"] + accuracy.warnings}
-    return Run(data, status, statistics, run.time, error=accuracy.error, energy_balance=balance)
+    final = run.final(status is Status.COMPLETED)
+    return Run(data, status, statistics, run.time, (), accuracy.error, balance, final)
 
 
 def _dataset(run: ReducedRun) -> xr.Dataset:
     """Everything a full run stores, from the stored coordinates."""
     rom, problem = run.rom, run.problem
-    rows = np.arange(0, run.reached + 1, problem.every)
-    times = np.asarray(rows * problem.time_step, dtype=np.float64)
+    rows = np.array([row for row in problem.stored_steps if row <= run.reached], dtype=np.int64)
+    times = problem.shift + rows * problem.time_step
     place = np.searchsorted(run.stored, rows)
     eta, rate = run.eta[place], run.rate[place]
     motions = run.motions(times)
-    energy = energies(run.arrays, eta, rate)
+    energy = run.in_blocks(lambda *states: energies(run.arrays, *states), eta, rate)
     checked = check_validity(run, times, eta, rate, motions, energy.sum(axis=1))
     scalars = {name: np.full(len(rows), np.nan) for name in SCALARS}
     scalars |= {"kinetic_energy": energy[:, 0], "strain_energy": energy[:, 1]}
@@ -63,7 +64,8 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
         scalars[name][checked.samples] = values
     fields = [_field(run, row) for row in sorted(problem.field_steps) if row <= run.reached]
     spin = motions[:, :6].reshape(-1, 2, 3)
-    samples = Samples(times, run.read(problem.placed, eta, rate, motions), spin, scalars, fields)
+    probe = run.in_blocks(lambda *states: run.read(problem.placed, *states), eta, rate, motions)
+    samples = Samples(times, probe, spin, scalars, fields)
     said = [*run.inputs.idle(), *run.warnings, *checked.warnings]
     attributes = problem.attributes | {"reduced_model": repr(rom), "warnings": said}
     attributes["title"] += ", reduced model"
@@ -75,7 +77,7 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
 
 def _field(run: ReducedRun, row: int) -> tuple[float, Array, NDArray[np.int8]]:
     """Time, displacement of all nodes and film states of a stored instant."""
-    system, time = run.rom.state.system, row * run.problem.time_step
+    system, time = run.rom.state.system, run.problem.instant(row)
     eta = run.eta[np.searchsorted(run.stored, row)]
     q = run.rom.displacement(eta, run.prescribed_offset(run.motions(np.array([time])))[0])
     return time, system.translations(q), survey_at(system, q).membrane_states()

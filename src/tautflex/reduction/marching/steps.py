@@ -6,7 +6,7 @@ import numpy as np
 
 from tautflex.numeric import Array, Indices, jit
 from tautflex.reduction.marching.dispatch import average_force, internal_force, tangent
-from tautflex.reduction.marching.work import StageNumbers, Work
+from tautflex.reduction.marching.work import LOOKED, StageNumbers, Work
 from tautflex.reduction.polynomial.forces import (
     FrameTerms,
     ReducedArrays,
@@ -325,9 +325,10 @@ def march_explicit(
     """As `march`, by central differences."""
     c = stages[0]
     for n in range(rows.size):
-        stable = n % _CHECK_INTERVAL != 0 or _stable(arrays, frame, n, c.size, work)
+        stable = work.counts[LOOKED] % _CHECK_INTERVAL != 0 or _stable(arrays, frame, n, c.size, work)
         if not (stable and explicit_step(arrays, frame, n, c.size, work, trace[n])):
             return n
+        work.counts[LOOKED] += 1
         _store(work, rows[n], stored)
     return rows.size
 

@@ -43,7 +43,7 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
     state, system, solver = run.rom.state, run.rom.state.system, run.rom.reference
     size = np.einsum("nr,nr->n", eta @ run.arrays.linear, eta)
     chosen = np.array(
-        [part[np.argmax(size[part])] for part in np.array_split(np.arange(len(times)), _WINDOWS) if part.size]
+        [part[np.argmax(size[part])] for part in np.array_split(np.arange(len(times)), _WINDOWS) if part.size], dtype=int
     )
     workspace, watch, moments = system.workspace(), CompressionWatch(system), run.problem.coupling.moments(system)
     survey = StressSurvey(system, workspace)
@@ -64,14 +64,14 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
         scalars.append(stress_scalars(survey, film))
         watch.see(time, film, survey.cables)
         left.append(0.5 * float(unbalanced @ solver.solve(unbalanced)))
-    truncated = np.array(left) / max(float(energy.max()), 1e-300)
+    truncated = np.array(left) / max(float(energy.max(initial=0.0)), 1e-300)
     warnings = list(watch.warnings())
-    if (worst := float(truncated.max())) > _NOTABLE:
+    if (worst := float(truncated.max(initial=0.0))) > _NOTABLE:
         warnings.append(
             f"the reduced model leaves {worst:.1%} of the run's largest energy outside its basis; take more modes "
             "(count, threshold), directions of all accelerations that act, or a PodBasis of a run like this one"
         )
-    named = {name: np.array([each[name] for each in scalars]) for name in scalars[0]}
+    named = {name: np.array([each[name] for each in scalars]) for name in (scalars[0] if scalars else ())}
     return Checked(chosen, named, truncated, warnings)
 
 

@@ -44,6 +44,9 @@ class StageNumbers(NamedTuple):
     recalled: Array
 
 
+LOOKED = 4
+
+
 class Work(NamedTuple):
     """What survives from step to step.
 
@@ -64,7 +67,7 @@ class Work(NamedTuple):
     sizes
         Size of the step that each inverse belongs to [s], 0: none, shape (tangent,).
     counts
-        [steps, iterations, factorizations, force evaluations].
+        [steps, iterations, factorizations, force evaluations, steps since a look at an explicit method's stability].
     """
 
     q: Array
@@ -86,7 +89,7 @@ def new_work(size: int, tangents: tuple[int, ...] = (0,)) -> Work:
     """Zeros for ``size`` coordinates and stages with the given numbers of effective stiffnesses."""
     state, passed = np.zeros((5, size)), np.zeros((len(tangents), 5, size))
     inverse, (on_velocity, on_displacement) = np.zeros((max(tangents) + 1, size, size)), np.zeros((2, size, size))
-    scale, sizes, counts = np.zeros(1), np.zeros(len(inverse)), np.zeros(4, dtype=np.int64)
+    scale, sizes, counts = np.zeros(1), np.zeros(len(inverse)), np.zeros(5, dtype=np.int64)
     q, v, a, jerk, forces = state
     return Work(q, v, a, jerk, forces, state, passed, inverse, on_velocity, on_displacement, scale, sizes, counts)
 

@@ -237,8 +237,8 @@ class FullRun:
             self._driver = _driver(self.problem, self._stepper, self.segments, watch)
             return False
         self._first, self._largest, self._taken = Energies(**memory["energies"]), memory["largest"], memory["taken"]
-        if self._errors is not None and "errors" in memory:
-            self._errors.recall(memory["errors"])
+        if self._errors is not None:
+            self._errors.recall(memory.get("errors", {}))
         return True
 
     def _from_motion(self, initial: Checkpoint) -> MotionState:
