@@ -36,8 +36,9 @@ def checkpoint_from(data: xr.Dataset) -> Checkpoint:
         if str(name).startswith("memory.")
     }
     structure = {name: tuple(numbers) for name, numbers in json.loads(data.attrs["structure"]).items()}
-    motion = (np.asarray(data[name].values) for name in _MOTION)
-    return Checkpoint(float(data.attrs["time"]), *motion, structure, json.loads(data.attrs["question"]), memory)
+    displacement, velocity, hub = (np.asarray(data[name].values) for name in _MOTION)
+    question = json.loads(data.attrs["question"])
+    return Checkpoint(float(data.attrs["time"]), displacement, velocity, hub, structure, question, memory)
 
 
 def _variable(name: str, array: Array, units: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:

@@ -16,6 +16,8 @@ from tautflex.reduction.polynomial.forces import FrameTerms
 # Highest polynomial degree that is tried before every instant is computed by itself.
 _DEGREES = (2, 4, 8, 16, 32, 64)
 _ACCURACY = 1e-13
+# Samples that are read at once: at fixed places, so that no reading depends on where a run begins and ends.
+BLOCK = 256
 
 
 def sample(function: Callable[[float], Array], times: Array, span: tuple[float, float, int]) -> Array:
@@ -49,6 +51,17 @@ def sample(function: Callable[[float], Array], times: Array, span: tuple[float, 
                 return values[:1]
             return np.asarray(chebyshev.chebval(2.0 * (times - low) / (high - low) - 1.0, series).T, dtype=np.float64)
     return np.array([function(time) for time in times])
+
+
+def in_blocks(read: Callable[..., Array], before: int, *rows: Array) -> Array:
+    """Readings of samples, whose rows are given, in blocks at fixed places; ``before`` samples came earlier."""
+    lead, count = before % BLOCK, len(rows[0])
+    if not count:
+        return read(*rows)
+    behind = -(lead + count) % BLOCK
+    padded = [np.pad(part, [(lead, behind), *[(0, 0)] * (part.ndim - 1)], mode="edge") for part in rows]
+    found = [read(*(part[k : k + BLOCK] for part in padded)) for k in range(0, len(padded[0]), BLOCK)]
+    return np.concatenate(found)[lead : lead + count]
 
 
 def frame_terms(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -16,13 +15,12 @@ from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, Indices, cross_matrices
 from tautflex.reduction.marching.books import ReducedBooks, Start
 from tautflex.reduction.marching.dispatch import internal_force, tangent
-from tautflex.reduction.marching.frame_terms import frame_at, frame_terms, sample
+from tautflex.reduction.marching.frame_terms import BLOCK, frame_at, frame_terms, sample
 from tautflex.reduction.marching.schedule import Stretch, stretches
 from tautflex.reduction.marching.steps import march, march_explicit
-from tautflex.reduction.marching.work import LOOKED, StageNumbers, new_work, stage_numbers
+from tautflex.reduction.marching.work import LOOKED, StageNumbers, Work, new_work, stage_numbers
 from tautflex.reduction.on_basis import OnBasis, require_forces
 from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, energies, rows_from, total_force
-from tautflex.solvers.remembering import Memory, copied, flat, nested
 from tautflex.solvers.static.stability import growth_text, largest_translation
 from tautflex.solvers.transient.accuracy.energy import Energies, energy_balance, frame_twist
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy
@@ -30,13 +28,8 @@ from tautflex.solvers.transient.methods.central_difference import CentralDiffere
 from tautflex.solvers.transient.methods.generalized_alpha import Newmark
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
-from tautflex.solvers.transient.restart.checkpoint import Checkpoint, structure_of
 from tautflex.solvers.transient.status import Statistics
 
-# Samples that are read at once: at fixed places, so that no reading depends on where a run begins and ends.
-_BLOCK = 256
-# What of the work the next step depends on.
-_KEPT = ("state", "inverse", "on_velocity", "on_displacement", "scale", "sizes", "counts")
 # Negative eigenvalues smaller than this part of the largest one are zero but for round-off.
 _ROUND_OFF = 1e-12
 
@@ -82,9 +75,9 @@ class ReducedRun:
         self._halvings = 0
         self.warnings = problem.doubts
         self.books = ReducedBooks(rom, self.arrays, self.inputs, problem.time_error)
-        self._first: Energies | None = None
+        self.first: Energies | None = None
         self.largest = 0.0
-        self._before = self._work.counts.copy()
+        self.before = self._work.counts.copy()
         self._trace = np.empty((0, 8, rom.size))
 
     @property
@@ -94,8 +87,8 @@ class ReducedRun:
 
     def balance(self) -> dict[str, float]:
         """Energy balance from the start to where the steps have come [J]."""
-        assert self._first is not None
-        return energy_balance(self._first, self._energies_now(), self.books.work, free=False)
+        assert self.first is not None
+        return energy_balance(self.first, self._energies_now(), self.books.work, free=False)
 
     def _energies_now(self) -> Energies:
         """Energies where the steps have come to."""
@@ -110,37 +103,28 @@ class ReducedRun:
         q, v, _ = self.rom.motion(eta, rate, rate, offset)
         return q, v
 
-    def final(self, whole: bool) -> Checkpoint | None:
-        """State to go on from; where not all steps were taken, the last one that was stored, without memory."""
-        system, q, v, time = self.rom.state, self._work.q, self._work.v, self.time
-        if not whole:
-            last = int(np.searchsorted(self.stored, self.reached, side="right")) - 1
-            if last < 0:
-                return self.problem.initial
-            q, v, time = self.eta[last], self.rate[last], self.problem.instant(int(self.stored[last]))
-        memory = flat(self.memory()) if whole else {}
-        return Checkpoint(time, *self.motion_at(time, q, v), np.zeros(0), structure_of(system), self.question, memory)
+    @property
+    def work(self) -> Work:
+        """What survives from step to step."""
+        return self._work
 
     @property
     def statistics(self) -> Statistics:
         """Work done so far."""
-        taken, iterations, renewals, evaluations = (int(count) for count in (self._work.counts - self._before)[:4])
+        taken, iterations, renewals, evaluations = (int(count) for count in (self._work.counts - self.before)[:4])
         return Statistics(taken, iterations, renewals, iterations, evaluations, self._halvings)
 
     def start(self) -> None:
-        """Steady spinning equilibrium and projected velocity, or the end of another run; the acceleration follows."""
+        """Steady spinning equilibrium and projected velocity, or those another run ended with; accelerations follow."""
         work, initial = self._work, self.problem.initial
         if initial is None:
             work.q[:] = self._equilibrium(self._began)
             work.q[:] += self._imperfection(work.q.copy())
             work.v[:] = self.rom.coordinates(self.problem.velocity)
-        elif initial.remembers(self.question):
-            self.recall(nested(initial.memory))
-            return
         else:
             work.q[:], work.v[:] = self.rom.coordinates(np.stack([initial.displacement, initial.velocity]))
         self._balance(self._frame(self.segments[self._current], self.time))
-        self._first = self._energies_now()
+        self.first = self._energies_now()
         if initial is None:
             self.eta[0], self.rate[0] = work.q, work.v
         if self._explicit:
@@ -152,37 +136,7 @@ class ReducedRun:
         reached = self.time * (1.0 + 1e-12)
         return min(sum(segment.end <= reached for segment in self.segments), len(self.segments) - 1)
 
-    @property
-    def question(self) -> dict[str, str]:
-        """What the memory belongs to: coordinates and damping are those of one model."""
-        kept, damping = self.rom.basis.kept, self.arrays.damping
-        return {
-            **self.problem.memory_of,
-            "coordinates": repr((self.rom.size, float(np.linalg.norm(kept)), float(kept[0] @ np.abs(kept[-1])))),
-            "damping": repr((float(np.linalg.norm(damping)), float(np.trace(damping)))),
-        }
-
-    def memory(self) -> Memory:
-        """What the steps leave for the next one."""
-        work = {name: part for name, part in self._work._asdict().items() if name in _KEPT}
-        return {
-            "work": copied(work),
-            "books": self.books.memory(),
-            "balance": self._forces_now(),
-            "energies": copied(self._first),
-            "largest": self.largest,
-        }
-
-    def recall(self, memory: Memory) -> None:
-        """Go on with the memory of another run; the acceleration takes up what other forces there are now."""
-        for name, part in memory["work"].items():
-            getattr(self._work, name)[:] = part
-        self.books.recall(memory["books"])
-        self._before, self.largest = self._work.counts.copy(), memory["largest"]
-        self._first = Energies(**memory["energies"])
-        self._take_up(self._forces_now() - memory["balance"])
-
-    def _forces_now(self) -> Array:
+    def forces_now(self) -> Array:
         """All forces but inertia where the steps have come to, shape (r,)."""
         force = np.empty(self.rom.size)
         frame = self._frame(self.segments[self._current], self.time)
@@ -312,9 +266,9 @@ class ReducedRun:
         before, after = np.empty(self.rom.size), np.empty(self.rom.size)
         total_force(self.arrays, self._frame(segments[current], time, time), 0, work.q, work.v, before)
         total_force(self.arrays, self._frame(segments[current + 1], time), 0, work.q, work.v, after)
-        self._take_up(after - before)
+        self.take_up(after - before)
 
-    def _take_up(self, change: Array) -> None:
+    def take_up(self, change: Array) -> None:
         """Let the acceleration take up a change of the forces."""
         work = self._work
         if change.any():
@@ -374,10 +328,10 @@ class ReducedRun:
         """Angular velocity, angular acceleration and origin acceleration at instants, shape (time, 9)."""
         result = np.empty((len(times), 9))
         place, step = _place(self.segments, times), self.problem.every * self.problem.time_step
-        block = np.floor((times - self.problem.shift) / (_BLOCK * step) + 1e-9).astype(np.int64)
+        block = np.floor((times - self.problem.shift) / (BLOCK * step) + 1e-9).astype(np.int64)
         for number, which in np.unique(np.stack([place, block]), axis=1).T:
             here, segment = (place == number) & (block == which), self.segments[number]
-            low, high = self.problem.shift + _BLOCK * step * np.array([which, which + 1])
+            low, high = self.problem.shift + BLOCK * step * np.array([which, which + 1])
             low, high = max(float(low), segment.start), min(float(high), segment.end)
 
             def at(time: float, segment: Segment = segment) -> Array:
@@ -386,16 +340,6 @@ class ReducedRun:
 
             result[here] = sample(at, times[here], (low, high, int((high - low) / step + 1.5)))
         return result
-
-    def in_blocks(self, read: Callable[..., Array], *rows: Array) -> Array:
-        """Readings of all samples, whose rows are given, in blocks at fixed places."""
-        before, count = int(self.problem.stored_steps.start // self.problem.every) % _BLOCK, len(rows[0])
-        if not count:
-            return read(*rows)
-        behind = -(before + count) % _BLOCK
-        padded = [np.pad(part, [(before, behind), *[(0, 0)] * (part.ndim - 1)], mode="edge") for part in rows]
-        found = [read(*(part[k : k + _BLOCK] for part in padded)) for k in range(0, len(padded[0]), _BLOCK)]
-        return np.concatenate(found)[before : before + count]
 
     def prescribed_offset(self, motions: Array) -> Array:
         """Static derivatives prescribed by the inertial load, shape (time, p)."""

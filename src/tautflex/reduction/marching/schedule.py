@@ -86,5 +86,6 @@ def _blocks(
         grid = np.arange(max(first, asked[0]), min(end, asked[1]), dtype=np.int64)
         if grid.size:
             span = shift + first * step, shift + (end - 1) * step, int(end - first)
-            yield Stretch(number, step, span, shift + grid * step, grid + 1)
+            starts = np.asarray(shift + grid * step, dtype=np.float64)
+            yield Stretch(number, step, span, starts, grid + 1)
         first, size = end, min(int(end - whole[0]), LONGEST)

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from tautflex.mechanics.membrane import survey_at
 from tautflex.numeric import Array
+from tautflex.reduction.marching.frame_terms import in_blocks
+from tautflex.reduction.marching.resume import final, resume
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.validity import check_validity
 from tautflex.reduction.on_basis import OnBasis
@@ -32,7 +34,8 @@ def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = 
     began = clock.perf_counter()
     status = Status.COMPLETED
     try:
-        run.start()
+        if not resume(run):
+            run.start()
         if not run.march(progress):
             status = Status.NOT_CONVERGED
     except KeyboardInterrupt:
@@ -44,19 +47,20 @@ def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = 
     run.largest = float(np.max(data["kinetic_energy"].values + data["strain_energy"].values, initial=run.largest))
     accuracy = judge(problem, run.books.errors, balance, run.largest, problem.time_step)
     data.attrs |= accuracy.attributes | {"warnings": data.attrs["warnings"] + accuracy.warnings}
-    final = run.final(status is Status.COMPLETED)
-    return Run(data, status, statistics, run.time, (), accuracy.error, balance, final)
+    ended_in = final(run, status is Status.COMPLETED)
+    return Run(data, status, statistics, run.time, (), accuracy.error, balance, ended_in)
 
 
 def _dataset(run: ReducedRun) -> xr.Dataset:
     """Everything a full run stores, from the stored coordinates."""
     rom, problem = run.rom, run.problem
     rows = np.array([row for row in problem.stored_steps if row <= run.reached], dtype=np.int64)
-    times = problem.shift + rows * problem.time_step
+    times = np.asarray(problem.shift + rows * problem.time_step, dtype=np.float64)
     place = np.searchsorted(run.stored, rows)
     eta, rate = run.eta[place], run.rate[place]
     motions = run.motions(times)
-    energy = run.in_blocks(lambda *states: energies(run.arrays, *states), eta, rate)
+    before = problem.stored_steps.start // problem.every
+    energy = in_blocks(lambda *states: energies(run.arrays, *states), before, eta, rate)
     checked = check_validity(run, times, eta, rate, motions, energy.sum(axis=1))
     scalars = {name: np.full(len(rows), np.nan) for name in SCALARS}
     scalars |= {"kinetic_energy": energy[:, 0], "strain_energy": energy[:, 1]}
@@ -64,7 +68,7 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
         scalars[name][checked.samples] = values
     fields = [_field(run, row) for row in sorted(problem.field_steps) if row <= run.reached]
     spin = motions[:, :6].reshape(-1, 2, 3)
-    probe = run.in_blocks(lambda *states: run.read(problem.placed, *states), eta, rate, motions)
+    probe = in_blocks(lambda *states: run.read(problem.placed, *states), before, eta, rate, motions)
     samples = Samples(times, probe, spin, scalars, fields)
     said = [*run.inputs.idle(), *run.warnings, *checked.warnings]
     attributes = problem.attributes | {"reduced_model": repr(rom), "warnings": said}

@@ -43,7 +43,8 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
     state, system, solver = run.rom.state, run.rom.state.system, run.rom.reference
     size = np.einsum("nr,nr->n", eta @ run.arrays.linear, eta)
     chosen = np.array(
-        [part[np.argmax(size[part])] for part in np.array_split(np.arange(len(times)), _WINDOWS) if part.size], dtype=int
+        [part[np.argmax(size[part])] for part in np.array_split(np.arange(len(times)), _WINDOWS) if part.size],
+        dtype=int,
     )
     workspace, watch, moments = system.workspace(), CompressionWatch(system), run.problem.coupling.moments(system)
     survey = StressSurvey(system, workspace)

@@ -9,9 +9,9 @@ import numpy as np
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.motion.kinematics import Segment
+from tautflex.solvers.remembering import Memory
 from tautflex.solvers.transient.driver import GridDriver, ImplicitStepper, Watch
 from tautflex.solvers.transient.methods.scheme import Method, amplification
-from tautflex.solvers.remembering import Memory
 from tautflex.solvers.transient.state import MotionState, recalled_state
 
 # Step sizes are time_step times powers of this, so that a size comes back and its factors with it.

@@ -184,7 +184,9 @@ class TransientProblem:
         given = self.initial.final if isinstance(self.initial, Run) else self.initial
         if self.initial is None:
             return
-        found: Checkpoint = checks.instance("initial", given, Checkpoint, "a state to go on from", remedy="give run.final")
+        found: Checkpoint = checks.instance(
+            "initial", given, Checkpoint, "a state to go on from", remedy="give run.final"
+        )
         object.__setattr__(self, "initial", given)
         for name in ("initial_velocity", "initial_imperfection"):
             value = getattr(self, name)

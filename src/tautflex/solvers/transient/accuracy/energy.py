@@ -25,8 +25,8 @@ from tautflex.numeric import Array, cross
 from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, INTERNAL, LOAD, RIGID, STRESS
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.free_hub.equation import HubEquation
-from tautflex.solvers.transient.free_hub.motion import HubMotion
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy
+from tautflex.solvers.transient.free_hub.motion import HubMotion
 from tautflex.solvers.transient.state import MotionState
 
 TERMS = ("initial", "kinetic", "strain", "damping", "method", "loads", "maneuver", "residual")

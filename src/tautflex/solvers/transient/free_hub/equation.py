@@ -41,7 +41,6 @@ from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.transient.accuracy.books import RIGID
 from tautflex.solvers.transient.equation import EquationOfMotion, StepForces, StepNumbers
 from tautflex.solvers.transient.free_hub.balance import (
-    RigidState,
     add_forces_at_rates,
     add_hub_forces,
     end_hub,
@@ -49,8 +48,8 @@ from tautflex.solvers.transient.free_hub.balance import (
     motion_at,
     rigid_parts,
 )
-from tautflex.solvers.transient.free_hub.motion import HubMotion, slopes
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy, rigid_blocks
+from tautflex.solvers.transient.free_hub.motion import HubMotion, slopes
 from tautflex.solvers.transient.methods.scheme import StepScheme
 from tautflex.solvers.transient.probes import ProbeSet
 from tautflex.solvers.transient.state import MotionState, hermite

@@ -47,11 +47,11 @@ class Checkpoint:
 
     def __repr__(self) -> str:
         size = sum(np.asarray(each).nbytes for each in (self.displacement, self.velocity, *self.memory.values()))
-        kept = [f"{name} {text}" for name, text in self.question.items()] if self.memory else []
         lines = {
             "time": f"{self.time:.6g} s",
             "structure": f"{len(self.displacement)} unknowns{', on a free hub' if len(self.hub) else ''}",
-            "goes on": f"as if never cut, with {', '.join(kept)}" if kept else "from its motion alone",
+            "goes on": "as if never cut, with the same" if self.memory else "from its motion alone",
+            **(self.question if self.memory else {}),
             "memory": f"{size / 1e6:.3g} MB",
         }
         return card(self, lines)

@@ -1,0 +1,59 @@
+"""State that a reduced run ended in, and another that goes on from it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tautflex.numeric import Array
+from tautflex.reduction.marching.run import ReducedRun
+from tautflex.solvers.remembering import Memory, copied, flat, nested
+from tautflex.solvers.transient.accuracy.energy import Energies
+from tautflex.solvers.transient.restart.checkpoint import Checkpoint, structure_of
+
+# What of the work the next step depends on.
+_KEPT = ("state", "inverse", "on_velocity", "on_displacement", "scale", "sizes", "counts")
+
+
+def question(run: ReducedRun) -> dict[str, str]:
+    """What the memory of a run belongs to: coordinates and damping are those of one model."""
+    parts = {"coordinates": run.rom.basis.kept, "damping": run.arrays.damping, "mass": run.arrays.mass}
+    return run.problem.memory_of | {name: _told(values) for name, values in parts.items()}
+
+
+def _told(values: Array) -> str:
+    weights = np.cos(np.arange(1.0, values.size + 1.0))
+    return repr((values.shape[0], float(weights @ values.ravel()), float(np.linalg.norm(values))))
+
+
+def resume(run: ReducedRun) -> bool:
+    """Go on with the memory of another run, if it has one for this; accelerations take up what other forces there are."""
+    initial = run.problem.initial
+    if initial is None or not initial.remembers(question(run)):
+        return False
+    memory = nested(initial.memory)
+    for name, part in memory["work"].items():
+        getattr(run.work, name)[:] = part
+    run.books.recall(memory["books"])
+    run.before, run.largest, run.first = run.work.counts.copy(), memory["largest"], Energies(**memory["energies"])
+    run.take_up(run.forces_now() - memory["balance"])
+    return True
+
+
+def final(run: ReducedRun, whole: bool) -> Checkpoint | None:
+    """State to go on from; where not all steps were taken, the last one that was stored, without memory."""
+    time, eta, rate, memory = run.time, run.work.q, run.work.v, Memory()
+    if whole:
+        memory = {
+            "work": copied({name: getattr(run.work, name) for name in _KEPT}),
+            "books": run.books.memory(),
+            "balance": run.forces_now(),
+            "energies": copied(run.first),
+            "largest": run.largest,
+        }
+    else:
+        last = int(np.searchsorted(run.stored, run.reached, side="right")) - 1
+        if last < 0:
+            return run.problem.initial
+        time, eta, rate = run.problem.instant(int(run.stored[last])), run.eta[last], run.rate[last]
+    structure, (q, v) = structure_of(run.rom.state), run.motion_at(time, eta, rate)
+    return Checkpoint(time, q, v, np.zeros(0), structure, question(run), flat(memory))
