@@ -26,7 +26,7 @@ def _told(values: Array) -> str:
 
 
 def resume(run: ReducedRun) -> bool:
-    """Go on with the memory of another run, if it has one for this; accelerations take up what other forces there are."""
+    """Go on with the memory of another run, if it has one; accelerations take up what forces are others now."""
     initial = run.problem.initial
     if initial is None or not initial.remembers(question(run)):
         return False

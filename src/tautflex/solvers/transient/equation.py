@@ -138,7 +138,7 @@ class EquationOfMotion:
         return MotionState(time, q, v, self.mass_solve(-forces), forces)
 
     def balance(self, at: MotionState, motion: RigidMotion) -> Array:
-        """All forces of an instant and its strain energy, shape (size + 1,); to know what changed where a run goes on."""
+        """All forces of an instant and its strain energy, shape (size + 1,): what may change where a run goes on."""
         self.set_time(at.time)
         forces = self.frame_forces(at.q, at.v, self.motion_terms(motion)) + self.force(at.q)
         return np.append(forces, self.strain_energy(at.q))

@@ -181,19 +181,20 @@ class TransientProblem:
 
     def _check_initial(self) -> None:
         """Take the state out of a run; raise InputError unless it is one of the same structure."""
-        given = self.initial.final if isinstance(self.initial, Run) else self.initial
-        if self.initial is None:
+        given: Any = self.initial
+        if given is None:
             return
+        if isinstance(given, Run):
+            if given.final is None:
+                raise InputError("initial: expected a run with the state that it ended in, got a run without a state")
+            given = given.final
         found: Checkpoint = checks.instance(
             "initial", given, Checkpoint, "a state to go on from", remedy="give run.final"
         )
-        object.__setattr__(self, "initial", given)
-        for name in ("initial_velocity", "initial_imperfection"):
-            value = getattr(self, name)
-            if value is not None and not (isinstance(value, float) and value == 0.0):
-                raise InputError(
-                    f"{name}: expected none where a run goes on from initial, got {shown(value)}; leave it out"
-                )
+        object.__setattr__(self, "initial", found)
+        if self.initial_velocity is not None or self.initial_imperfection:
+            name = "initial_imperfection" if self.initial_velocity is None else "initial_velocity"
+            raise InputError(f"{name}: expected none where a run goes on from initial, which has its own; leave it out")
         found.check(self.state)
 
     def __repr__(self) -> str:
