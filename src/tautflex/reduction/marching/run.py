@@ -204,21 +204,24 @@ class ReducedRun:
         for begin in (start, start + 0.5 * size):
             starts = np.array([begin])
             self._work.counts[LOOKED] = 0
-            frame = self._frames(segment, starts, stages, (begin, begin, 1))
-            done = self._steps(frame, stages, nowhere, starts, segment)
+            done = self._steps(self._frames(segment, starts, stages), stages, nowhere, starts, segment)
             if not done and not self._halve(segment, begin, 0.5 * size, left - 1):
                 return False
         self._work.counts[LOOKED] = 0
         return True
 
     def _frames(
-        self, segment: Segment, starts: Array, stages: tuple[StageNumbers, ...], span: tuple[float, float, int]
+        self,
+        segment: Segment,
+        starts: Array,
+        stages: tuple[StageNumbers, ...],
+        span: tuple[float, float, int] | None = None,
     ) -> FrameTerms:
-        """Terms of the moving frame and inputs for every stage of steps inside one segment."""
+        """Terms of the moving frame and inputs for every stage of steps inside one segment, sampled over a span."""
         into = np.cumsum([0.0, *(stage.size for stage in stages[:-1])])
         offsets = into + np.array([stage.evaluation * stage.size for stage in stages])
         instants = (starts[:, None] + offsets).ravel()
-        low, high, count = span
+        low, high, count = span or (starts[0], starts[-1], len(starts))
         span = low + offsets[0], high + offsets[-1], count * len(stages)
         frame = frame_terms(self.problem.coupling, self.moments, segment, instants, self.rom.size, span)
         return self._pushed(frame, instants, segment.end)
