@@ -90,20 +90,35 @@ class InputSet:
             if item.equipped(system) is not system:
                 text = f"inputs: expected a structure equipped for {type(item).__name__} number {number}, whose tendons"
                 raise InputError(f"{text} change its stiffness; use equip(state, inputs) in place of the state")
-        self._size, self._given = system.size, inputs
+        self.system, self._given = system, inputs
         self.breaks = tuple(instant for item in inputs for instant in _breaks(item))
         self._inputs = [item.prepare(system) for item in inputs]
-        self.internal = [item for item in self._inputs if _internal(item)]
+        self._outside = [item for item in self._inputs if not (isinstance(item, PatternLoad) and item.internal)]
 
     def __bool__(self) -> bool:
         return bool(self._inputs)
+
+    @property
+    def named(self) -> list[tuple[str, PreparedInput]]:
+        """Inputs bound to the system, each with the name and number of what was given."""
+        pairs = zip(self._given, self._inputs, strict=True)
+        return [(f"{type(given).__name__} number {number}", item) for number, (given, item) in enumerate(pairs, 1)]
 
     def load(self, time: float) -> Array:
         """Force on the free unknowns at an instant [s] [N, N m], shape (size,)."""
         return self._load(time, self._inputs)
 
+    @property
+    def internal(self) -> bool:
+        """Whether the spacecraft pulls at itself, so that not the whole load pushes it."""
+        return len(self._outside) < len(self._inputs)
+
+    def outside_load(self, time: float) -> Array:
+        """The part of the load that pushes the spacecraft, shape (size,)."""
+        return self._load(time, self._outside)
+
     def _load(self, time: float, inputs: Iterable[PreparedInput]) -> Array:
-        load = np.zeros(self._size)
+        load = np.zeros(self.system.size)
         for item in inputs:
             part = item.load(time)
             if part is not None:
@@ -114,17 +129,12 @@ class InputSet:
         """The same at many instants, shape (time, size); a jump at ``before`` [s] is not met yet."""
         return np.array([self.load(earlier(float(time), before)) for time in times])
 
-    def internal_load(self, time: float) -> Array:
-        """Force on the free unknowns of what the spacecraft pulls at itself with [N, N m], shape (size,)."""
-        return self._load(time, self.internal)
-
     def held_wrench(self, time: float) -> Array:
         """Force [N], and torque about the origin, on supported directions at an instant [s], shape (6,).
 
         That of internal forces is left out: what they pull at pulls back.
         """
-        outside = [item for item in self._inputs if not _internal(item)]
-        held = [part for item in outside if (part := item.held_wrench(time)) is not None]
+        held = [part for item in self._outside if (part := item.held_wrench(time)) is not None]
         return np.sum(held, axis=0) if held else np.zeros(6)
 
     def followers(self, time: float) -> list[FollowerForce]:
@@ -142,10 +152,10 @@ class InputSet:
     def idle(self) -> list[str]:
         """What a user should know about forces that move nothing where the supports' motion is prescribed."""
         return [
-            f"inputs: {type(given).__name__} number {number} acts on supported directions alone; its whole force goes "
+            f"inputs: {name} acts on supported directions alone; its whole force goes "
             "into the support, whose motion is prescribed, and moves nothing; push nodes that can move, or simulate "
             "on a FreeHub"
-            for number, (given, item) in enumerate(zip(self._given, self._inputs, strict=True), 1)
+            for name, item in self.named
             if item.idle
         ]
 
@@ -170,8 +180,8 @@ class InputSet:
     @cached_property
     def pattern(self) -> Array:
         """Force on the free unknowns per number of the linear inputs, shape (size, n); 0 where one is a stress."""
-        empty = np.zeros((self._size, 0))
-        parts = [_pattern(item, self._size) for item in self.linear]
+        empty = np.zeros((self.system.size, 0))
+        parts = [_pattern(item, self.system.size) for item in self.linear]
         return np.concatenate([empty, *parts], axis=1)
 
     @cached_property
@@ -182,14 +192,10 @@ class InputSet:
         for item in self.linear:
             for index, column in item.columns.items() if isinstance(item, StressChange) else ():
                 filled = whole.setdefault(index, np.zeros((*column.shape[:2], len(self.labels))))
-                filled[:, :, first : first + column.shape[2]] = column
-            first += len(item.labels)
+                filled[:, :, first : first + item.count] = column
+            first += item.count
         return whole
 
 
-def _internal(item: PreparedInput) -> bool:
-    return isinstance(item, PatternLoad) and item.internal
-
-
 def _pattern(item: LinearInput, size: int) -> Array:
-    return item.pattern if isinstance(item, PatternLoad) else np.zeros((size, len(item.labels)))
+    return item.pattern if isinstance(item, PatternLoad) else np.zeros((size, item.count))

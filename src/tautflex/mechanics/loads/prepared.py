@@ -64,7 +64,7 @@ class LinearInput(PreparedInput):
 
     Parameters
     ----------
-    signal
+    function
         The numbers in time; None where a plant commands them.
     name
         Argument that the signal is, for messages.
@@ -74,13 +74,18 @@ class LinearInput(PreparedInput):
         Least number that makes sense: cables cannot push.
     """
 
-    signal: Signal | None
+    function: Signal | None
     name: str
     labels: tuple[str, ...]
     lowest: float
 
     def __post_init__(self) -> None:
-        check_signal(self.name, self.signal)
+        check_signal(self.name, self.function)
+
+    @property
+    def count(self) -> int:
+        """How many numbers there are."""
+        return len(self.labels)
 
     def values(self, time: float) -> Array:
         """The numbers u at an instant [s], shape (n,).
@@ -90,12 +95,12 @@ class LinearInput(PreparedInput):
         InputError
             If there is no signal, or it gives too many or too few numbers, or such as make no sense.
         """
-        if self.signal is None:
+        if self.function is None:
             text = f"{self.name}: missing, expected a number, a TimeTable, a function of time, or Held numbers"
             raise InputError(f"{text}; give {self.name}=..., or command it as an actuator of a plant")
-        value, count = value_at(self.name, self.signal, time), len(self.labels)
-        if count > 1:
-            value = checks.float_array(self.name, value, (count,))
+        value = value_at(self.name, self.function, time)
+        if self.count > 1:
+            value = checks.float_array(self.name, value, (self.count,))
         elif value.shape not in ((), (1,)) or not np.all(np.isfinite(value)):
             raise InputError(f"{self.name}: expected one finite number, got {value.tolist()}; correct it")
         if value.min() < self.lowest:
@@ -125,9 +130,9 @@ class PatternLoad(LinearInput):
     @property
     def idle(self) -> bool:
         """Whether supported directions take up all of the force; of a function of time any number may be one."""
-        if self.signal is None or callable(self.signal):
+        if self.function is None or callable(self.function):
             return not self.pattern.any()
-        return bool(np.any(self.signal)) and not self.load(0.0).any()
+        return bool(np.any(self.function)) and not self.load(0.0).any()
 
     def load(self, time: float) -> Array:
         """Force on the free unknowns [N, N m], shape (size,)."""

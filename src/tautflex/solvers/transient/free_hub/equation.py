@@ -126,7 +126,7 @@ class HubEquation(EquationOfMotion):
             instant = earlier(time, before)
             self._held, self._outside = self.inputs.held_wrench(instant), self.input_load
             if self.inputs.internal:
-                self._outside = self.input_load - self.inputs.internal_load(instant)
+                self._outside = self.inputs.outside_load(instant)
 
     def nodal_wrench(self, q: Array) -> Array:
         """Force, and torque about O, of the inputs at the instant that is set, hub axes, shape (6,)."""
