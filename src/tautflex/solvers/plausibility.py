@@ -22,10 +22,10 @@ from tautflex.structure.model import Model
 
 PRESTRAIN = 0.01  # the reference shape stands for the unstressed one
 STRAIN = 0.05  # linear elasticity
+ASTRAY = 0.05  # [rad], of a force that keeps its direction
 SLOPE = 0.3  # von Karman strains leave out slope^4/8 beside slope^2/2: 1 % of it
 ROTATION = 0.2  # [rad], beams whose rotations add up like vectors
 IMBALANCE = 0.05  # of the largest force of an element, carried by the reference state
-ASTRAY = 0.05  # [rad], of a force that keeps its direction
 TURN = 2.0 * np.pi  # [rad], of one maneuver
 THICKNESS = 0.01  # of the shorter span: beyond it a film is a plate
 FEW_STEPS = 5  # in a maneuver: with fewer a run may miss it
