@@ -189,7 +189,7 @@ class LinearPlant:
         return control.ss(self.A, self.B, self.C, self.D, 0 if self.interval is None else self.interval, **labels)
 
     def to_mat(self, path: str | Path) -> Path:
-        """Write a MATLAB file: A, B, C, D, labels, ``stiffness``, ``bilinear``, ``level``, ``interval`` (0: continuous).
+        """Write a MATLAB file: A, B, C, D, the labels, ``stiffness``, ``bilinear``, ``level``, ``interval`` (or 0).
 
         Returns
         -------

@@ -15,6 +15,8 @@ from tautflex.numeric import Array
 
 SHAPERS = {"ZV": 1, "ZVD": 2}
 """Order of the zero that each shaper has at the poles of the mode."""
+# Amplitudes below this are round-off.
+_NONE = 1e-14
 
 
 def shaper_impulses(shaper: str, frequency: float, damping_ratio: float = 0.0) -> Impulses:
@@ -86,26 +88,33 @@ def sampled_shaper(shaper: str, frequencies: ArrayLike, damping_ratios: ArrayLik
     InputError
         If an argument is out of range.
     """
+    step, result = checks.positive("interval", interval), np.ones(1)
+    for frequency, ratio in checked_modes(shaper, frequencies, damping_ratios):
+        half = shaper_impulses("ZV", frequency, ratio)[1][1] / step
+        before = int(np.floor(half + 1e-9))
+        if before == 0:
+            raise InputError(
+                f"interval: expected less than half a period of the mode at {frequency:g} Hz, got {step:g} s; sample "
+                "faster, or leave the mode out"
+            )
+        # Amplitudes of z^-0, z^-before and z^-(before + 1): they add up to 1, and their sum vanishes at the pole.
+        places = np.array([0, before, before + 1])
+        at_pole = np.exp(2.0 * np.pi * frequency * complex(ratio, -np.sqrt(1.0 - ratio**2)) * step * places)
+        taps = np.zeros(before + 2)
+        taps[places] = np.linalg.solve(np.array([np.ones(3), at_pole.real, at_pole.imag]), np.array([1.0, 0.0, 0.0]))
+        taps[np.abs(taps) < _NONE] = 0.0
+        for _ in range(SHAPERS[shaper]):
+            result = np.convolve(result, taps)
+    return np.trim_zeros(result, "b")
+
+
+def checked_modes(shaper: str, frequencies: ArrayLike, damping_ratios: ArrayLike) -> list[tuple[float, float]]:
+    """Frequency [Hz] and damping ratio of every mode of `sampled_shaper`; InputError if one is out of range."""
     natural = checks.float_array("frequencies", frequencies, (None,))
     if not natural.size:
         raise InputError("frequencies: expected at least one natural frequency [Hz], got none; add it")
     given = checks.numbers("damping_ratios", damping_ratios)
     ratios = checks.spread("damping_ratios", given[0] if given.shape == (1,) else given, natural.size)
-    step, result = checks.positive("interval", interval), np.ones(1)
     for frequency, ratio in zip(natural, ratios, strict=True):
-        order = len(shaper_impulses(shaper, frequency, ratio)) - 1
-        half = shaper_impulses("ZV", frequency, ratio)[1][1] / step
-        before = int(np.floor(half + 1e-9))
-        turn = 2.0 * np.pi * float(frequency) * complex(-ratio, np.sqrt(1.0 - ratio**2)) * step
-        # Of z^-0, z^-before and z^-(before + 1): they add up to 1, and vanish at the pole.
-        places = np.array([0, before, before + 1])
-        at_pole = np.exp(-turn * places)
-        if before == 0:
-            places, at_pole = np.array([0, 1, 2]), np.exp(-turn * np.arange(3))
-        rows = np.array([np.ones(3), at_pole.real, at_pole.imag])
-        taps = np.zeros(int(places[-1]) + 1)
-        taps[places] = np.linalg.solve(rows, np.array([1.0, 0.0, 0.0]))
-        taps[np.abs(taps) < 1e-14] = 0.0
-        for _ in range(order):
-            result = np.convolve(result, taps)
-    return np.trim_zeros(result, "b")
+        shaper_impulses(shaper, frequency, ratio)
+    return list(zip(natural.tolist(), ratios.tolist(), strict=True))

@@ -12,7 +12,7 @@ from tautflex.control.law import LawMatrices, LinearLaw
 from tautflex.control.laws.shaped_reference import in_series
 from tautflex.control.signals import LoopSpec
 from tautflex.errors import InputError
-from tautflex.motion.shaping import SHAPERS, sampled_shaper
+from tautflex.motion.shaping import SHAPERS, checked_modes, sampled_shaper
 from tautflex.text import brief
 
 
@@ -61,7 +61,7 @@ class PD(LinearLaw):
         for name in ("stiffness", "damping", "inertia"):
             checks.non_negative(name, getattr(self, name))
         if checks.one_of("shaper", self.shaper, ("none", *SHAPERS)) != "none":
-            sampled_shaper(self.shaper, self.frequencies, self.damping_ratios, 1.0)
+            checked_modes(self.shaper, self.frequencies, self.damping_ratios)
         elif len(self.frequencies):
             raise InputError(
                 f"frequencies: expected none with shaper = 'none', got {list(self.frequencies)}; set shaper = 'ZVD'"

@@ -10,7 +10,7 @@ import numpy as np
 
 from tautflex.control.law import ControlLaw, LawMatrices, law_of
 from tautflex.control.signals import LoopSpec, Reference
-from tautflex.motion.shaping import sampled_shaper
+from tautflex.motion.shaping import checked_modes, sampled_shaper
 from tautflex.numeric import Array
 from tautflex.text import brief
 
@@ -52,7 +52,7 @@ class ShapedReference(ControlLaw):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "law", law_of("law", self.law))
-        sampled_shaper(self.shaper, self.frequencies, self.damping_ratios, 1.0)
+        checked_modes(self.shaper, self.frequencies, self.damping_ratios)
 
     def _taps(self, spec: LoopSpec) -> Array:
         return sampled_shaper(self.shaper, self.frequencies, self.damping_ratios, spec.interval)

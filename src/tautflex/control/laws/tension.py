@@ -72,10 +72,8 @@ class ParametricLaw:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        if isinstance(self.commands, str) or not self.commands:
-            raise InputError(
-                f"commands: expected a list of names, got {self.commands!r}; write for example ['tension']"
-            )
+        if not checks.several("commands", self.commands, str, "'tension'"):
+            raise InputError("commands: expected at least one name, got none; write for example ['tension']")
         if self.modes is not None:
             checks.whole("modes", self.modes, 1)
         checks.non_negative("floor", self.floor)
