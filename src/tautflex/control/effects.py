@@ -24,8 +24,8 @@ from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array, cross_matrices
 from tautflex.text import shown
 
-# Shares of a sum below this are its round-off.
-_ROUND_OFF = 1e-7
+# Cosines below this are round-off.
+_ROUND_OFF = 1e-10
 # Stresses of a difference, as part of those that are there: laws that give way are not linear farther off.
 _STEP = 1e-3
 
@@ -163,6 +163,7 @@ def _both_ways(
 
 
 def without_round_off(vectors: Array, loads: Array) -> Array:
-    """``vectors @ loads`` for vectors (r, size) and loads (size, n), zero where the terms of the sum cancel."""
-    whole, terms = vectors @ loads, np.abs(vectors) @ np.abs(loads)
-    return np.where(np.abs(whole) > _ROUND_OFF * terms, whole, 0.0)
+    """``vectors @ loads`` for vectors (r, size) and loads (size, n), zero where that is round-off."""
+    whole = vectors @ loads
+    sizes = np.outer(np.linalg.norm(vectors, axis=1), np.linalg.norm(loads, axis=0))
+    return np.where(np.abs(whole) > _ROUND_OFF * sizes, whole, 0.0)

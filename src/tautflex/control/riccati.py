@@ -16,6 +16,9 @@ from tautflex.control.signals import labelled
 from tautflex.errors import InputError
 from tautflex.numeric import Array
 
+# Parts below this are round-off.
+_NONE = 1e-9
+
 
 class Weights(NamedTuple):
     """Cost ``x'Q x + 2 x'N u + u'R u``."""
@@ -51,16 +54,16 @@ def bryson_weights(plant: LinearPlant, tolerances: Mapping[str, float], efforts:
     """
     n, m = plant.B.shape
     given = labelled("tolerances", tolerances, [*plant.outputs, *plant.states])
-    rows = np.concatenate([plant.C, np.eye(n)])[list(given)]
-    through = np.concatenate([plant.D, np.zeros((n, m))])[list(given)]
-    scale = np.array(list(given.values()))[:, None] ** 2
+    scale = np.array(list(given.values()))[:, None]
+    rows = np.concatenate([plant.C, np.eye(n)])[list(given)] / scale
+    through = np.concatenate([plant.D, np.zeros((n, m))])[list(given)] / scale
     sizes = labelled("efforts", efforts, plant.inputs)
     for k, label in enumerate(plant.inputs):
         if k not in sizes:
             raise InputError(f"efforts: expected a number for every command, got none for {label!r}; add it")
     require_columns(plant)
     r = np.diag([1.0 / sizes[k] ** 2 for k in range(m)])
-    return Weights(rows.T @ (rows / scale), r + through.T @ (through / scale), rows.T @ (through / scale))
+    return Weights(rows.T @ rows, r + through.T @ through, rows.T @ through)
 
 
 def require_columns(plant: LinearPlant) -> None:
@@ -91,9 +94,9 @@ def regulator(plant: LinearPlant, weights: Weights) -> Gain:
             x = solve_discrete_are(a, b, q, r, s=n)
             k = np.linalg.solve(r + b.T @ x @ b, b.T @ x @ a + n.T)
     except (LinAlgError, ValueError):
-        raise _unstable("regulator", plant, "inputs that move and tolerances that see") from None
+        raise _no_regulator(plant, q) from None
     if not stable(a - b @ k, plant.interval):
-        raise _unstable("regulator", plant, "inputs that move and tolerances that see")
+        raise _no_regulator(plant, q)
     return Gain(np.asarray(k, dtype=np.float64), np.asarray(x, dtype=np.float64))
 
 
@@ -123,9 +126,9 @@ def kalman_filter(plant: LinearPlant, process: Array, noise: Array) -> Gain:
             p = solve_discrete_are(a.T, c.T, process, noise)
             gain = np.linalg.solve(noise + c @ p @ c.T, c @ p).T
     except (LinAlgError, ValueError):
-        raise _unstable("observer", plant, "measurements that tell") from None
+        raise _no_observer(plant) from None
     if not stable(a - gain @ c if plant.interval is None else a - a @ gain @ c, plant.interval):
-        raise _unstable("observer", plant, "measurements that tell")
+        raise _no_observer(plant)
     return Gain(np.asarray(gain, dtype=np.float64), np.asarray(p, dtype=np.float64))
 
 
@@ -135,15 +138,32 @@ def stable(matrix: Array, interval: float | None) -> bool:
     return bool(np.all(values.real < 0.0) if interval is None else np.all(np.abs(values) < 1.0))
 
 
-def _unstable(what: str, plant: LinearPlant, need: str) -> InputError:
-    """What is missing, and the state that takes most part in the least known of the motions that do not decay."""
-    observed = what == "observer"
-    values, vectors = np.linalg.eig(plant.A if observed else plant.A.T)
-    lasting = values.real > -1e-9 * np.abs(values).max() if plant.interval is None else np.abs(values) > 1.0 - 1e-9
-    reach = np.abs((plant.C if observed else plant.B.T) @ vectors).max(axis=0, initial=0.0)
-    label = plant.states[int(np.argmax(np.abs(vectors[:, int(np.argmin(np.where(lasting, reach, np.inf)))])))]
-    remedy = "add a sensor of it, such as Attitude()" if observed else "add an actuator that moves it, or a tolerance"
+def _no_regulator(plant: LinearPlant, cost: Array) -> InputError:
+    """No input moves, or the cost does not see, a motion that does not decay by itself."""
+    reach, label = _least(plant, plant.A.T, plant.B.T)
+    text = "inputs that move", "add an actuator that does"
+    if reach > _NONE:
+        _, label = _least(plant, plant.A, cost)
+        text = "tolerances that see", "give its sensor or itself a tolerance"
     return InputError(
-        f"{what}: expected {need} every motion that does not decay by itself, got an unstable {what}, perhaps for "
-        f"{label!r}; {remedy}, or give the plant some damping"
+        f"regulator: expected {text[0]} every motion that does not decay by itself, got an unstable regulator, perhaps "
+        f"for {label!r}; {text[1]}, or give the plant some damping"
     )
+
+
+def _no_observer(plant: LinearPlant) -> InputError:
+    """No measurement tells a motion that does not decay by itself."""
+    _, label = _least(plant, plant.A, plant.C)
+    return InputError(
+        "observer: expected measurements that tell every motion that does not decay by itself, got an unstable "
+        f"observer, perhaps for {label!r}; add a sensor of it, such as Attitude(), or give the plant some damping"
+    )
+
+
+def _least(plant: LinearPlant, a: Array, rows: Array) -> tuple[float, str]:
+    """How much rows see of the motion that they see least among those that do not decay, and its largest state."""
+    values, vectors = np.linalg.eig(a)
+    lasting = values.real > -_NONE * np.abs(values).max() if plant.interval is None else np.abs(values) > 1.0 - _NONE
+    seen = np.abs(rows @ vectors) / (np.linalg.norm(rows) or 1.0)
+    worst = int(np.argmin(np.where(lasting, seen.max(axis=0, initial=0.0), np.inf)))
+    return float(seen[:, worst].max(initial=0.0)), plant.states[int(np.argmax(np.abs(vectors[:, worst])))]

@@ -125,8 +125,9 @@ def labelled(key: str, values: Mapping[str, float], labels: Sequence[str], least
     InputError
         If a name is unknown, a number is not positive, or there is none where one is needed.
     """
+    example = f"write for example {{{next(iter(labels), 'rate')!r}: 1.0}}"
     if not isinstance(values, Mapping):
-        raise InputError(f"{key}: expected numbers by name, got {values!r}; write for example {{{labels[0]!r}: 1.0}}")
+        raise InputError(f"{key}: expected numbers by name, got {values!r}; {example}")
     found: dict[int, float] = {}
     for name, value in values.items():
         places = [k for k, label in enumerate(labels) if name in (label, label.partition("[")[0])]
@@ -135,7 +136,7 @@ def labelled(key: str, values: Mapping[str, float], labels: Sequence[str], least
             raise InputError(f"{key}: expected names among {known}, got {name!r}; choose one of them")
         found |= dict.fromkeys(places, checks.positive(f"{key}.{name}", value))
     if least and not found:
-        raise InputError(f"{key}: expected at least one number, got none; write for example {{{labels[0]!r}: 1.0}}")
+        raise InputError(f"{key}: expected at least one number, got none; {example}")
     return found
 
 

@@ -25,11 +25,11 @@ class PD(LinearLaw):
     Parameters
     ----------
     stiffness
-        k: torque per angle [N m/rad], >= 0.
+        Torque per angle, k [N m/rad], >= 0.
     damping
-        d: torque per rate [N m s/rad], >= 0.
+        Torque per rate, d [N m s/rad], >= 0.
     inertia
-        J: torque per angular acceleration of the reference [kg m^2], >= 0; 0 is no feedforward.
+        Torque per angular acceleration of the reference, J [kg m^2], >= 0; 0 is no feedforward.
     shaper
         ``"none"``, ``"ZV"`` or ``"ZVD"``: the reference is split so that the modes with ``frequencies`` stay at rest.
     frequencies

@@ -27,13 +27,13 @@ class PositivePositionFeedback(LinearLaw):
     gain
         Command per displacement, in the units of the two; its sign is that of ``G(0)``.
     frequency
-        Of the filter [Hz], > 0; about that of the mode that is to be damped, or slightly above.
+        Natural frequency of the filter [Hz], > 0; about that of the mode that is to be damped, or slightly above.
     measurement
         Name of the sensor, or of one of its numbers, such as ``"film[0]"``.
     command
         Name of the actuator, or of one of its numbers.
     damping_ratio
-        z of the filter, > 0.
+        Damping ratio of the filter, z, > 0.
 
     Raises
     ------

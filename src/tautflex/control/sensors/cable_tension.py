@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -25,6 +26,8 @@ class CableTensionSensor(Sensor):
         Numbers of the cables, in the order of ``model.cables``; none given: all.
     """
 
+    kind: ClassVar[str] = "cable-tension"
+
     cables: Sequence[int] | None = None
     __repr__ = brief
 
@@ -42,7 +45,7 @@ class CableTensionSensor(Sensor):
             rows = len(system.initial_stress[index])
             weight = np.zeros((chosen.size, rows, 1))
             own = np.flatnonzero((chosen >= first) & (chosen < first + rows))
-            weight[own, chosen[own] - first, 0] = block.size
+            weight[own, chosen[own] - first, 0] = block.size[chosen[own] - first]
             weights[index] = weight
             first += rows
         return PreparedSensor("N", chosen.size, SensorRows(stress=weights))

@@ -34,7 +34,8 @@ class SurfaceRms(Sensor):
         # Inertia of a film that weighs 1 kg per square metre: its mass is its area.
         blocks = []
         for one in (system.blocks[k] for k in index):
-            mass = one.inertia.mass / (one.material.density * one.size)
+            areal = one.material.density * one.elements_of(one.size, np.minimum)
+            mass = one.inertia.mass / areal[:, None]
             blocks.append(replace(one, inertia=replace(one.inertia, mass=mass)))
         area = InertiaOperator.from_blocks(blocks, [system.place[one.dofs] for one in blocks], system.pattern)
         square = area.matrix(np.diag([0.0, 0.0, 1.0])).tocsr()
