@@ -15,7 +15,8 @@ import pytest
 import tautflex as tf
 from tautflex.case import parse_case
 from tautflex.case.plugins import load_plugin
-from tautflex.case.registry import DAMPINGS, INPUTS, MANEUVERS, METHODS
+from tautflex.case.registry import CONTROLLERS, DAMPINGS, INPUTS, MANEUVERS, METHODS, SENSORS
+from tautflex.case.sections.control import Controller, Sensor
 from tautflex.cli import main
 from tautflex.elements.element import ELEMENTS
 from tautflex.elements.laws.law import LAWS
@@ -45,7 +46,12 @@ OVERRIDES = {
 @pytest.fixture(scope="module", autouse=True)
 def plugins():
     """What the files register is forgotten behind these tests, for those that follow in the same process."""
-    tables = [ELEMENTS, LAWS, SHAPES, *(one._classes for one in (MANEUVERS, METHODS, INPUTS, DAMPINGS))]
+    tables = [
+        ELEMENTS,
+        LAWS,
+        SHAPES,
+        *(one._classes for one in (MANEUVERS, METHODS, INPUTS, DAMPINGS, SENSORS, CONTROLLERS)),
+    ]
     before, names = [dict(table) for table in tables], {kind: list(known) for kind, known in LAW_NAMES.items()}
     for path in FILES:
         load_plugin(path)
@@ -92,6 +98,27 @@ def test_reduced_models_take_it_too(name):
     full = tf.run_case(case_of(name)).data["w"]
     reduced = tf.run_case(case_of(name, "reduction.threshold=1e-9")).data["w"]
     assert float(np.abs(reduced - full).max()) < 0.02 * float(np.abs(full).max())
+
+
+def test_sensor_and_law_from_outside():
+    """A film that is let go, and pushed back to a dead zone by a law and a sensor of a user's own."""
+    state = tf.solve_prestress(tf.build_model(parse_case(FILM_CASE)))
+    sensor = Sensor(kind="edge-mean", x=0.0).build()
+    law = Controller(kind="dead-zone", push=1e-3, zone=1e-6).build()
+    node = int(np.argmin(np.linalg.norm(state.model.nodes, axis=1)))
+    push = {"push": tf.NodalForce([node], (0.0, 0.0, 0.0)).prepare(state.system)}
+    plant = tf.linearize(state, push, {"film": sensor}, modes=4).selected(["push[2]"], ["film"])
+    spec = tf.LoopSpec((tf.Channel("film", "m"),), (tf.Channel("push", "N"),), 1e-3, 0, plant)
+    discrete, x, memory = plant.discretize(1e-3), np.zeros(8), law.start(spec)
+    x[0] = 1e-4
+    commands = []
+    for step in range(2000):
+        memory, u = law.act(memory, discrete.C @ x, tf.Reference.rest(step * 1e-3, 0))
+        commands.append(u[0])
+        x = discrete.A @ x + discrete.B @ u
+    assert {*np.abs(commands)} == {0.0, 1e-3}
+    with pytest.raises(tf.CaseError, match=r"^push: expected a number > 0, got -1\.0"):
+        Controller(kind="dead-zone", push=-1.0, zone=0.0)
 
 
 def test_coning_turns_the_frame_as_it_says():

@@ -13,6 +13,7 @@ import tautflex as tf
 from tautflex.case import Damping, Input, Maneuver, Reduction, Solver, template
 from tautflex.case.help.docstrings import field_texts, short, unit
 from tautflex.case.help.reference import markdown, reference
+from tautflex.case.sections.control import Controller, Sensor
 from tautflex.cli import main
 
 M2_TEMPLATE = template("m2-nearest-node")
@@ -34,7 +35,7 @@ def test_every_key_of_the_template_is_listed():
             assert set(table) - {"kind", "method"} <= listed[section]
 
 
-@pytest.mark.parametrize("section", [Maneuver, Damping, Solver, Input, Reduction])
+@pytest.mark.parametrize("section", [Maneuver, Damping, Solver, Input, Reduction, Sensor, Controller])
 def test_every_field_of_every_class_is_a_key_with_a_meaning(section):
     for kind, cls in section.registry.items():
         keys = section.of_kind(kind).model_fields

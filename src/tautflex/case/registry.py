@@ -129,7 +129,34 @@ DAMPINGS = Registry(
     {"rayleigh": "mechanics.dampings.rayleigh:Rayleigh", "modal": "mechanics.dampings.modal:Modal"},
 )
 BASES = Registry("basis", ("reduction.bases.vectors:Basis",), {"modal": "reduction.bases.modal_basis:ModalBasis"})
-_ALL = (MANEUVERS, METHODS, INPUTS, DAMPINGS, BASES)
+SENSORS = Registry(
+    "sensor",
+    ("control.sensors.sensor:Sensor",),
+    {
+        "attitude": "control.sensors.attitude:Attitude",
+        "rate": "control.sensors.rate:Rate",
+        "displacement": "control.sensors.displacement:Displacement",
+        "velocity": "control.sensors.velocity:Velocity",
+        "cable-tension": "control.sensors.cable_tension:CableTensionSensor",
+        "surface-rms": "control.sensors.surface_rms:SurfaceRms",
+        "modal-coordinates": "control.sensors.modal_coordinates:ModalCoordinates",
+    },
+)
+CONTROLLERS = Registry(
+    "controller",
+    ("control.law:ControlLaw",),
+    {
+        "pd": "control.laws.pd:PD",
+        "lqr": "control.laws.lqr:LQR",
+        "lqg": "control.laws.lqg:LQG",
+        "mpc": "control.laws.mpc:MPC",
+        "positive-position-feedback": "control.laws.ppf:PositivePositionFeedback",
+        "independent-modal-control": "control.laws.imsc:IndependentModalControl",
+        "tension-damping": "control.laws.tension_damping:TensionDamping",
+        "stiffness-switching": "control.laws.stiffness_switching:StiffnessSwitching",
+    },
+)
+_ALL = (MANEUVERS, METHODS, INPUTS, DAMPINGS, BASES, SENSORS, CONTROLLERS)
 # Classes for models, which keep their own lists.
 _PARTS = {"elements:Element": "elements:register_element", "elements:Law": "elements:register_law"}
 
@@ -138,9 +165,9 @@ def register(cls: Class) -> Class:
     """Make a class of yours known: to case files, and an element or a constitutive law to models.
 
     May stand as a decorator. What the class is, is seen from its base: `Element`, `Law`, `Maneuver`, `Method`,
-    `TimeInput`, `Damping` or `Basis`. Its name in a case file is that of the class in small letters with hyphens, or
-    its attribute ``kind``; its fields are the keys, its docstring is their help, and an `InputError` of its
-    ``__post_init__`` is the message about a wrong value.
+    `TimeInput`, `Damping`, `Basis`, `Sensor` or `ControlLaw`. Its name in a case file is that of the class in small
+    letters with hyphens, or its attribute ``kind``; its fields are the keys, its docstring is their help, and an
+    `InputError` of its ``__post_init__`` is the message about a wrong value.
 
     Parameters
     ----------

@@ -152,6 +152,14 @@ APPENDAGE: Variables = {
     "completeness": _of("direction", "1", "part of the free mass that these modes hold"),
     "point": _of("component", "m", "reference point"),
 }
+AUTHORITY: Variables = {
+    "frequency": MODES["frequency"],
+    "stiffness": _of("input mode", "1", "relative change of the mode's stiffness by the input at its limit"),
+    "force": _of("input mode", "N/kg^1/2", "force on the mass-normalised mode by the input at its limit"),
+    "deflection": _of("input mode", "m", "largest static displacement of the mode by that force"),
+    "stroke": _of("input", "m", "length that is reeled in for the limit"),
+    "limit": _of("input", "", "largest size of the input"),
+}
 
 # Dimensions behind time, and time itself, are those of the data.
 POD: Variables = {

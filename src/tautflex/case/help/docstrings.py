@@ -14,11 +14,12 @@ _SENTENCE_END = re.compile(r"[.;:](?=\s|$)")
 
 @cache
 def field_texts(cls: type) -> dict[str, str]:
-    """Description of every parameter in the docstring of a class, in plain words on one line."""
+    """Description of every parameter in the docstrings of a class and its bases, in plain words on one line."""
     texts: dict[str, str] = {}
-    for entry in parse(cls.__doc__ or "").params:
-        for name in entry.arg_name.split(","):
-            texts[name.strip()] = plain(entry.description or "")
+    for one in reversed(cls.__mro__):
+        for entry in parse(one.__doc__ or "").params:
+            for name in entry.arg_name.split(","):
+                texts[name.strip()] = plain(entry.description or "")
     return texts
 
 

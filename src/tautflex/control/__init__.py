@@ -1,0 +1,1 @@
+"""Closing the loop: linear view of a plant, sensors and laws [control.md]."""

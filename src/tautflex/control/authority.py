@@ -1,0 +1,137 @@
+"""What each input can do to each mode: stiffness that it changes, force that it puts on it [control.md 1]."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from tautflex import checks
+from tautflex.control.effects import Effect, effects_of, loads_of, stiffness_changes, without_round_off
+from tautflex.control.steady import steady_state
+from tautflex.mechanics.system import StructuralSystem
+from tautflex.motion.kinematics import RigidMotion
+from tautflex.numeric import Array, within_arithmetic
+from tautflex.reduction.on_basis import OnBasis
+from tautflex.solvers.linear.eigenpairs import lowest_eigenpairs
+from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.variables import AUTHORITY, described
+
+# Strokes below this are hard for drives [m].
+_SHORT = 1e-5
+# A change of the stiffness that is worth a law.
+_NOTABLE = 0.01
+
+
+@within_arithmetic()
+def authority(
+    plant: PrestressedState | OnBasis,
+    inputs: Mapping[str, Any],
+    *,
+    limits: Mapping[str, ArrayLike] | None = None,
+    motion: RigidMotion | None = None,
+    values: Mapping[str, ArrayLike] | None = None,
+    modes: int = 10,
+) -> xr.Dataset:
+    """What each input at its limit can do to the lowest modes, whose supports stand still or move steadily.
+
+    Parameters
+    ----------
+    plant
+        Prestressed state or reduced model, whose structure is looked at.
+    inputs
+        Name -> bound input, as in `linearize`.
+    limits
+        Name -> largest size of its numbers, one for all or one each; those left out have 1.
+    motion, values
+        Steady motion, and inputs that are held, as in `linearize`.
+    modes
+        Number of modes.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over (input, mode): ``stiffness``, relative change of the mode's stiffness by the limit, the structure's static
+        answer included; ``force`` on the mass-normalised mode [N/kg^1/2]; ``deflection``, the largest static
+        displacement of the mode by that force [m]. ``stroke(input)``: length that the drives of cables reel in for it
+        [m]; ``frequency(mode)`` [Hz], ``limit(input)``. ``attrs["remarks"]`` says in words what a law cannot do.
+
+    Raises
+    ------
+    InputError
+        If an argument is wrong, or an input has no linear form.
+    UnsupportedError
+        If the structure can drift away.
+    """
+    state = plant.state if isinstance(plant, OnBasis) else plant
+    checks.instance("plant", state, PrestressedState, "a prestressed state or a reduced model")
+    effects = effects_of(inputs, state.system)
+    about = steady_state(state, effects, values, None, motion, None)
+    system = about.state.system
+    count = min(checks.whole("modes", modes, 1), system.size)
+    squares, vectors = lowest_eigenpairs(system.pattern, about.stiffness, system.inertia.mass_entries, count)
+    largest = np.abs(system.translations(vectors)).reshape(count, -1).max(axis=1)
+    parts, remarks = dict[str, list[Array]](), list[str]()
+    for effect in effects:
+        size = checks.spread(f"limits.{effect.name}", (limits or {}).get(effect.name, 1.0), effect.count)
+        loads = loads_of(effect, system, about.q)
+        answers = about.solve(loads)
+        change = stiffness_changes(effect, system, about.q, answers, vectors)
+        stiffness = size[:, None] * np.einsum("kii->ki", change) / squares
+        force = size[:, None] * without_round_off(vectors, loads).T
+        stroke = size * _reeled(effect, system, answers)
+        deflection = force / squares * largest
+        for name, part in (("stiffness", stiffness), ("force", force), ("deflection", deflection)):
+            parts.setdefault(name, []).append(part)
+        parts.setdefault("stroke", []).append(stroke)
+        parts.setdefault("limit", []).append(size)
+        remarks += [
+            text for k in range(effect.count) if (text := _remark(effect, k, force[k], stiffness[k], float(stroke[k])))
+        ]
+    empty = {name: np.zeros((0, count) if name in ("stiffness", "force", "deflection") else 0) for name in _NAMES}
+    data = {name: np.concatenate(parts[name]) if name in parts else none for name, none in empty.items()}
+    data["frequency"] = np.sign(squares) * np.sqrt(np.abs(squares)) / (2.0 * np.pi)
+    labels = [label for effect in effects for label in effect.labels]
+    return xr.Dataset(
+        described(AUTHORITY, data),
+        coords={"input": labels, "mode": np.arange(1, count + 1)},
+        attrs={"title": "what each input at its limit does to each mode", "remarks": "\n".join(remarks)},
+    )
+
+
+_NAMES = ("stiffness", "force", "deflection", "stroke", "limit")
+
+
+def _reeled(effect: Effect, system: StructuralSystem, answers: Array) -> Array:
+    """Longest length of a cable that is reeled in per unit of each number [m], NaN without cables, shape (n,)."""
+    longest = np.full(effect.count, np.nan)
+    for k in range(effect.count):
+        strains = system.linear_strain(answers[:, k])
+        for index in system.block_index("cable"):
+            if index in effect.columns:
+                block, made = system.blocks[index], effect.columns[index][:, 0, k]
+                pulled = made != 0.0
+                length = block.measure / block.size
+                reel = (made / block.material.youngs_modulus - strains[index][:, 0]) * length
+                if pulled.any():
+                    longest[k] = np.fmax(longest[k], np.abs(reel[pulled]).max())
+    return longest
+
+
+def _remark(effect: Effect, number: int, force: Array, stiffness: Array, stroke: float) -> str:
+    """What a law cannot do with an input; empty where there is nothing to say."""
+    label, told = effect.labels[number], []
+    if not force.any():
+        told.append(
+            "no linear column on these modes: it changes their stiffness instead, which LQR and LQG cannot use"
+            if effect.columns
+            else "no force on these modes"
+        )
+    if effect.columns and np.abs(stiffness).max(initial=0.0) < _NOTABLE:
+        told.append(f"it changes their stiffness by {100.0 * np.abs(stiffness).max(initial=0.0):.2g} % at most")
+    if stroke < _SHORT:
+        told.append(f"its drives reel {1e6 * stroke:.2g} micrometres: softer tendons make more of them")
+    return f"{label}: {'; '.join(told)}" if told else ""

@@ -1,0 +1,169 @@
+r"""What inputs do to a structure: loads, wrenches and changes of the stiffness, per unit of each number.
+
+An input is a constant pattern of forces or a change of stresses [control.md 1]. Either has a static answer
+``psi = K^-1 f`` whose stresses, with the input's own, change the stiffness of the structure,
+
+    Khat = Phi' d/ds [K_tan(q + s psi; sigma + s columns)] Phi  at s = 0.
+
+``K_tan`` is quadratic in s where laws are elastic, so a central difference is exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tautflex import checks
+from tautflex.errors import InputError
+from tautflex.mechanics.loads.inputs import PreparedInput
+from tautflex.mechanics.loads.prepared import PatternLoad, StressChange
+from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array, cross_matrices
+from tautflex.text import shown
+
+# Cosines below this are round-off.
+_ROUND_OFF = 1e-10
+# Stresses of a difference, as part of those that are there: laws that give way are not linear farther off.
+_STEP = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """One input of a linear view, per unit of its n numbers.
+
+    Parameters
+    ----------
+    name, labels, units
+        Name of the input, names and units of its numbers.
+    pattern
+        Force on the free unknowns, shape (size, n).
+    held
+        Force, and torque about the origin, on supported directions or the hub itself, shape (6, n).
+    columns
+        Number of a block -> change of its stresses, shape (row, strain, n).
+    internal
+        Whether the spacecraft pulls at itself, so that the whole wrench is zero.
+    """
+
+    name: str
+    labels: tuple[str, ...]
+    units: tuple[str, ...]
+    pattern: Array
+    held: Array
+    columns: dict[int, Array] = field(default_factory=dict)
+    internal: bool = False
+
+    @property
+    def count(self) -> int:
+        """Number of numbers."""
+        return len(self.labels)
+
+    @classmethod
+    def of(cls, name: str, given: Any, system: StructuralSystem) -> Effect:
+        """Effect of a bound input, or of a wrench on the hub, shape (6, n).
+
+        Raises
+        ------
+        InputError
+            If it is neither a pattern of forces nor a change of stresses.
+        """
+        held, columns, internal = np.zeros((6, 0)), dict[int, Array](), False
+        if isinstance(given, PatternLoad):
+            pattern, held, internal = given.pattern, given.held, bool(getattr(given, "internal", False))
+        elif isinstance(given, StressChange):
+            columns = given.columns
+            pattern = np.zeros((system.size, next(iter(columns.values())).shape[-1]))
+            held = np.zeros((6, pattern.shape[1]))
+        elif isinstance(given, PreparedInput):
+            raise InputError(
+                f"inputs.{name}: expected a constant pattern of forces or a change of stresses, got "
+                f"{type(given).__name__}, which has no linear column: its force follows the motion; leave it out of "
+                "the linear view, or push with a NodalForce or an EdgeForce"
+            )
+        else:
+            held = checks.float_array(f"inputs.{name}", given, (6, None))
+            pattern = np.zeros((system.size, held.shape[1]))
+        count = pattern.shape[1]
+        units = ("N m",) * count if not isinstance(given, PreparedInput) else ("",) * count
+        own = getattr(given, "labels", None)
+        if own:
+            units = tuple(str(text).partition("[")[2].rstrip("]") for text in own)
+        labels = (name,) if count == 1 else tuple(f"{name}[{k}]" for k in range(count))
+        return cls(name, labels, units, pattern, held, columns, internal)
+
+    def wrench(self, rows: Array) -> Array:
+        """Force and torque on the whole spacecraft, shape (6, n); ``rows`` are `rigid_rows`."""
+        return np.zeros((6, self.count)) if self.internal else self.held + rows @ self.pattern
+
+
+def effects_of(inputs: Mapping[str, Any], system: StructuralSystem) -> list[Effect]:
+    """Effects of named inputs in order."""
+    if not isinstance(inputs, Mapping):
+        raise InputError(f"inputs: expected a mapping from names to bound inputs, got {shown(inputs)}; name them")
+    return [Effect.of(name, given, system) for name, given in inputs.items()]
+
+
+def rigid_rows(system: StructuralSystem, q: Array) -> Array:
+    """Force and torque about the origin of nodal forces at free unknowns q: rows of a map, shape (6, size)."""
+    model, place = system.model, system.place
+    rows = np.zeros((6, system.size + 1))
+    arms = model.nodes + system.translations(q)
+    for axis in range(3):
+        slots = place[model.translation_dofs[:, axis]]
+        rows[axis, slots] = 1.0
+        rows[3:, slots] = cross_matrices(arms)[:, :, axis].T
+    turning = np.flatnonzero(np.diff(model.dof_offset) == 6)
+    for axis in range(3):
+        rows[3 + axis, place[model.dof_offset[turning] + 3 + axis]] = 1.0
+    return rows[:, :-1]
+
+
+def loads_of(effect: Effect, system: StructuralSystem, q: Array) -> Array:
+    """Forces on the free unknowns at q, those that stresses make included, shape (size, n)."""
+    if not effect.columns:
+        return effect.pattern
+    made = [
+        (system.with_initial_stress(minus).force(q)[0] - system.with_initial_stress(plus).force(q)[0]) / (2.0 * step)
+        for plus, minus, step in _both_ways(effect, system)
+    ]
+    return np.array(made).T
+
+
+def stiffness_changes(effect: Effect, system: StructuralSystem, q: Array, answers: Array, vectors: Array) -> Array:
+    """Khat on vectors (r, size) of an effect whose static answers at q have shape (size, n), shape (n, r, r)."""
+    result = np.zeros((effect.count, len(vectors), len(vectors)))
+    for k, (plus, minus, step) in enumerate(_both_ways(effect, system, answers)):
+        change = system.with_initial_stress(plus).tangent(q + step * answers[:, k])
+        change = change - system.with_initial_stress(minus).tangent(q - step * answers[:, k])
+        result[k] = vectors @ (system.pattern.symmetric_matrix(change / (2.0 * step)) @ vectors.T)
+    return result
+
+
+def _both_ways(
+    effect: Effect, system: StructuralSystem, answers: Array | None = None
+) -> Iterator[tuple[list[Array], list[Array], float]]:
+    """Initial stresses with a step of each number of an effect and without, and the step."""
+    now = list(system.initial_stress)
+    for k in range(effect.count):
+        own = {index: columns[:, :, k] for index, columns in effect.columns.items()}
+        made = [np.abs(own[i]).max(initial=0.0) if i in own else 0.0 for i in range(len(now))]
+        if answers is not None:
+            strains = system.linear_strain(answers[:, k])
+            for i, (block, strain) in enumerate(zip(system.blocks, strains, strict=True)):
+                stress = np.einsum("rst,rt->rs", block.elasticity, strain)
+                made[i] = max(made[i], float(np.abs(stress).max(initial=0.0)))
+        ratios = [float(np.abs(s).max(initial=0.0)) / m for s, m in zip(now, made, strict=True) if m > 0.0]
+        step = _STEP * max(ratios, default=0.0) or 1.0
+        plus = [stress + step * own[i] if i in own else stress for i, stress in enumerate(now)]
+        minus = [stress - step * own[i] if i in own else stress for i, stress in enumerate(now)]
+        yield plus, minus, step
+
+
+def without_round_off(vectors: Array, loads: Array) -> Array:
+    """``vectors @ loads`` for vectors (r, size) and loads (size, n), zero where that is round-off."""
+    whole = vectors @ loads
+    sizes = np.outer(np.linalg.norm(vectors, axis=1), np.linalg.norm(loads, axis=0))
+    return np.where(np.abs(whole) > _ROUND_OFF * sizes, whole, 0.0)

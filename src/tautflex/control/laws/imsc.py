@@ -1,0 +1,84 @@
+"""Independent modal space control."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tautflex import checks
+from tautflex.control.law import LawMatrices, LinearLaw
+from tautflex.control.riccati import require_columns
+from tautflex.control.signals import LoopSpec
+from tautflex.errors import InputError
+
+
+@dataclass(frozen=True)
+class IndependentModalControl(LinearLaw):
+    """Independent modal space control: every mode has its own optimal regulator [Meirovitch & Baruh 1982].
+
+    Modal filters (least squares) make coordinates of displacements and velocities, each mode's force
+    ``f = -g eta - h deta/dt`` minimises ``integral w^2 eta^2 + (deta/dt)^2 + effort f^2``, so
+
+        g = -w^2 + w sqrt(w^2 + 1/effort),    h^2 = 2 g + 1/effort,
+
+    and the commands of least squares make the forces. The hub's motion must be prescribed.
+
+    Parameters
+    ----------
+    displacement, velocity
+        Names of the sensors: each tells at least as many numbers as modes are controlled.
+    modes
+        Number of the lowest modes that are controlled, >= 1; there must be as many commands.
+    effort
+        Weight of the modal forces [s^2], > 0: small makes the law strong.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range; when a loop starts, if it has too few sensors or actuators.
+    """
+
+    displacement: str
+    velocity: str
+    modes: int = 1
+    effort: float = 1.0
+
+    def __post_init__(self) -> None:
+        checks.whole("modes", self.modes, 1)
+        checks.positive("effort", self.effort)
+
+    def matrices(self, spec: LoopSpec) -> LawMatrices:
+        """One gain from measurements to commands."""
+        plant, count = spec.plant(type(self).__name__), self.modes
+        if plant.axes:
+            raise InputError(
+                f"hub: expected one whose motion is prescribed for {type(self).__name__}, got a free one, which joins "
+                "the modes; take LQG"
+            )
+        if count > plant.coordinates:
+            raise InputError(f"modes: expected at most {plant.coordinates}, those of the model, got {count}")
+        require_columns(plant)
+        first, half, eta = plant.positions[:count], len(plant.states) // 2, np.arange(count)
+        w = np.sqrt(np.diag(plant.stiffness)[eta])
+        g = -(w**2) + w * np.sqrt(w**2 + 1.0 / self.effort)
+        h = np.sqrt(2.0 * g + 1.0 / self.effort)
+        forces = np.zeros((count, len(plant.outputs)))
+        for name, gain, columns in (("displacement", g, first), ("velocity", h, first + half)):
+            place = spec.measurement(name, getattr(self, name))
+            forces[:, place] -= gain[:, None] * _inverse(name, plant.C[np.ix_(place, columns)], "sensor points")
+        command = _inverse("commands", plant.B[first + half].T, "actuators").T @ forces
+        n = len(plant.outputs)
+        law = np.concatenate([command, np.zeros((len(command), 3 * spec.axes))], axis=1)
+        none = np.zeros((0, 0)), np.zeros((0, n + 3 * spec.axes)), np.zeros((len(command), 0))
+        return LawMatrices.of(*none, law, plant.level)
+
+
+def _inverse(name: str, matrix: np.ndarray, what: str) -> np.ndarray:
+    """Least-squares inverse of a matrix with independent columns, one a mode."""
+    if len(matrix) < matrix.shape[1] or np.linalg.cond(matrix) > 1e8:
+        raise InputError(
+            f"{name}: expected at least {matrix.shape[1]} {what} that tell the modes apart, got {len(matrix)} that do "
+            "not; add some, move them off nodal lines, or control fewer modes"
+        )
+    return np.linalg.pinv(matrix)

@@ -1,0 +1,31 @@
+"""Linear-quadratic regulator on an estimated state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tautflex.control.estimate import kalman_estimator, steady_reference
+from tautflex.control.law import LawMatrices, LinearLaw
+from tautflex.control.laws.lqr import of_all
+from tautflex.control.laws.optimal import Filtered
+from tautflex.control.riccati import regulator
+from tautflex.control.signals import LoopSpec
+from tautflex.text import brief
+
+
+@dataclass(frozen=True)
+class LQG(Filtered, LinearLaw):
+    """Linear-quadratic regulator on the state that a steady Kalman filter estimates [Kwakernaak & Sivan 1972].
+
+    Poles of the loop are those of regulator and filter (separation principle), as long as the plant is the model.
+    """
+
+    __repr__ = brief
+
+    def matrices(self, spec: LoopSpec) -> LawMatrices:
+        """Filter, then the gain; the state is that of the filter and the last command."""
+        plant, used = self.design(spec)
+        estimator = kalman_estimator(plant, spec, self.noise)
+        gain = regulator(estimator.plant, self.weights(estimator.plant)).gain
+        state, command = steady_reference(plant, self.feedforward)
+        return of_all(estimator.with_gain(gain, gain @ state + command), used, len(spec.commanded))

@@ -1,0 +1,95 @@
+"""Reference that is split into delayed parts whose vibrations cancel, in front of any law."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tautflex.control.law import ControlLaw, LawMatrices, law_of
+from tautflex.control.signals import LoopSpec, Reference
+from tautflex.motion.shaping import checked_modes, sampled_shaper
+from tautflex.numeric import Array
+from tautflex.text import brief
+
+
+class ShapedMemory(NamedTuple):
+    """Amplitudes, references of the last samples, newest first, shape (taps, 3, axes), and the law's own memory."""
+
+    taps: Array
+    past: Array
+    law: Any
+
+
+@dataclass(frozen=True)
+class ShapedReference(ControlLaw):
+    """Law whose reference is shaped, so that chosen modes stay at rest.
+
+    Parameters
+    ----------
+    law
+        The law that follows the shaped reference.
+    shaper
+        ``"ZV"`` or ``"ZVD"``, which also forgives modes that are not quite where they were thought.
+    frequencies
+        Natural frequencies of the modes [Hz], those of the loop that follows, any number.
+    damping_ratios
+        Their damping ratios, in [0, 1), one for all or one each.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+    """
+
+    law: ControlLaw
+    shaper: str
+    frequencies: Sequence[float]
+    damping_ratios: Sequence[float] = (0.0,)
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "law", law_of("law", self.law))
+        checked_modes(self.shaper, self.frequencies, self.damping_ratios)
+
+    def _taps(self, spec: LoopSpec) -> Array:
+        return sampled_shaper(self.shaper, self.frequencies, self.damping_ratios, spec.interval)
+
+    def start(self, spec: LoopSpec) -> ShapedMemory:
+        """No reference before the first."""
+        taps = self._taps(spec)
+        return ShapedMemory(taps, np.zeros((len(taps), 3, spec.axes)), self.law.start(spec))
+
+    def act(self, memory: ShapedMemory, measurement: Array, reference: Reference) -> tuple[ShapedMemory, Array]:
+        """The law's command for the sum of delayed references."""
+        past = np.concatenate([np.array(reference[1:])[None], memory.past[:-1]])
+        shaped = np.tensordot(memory.taps, past, 1)
+        own, command = self.law.act(memory.law, measurement, Reference(reference.time, *shaped))
+        return ShapedMemory(memory.taps, past, own), command
+
+    def matrices(self, spec: LoopSpec) -> LawMatrices | None:
+        """A shift register in front of the law's."""
+        law = self.law.matrices(spec)
+        return None if law is None else in_series(self._taps(spec), law, spec.axes)
+
+
+def in_series(taps: Array, law: LawMatrices, axes: int) -> LawMatrices:
+    """Law behind a sum of delayed references; its state comes first, then references, newest first."""
+    wide, count, n = 3 * axes, len(taps) - 1, len(law.A)
+    seen = law.D.shape[1] - wide
+    # The law's z is ``keep z + late``, with late from the register.
+    keep = np.diag(np.concatenate([np.ones(seen), np.full(wide, taps[0])]))
+    late = np.concatenate([np.zeros((seen, count * wide)), np.kron(taps[1:], np.eye(wide))])
+    shift = np.kron(np.eye(count, k=-1), np.eye(wide))
+    first = np.zeros((count * wide, seen + wide))
+    first[:wide, seen:] = np.eye(wide)[: min(wide, count * wide)]
+    return LawMatrices(
+        np.block([[law.A, law.B @ late], [np.zeros((count * wide, n)), shift]]),
+        np.concatenate([law.B @ keep, first]),
+        np.concatenate([law.C, law.D @ late], axis=1),
+        law.D @ keep,
+        np.concatenate([law.b, np.zeros(count * wide)]),
+        law.d,
+    )

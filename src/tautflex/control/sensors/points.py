@@ -1,0 +1,55 @@
+"""Points that sensors look at: of the film, or nodes of frame and cables."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import csr_array, vstack
+
+from tautflex import checks
+from tautflex.errors import InputError
+from tautflex.mechanics.system import StructuralSystem
+from tautflex.solvers.transient.probes import place_probes
+
+Points = tuple[float, ...] | tuple[tuple[float, ...], ...]
+COMPONENTS = ("u", "v", "w")
+# Part of the structure's size within which a node is meant.
+_NEAR = 1e-6
+
+
+def check_points(points: ArrayLike, component: str) -> None:
+    """Raise InputError unless there is a point (x, y) or (x, y, z), or several of them."""
+    given = np.atleast_2d(checks.numbers("points", points))
+    if given.ndim != 2 or not given.size or given.shape[1] not in (2, 3) or not np.all(np.isfinite(given)):
+        raise InputError(
+            f"points: expected a point (x, y) or (x, y, z) [m], or a list of them, got shape {np.shape(points)}; "
+            "write for example [[0.7, 0.4]]"
+        )
+    checks.one_of("component", component, COMPONENTS)
+
+
+def point_rows(system: StructuralSystem, points: ArrayLike, component: str) -> csr_array:
+    """Rows on the free unknowns for one displacement component of each point, shape (point, size).
+
+    A point where a node is, of the frame for one, is that node; any other must lie on the film, seen along z, and is
+    interpolated as its element does.
+    """
+    model, rows = system.model, []
+    near = _NEAR * float(np.ptp(model.nodes, axis=0).max())
+    axis = COMPONENTS.index(component)
+    for number, point in enumerate(np.atleast_2d(np.asarray(points, dtype=float))):
+        away = np.linalg.norm(model.nodes[:, : len(point)] - point, axis=1)
+        node = int(away.argmin())
+        if away[node] > near and model.surfaces:
+            rows.append(place_probes(system, {f"points.{number}": point}).map[[axis]])
+            continue
+        if away[node] > near:
+            place = ", ".join(f"{x:g}" for x in model.nodes[node])
+            raise InputError(
+                f"points.{number}: expected a point of the film or the place of a node, got {point.tolist()}; the "
+                f"nearest is node {node} at ({place}) m"
+            )
+        slot = int(system.place[model.translation_dofs[node, axis]])
+        free = slot < system.size
+        rows.append(csr_array(([1.0] * free, ([0] * free, [slot] * free)), shape=(1, system.size)))
+    return csr_array(vstack(rows))
