@@ -17,6 +17,8 @@ from .case import load_case as load_case
 from .case.build import build_model as build_model
 from .case.registry import register as register
 from .case.run import run_case as run_case
+from .control.actuators.actuator import Actuator as Actuator
+from .control.actuators.hub_torque import HubTorque as HubTorque
 from .control.authority import authority as authority
 from .control.law import ControlLaw as ControlLaw
 from .control.law import FunctionLaw as FunctionLaw
@@ -33,6 +35,9 @@ from .control.laws.stiffness_switching import StiffnessSwitching as StiffnessSwi
 from .control.laws.tension_damping import TensionDamping as TensionDamping
 from .control.linear import LinearPlant as LinearPlant
 from .control.linearize import linearize as linearize
+from .control.loop import close_loop as close_loop
+from .control.plant import Plant as Plant
+from .control.plant import PlantState as PlantState
 from .control.sensors.attitude import Attitude as Attitude
 from .control.sensors.cable_tension import CableTensionSensor as CableTensionSensor
 from .control.sensors.displacement import Displacement as Displacement

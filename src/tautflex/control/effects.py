@@ -18,8 +18,7 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.mechanics.loads.inputs import PreparedInput
-from tautflex.mechanics.loads.prepared import PatternLoad, StressChange
+from tautflex.mechanics.loads.prepared import PatternLoad, PreparedInput, StressChange
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array, cross_matrices
 from tautflex.text import shown

@@ -33,6 +33,14 @@ def exponential(turn: Array) -> Array:
     return np.array([np.cos(half), share * turn[0], share * turn[1], share * turn[2]])
 
 
+def rotation_vector(quaternion: Array) -> Array:
+    """Rotation vector of a unit quaternion [rad], of at most half a turn, shape (4,) -> (3,): `exponential` back."""
+    q = quaternion if quaternion[0] >= 0.0 else -quaternion
+    sine = float(np.linalg.norm(q[1:]))
+    share = 2.0 * np.arctan2(sine, q[0]) / sine if sine > 0.0 else 2.0
+    return np.asarray(share * q[1:])
+
+
 @jit_in_order
 def matrix(quaternion: Array) -> Array:
     """Rotation matrix A of a unit quaternion, shape (3, 3)."""

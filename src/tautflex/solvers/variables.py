@@ -98,6 +98,13 @@ REDUCED_RUN: Variables = {
     "check_time": _of("check_time", "s", "instant of a check"),
 }
 
+LOOP: Variables = {
+    "measurement": _of("sample_time output", "1", "what sensors told, each in its unit"),
+    "command": _of("sample_time input", "1", "what actuators were told until the next sample, each in its unit"),
+    "reference": _of("sample_time asked axis", "1", "what the hub was to follow, rad, rad s-1, rad s-2"),
+    "sample_time": _of("sample_time", "s", "time of a sample of the loop"),
+}
+
 _OF_RUN = [*(n + suffix for suffix in ("", "_velocity") for n in "uvw"), "kinetic_energy", "strain_energy"]
 BATCH: Variables = {
     **{name: RUN[name]._replace(dims=("run", *RUN[name].dims)) for name in _OF_RUN},

@@ -12,7 +12,7 @@ from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
-from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
+from tautflex.motion.kinematics import AtRest, Maneuver, RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, within_arithmetic
 from tautflex.solvers.remembering import Memory, copied, flat, nested
 from tautflex.solvers.static.prestress import PrestressedState
@@ -177,6 +177,20 @@ class FullRun:
         self.at, self._inside = advanced, False
         self._record(number)
         return True
+
+    def renew(self) -> None:
+        """Meet a change of inputs that were set anew at the present instant: a jump as at the end of a segment."""
+        motion = self._driver.segment.motion(self.at.time)
+        self.at = self.equation.jump(self.at, motion, motion)
+
+    def strain_energy(self) -> float:
+        """Strain energy of the present state under the inputs of its instant [J]."""
+        self.equation.set_time(self.at.time)
+        return self.equation.strain_energy(self.at.q)
+
+    def motion(self) -> RigidMotion:
+        """Motion of the floating frame at the present instant."""
+        return self.equation.motion(self.at, self._driver.segment)
 
     def result(self, status: Status) -> Run:
         """What the run leaves."""

@@ -64,7 +64,7 @@ class HubEquation(EquationOfMotion):
     Parameters
     ----------
     hub
-        The hub.
+        The hub; `commanded` is a wrench on it that whoever drives may set, shape (6,).
     probes
         Measuring points that feedback laws may read.
     """
@@ -80,6 +80,7 @@ class HubEquation(EquationOfMotion):
         self._mobile = LowRankUpdate(self._mass_factor)
         self._constant = None if self.hub.feedback else self.hub.wrench()
         self._held, self._outside = np.zeros(6), self.input_load
+        self.commanded = np.zeros(6)
         model = self.system.model
         dofs, turning = model.translation_dofs, np.flatnonzero(np.diff(model.dof_offset) == 6)
         self._moves = self.system.place[dofs]
@@ -96,13 +97,15 @@ class HubEquation(EquationOfMotion):
 
     def nodal_wrench(self, q: Array) -> Array:
         """Force, and torque about O, of the inputs at the instant that is set, hub axes, shape (6,)."""
-        held = sum((item.wrench(q) for item in self.followers), self._held)
-        if not self._outside.any():
-            return held
-        load, moved = np.append(self._outside, 0.0), np.append(q, 0.0)
+        held = sum((item.wrench(q) for item in self.followers), self._held + self.commanded)
+        return held + self.wrench_of(self._outside, q) if self._outside.any() else held
+
+    def wrench_of(self, load: Array, q: Array) -> Array:
+        """Force, and torque about O, of forces on the free unknowns, hub axes, shape (6,)."""
+        load, moved = np.append(load, 0.0), np.append(q, 0.0)
         forces, arms = load[self._moves], self.system.model.nodes + moved[self._moves]
         torque = np.cross(arms, forces).sum(axis=0) + load[self._turns].sum(axis=0)
-        return held + np.concatenate([forces.sum(axis=0), torque])
+        return np.concatenate([forces.sum(axis=0), torque])
 
     def wrench(self, time: float, rigid: Array, q: Array, v: Array) -> Array:
         """Force, and torque about O, of everything outside at an instant, hub axes, shape (6,)."""

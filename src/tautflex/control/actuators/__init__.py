@@ -1,0 +1,1 @@
+"""Actuators: what a plant is commanded by, an effect behind a drive."""

@@ -1,0 +1,212 @@
+"""All actuators of a plant: their drives, what they hold, and the work each of them does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tautflex import checks
+from tautflex.control.actuators.actuator import Actuator
+from tautflex.control.actuators.drive import Drive, DriveMemory, memory_copy
+from tautflex.control.actuators.hub_torque import HubTorque
+from tautflex.control.signals import Channel
+from tautflex.errors import InputError
+from tautflex.mechanics.loads.inputs import Effect, TimeInput
+from tautflex.mechanics.loads.prepared import LinearInput, PatternLoad, StressChange
+from tautflex.mechanics.loads.signals import Held
+from tautflex.mechanics.system import StructuralSystem
+from tautflex.motion import rotations
+from tautflex.motion.hub import FreeHub
+from tautflex.numeric import Array
+from tautflex.solvers.transient.free_hub.equation import HubEquation
+from tautflex.solvers.transient.free_hub.motion import HubMotion
+from tautflex.solvers.transient.simulate import FullRun
+from tautflex.solvers.transient.state import MotionState
+from tautflex.text import shown
+
+
+@dataclass
+class Driven:
+    """One actuator at work.
+
+    Parameters
+    ----------
+    drive
+        The actuator.
+    channel
+        Its name, unit and size.
+    bound
+        Its effect on the structure; None of wheels.
+    held
+        Numbers that its effect has now.
+    memory
+        Of its drive.
+    value
+        What acts in this interval, shape (n,).
+    stored
+        Momentum of the wheels in inertial axes [N m s], shape (3,).
+    work
+        Done on spacecraft and structure since the reset [J].
+    """
+
+    drive: Drive
+    channel: Channel
+    bound: LinearInput | None
+    held: Held
+    memory: DriveMemory
+    value: Array
+    stored: Array = field(default_factory=lambda: np.zeros(3))
+    work: float = 0.0
+
+
+def checked_actuators(given: Any, hub: FreeHub | None) -> dict[str, Drive]:
+    """Actuators by name, bare effects with a drive that does as it is told; InputError for anything else."""
+    example = "a mapping such as {'torque': HubTorque('x')}"
+    actuators = checks.instance("actuators", {} if given is None else given, Mapping, example)
+    found: dict[str, Drive] = {}
+    for name, item in actuators.items():
+        if not isinstance(name, str) or not name:
+            raise InputError(f"actuators: expected names, got {shown(name)}; write for example {{'torque': ...}}")
+        drive = Actuator(item) if isinstance(item, Effect) else item
+        checks.instance(f"actuators.{name}", drive, (Actuator, HubTorque), "HubTorque(...), or an effect")
+        if isinstance(drive, HubTorque) and hub is None:
+            raise InputError(
+                f"actuators.{name}: expected a free hub for {shown(drive)}, got none; give hub=FreeHub(...)"
+            )
+        if isinstance(drive, Actuator) and getattr(drive.effect, drive.effect.signal) is not None:
+            raise InputError(
+                f"actuators.{name}: expected an effect without a signal, got {shown(drive.effect)}; leave "
+                f"{drive.effect.signal} out, the plant commands it"
+            )
+        found[name] = drive
+    return found
+
+
+class Bank:
+    """Actuators in their order, at rest.
+
+    Parameters
+    ----------
+    actuators
+        Name -> actuator.
+    system
+        The structure, equipped for them.
+    interval
+        Time between two commands [s].
+    """
+
+    def __init__(self, actuators: Mapping[str, Drive], system: StructuralSystem, interval: float) -> None:
+        self._interval, self.items = interval, list[Driven]()
+        for name, drive in actuators.items():
+            bound: Any = drive.effect.prepare(system) if isinstance(drive, Actuator) else None
+            if bound is not None and not isinstance(bound, LinearInput):
+                raise InputError(
+                    f"actuators.{name}: expected an effect that is linear in a few numbers, got {shown(drive)}; give it "
+                    "as one of the inputs"
+                )
+            if isinstance(drive, HubTorque):
+                unit, size = drive.unit, len(drive.rows)
+            else:
+                unit, size = bound.labels[0].partition("[")[2].rstrip("]"), bound.count
+            with_name = Channel(name, unit, size)
+            try:
+                memory = drive.start(size, interval)
+            except InputError as error:
+                raise InputError(f"actuators.{name}.{error}") from None
+            self.items.append(Driven(drive, with_name, bound, Held(np.zeros(size)), memory, np.zeros(size)))
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Names, units and sizes."""
+        return tuple(item.channel for item in self.items)
+
+    @property
+    def size(self) -> int:
+        """Numbers of a command."""
+        return sum(item.channel.size for item in self.items)
+
+    @property
+    def inputs(self) -> list[TimeInput]:
+        """Effects under what is held."""
+        return [item.drive.effect.driven(item.held) for item in self.items if isinstance(item.drive, Actuator)]
+
+    @property
+    def value(self) -> Array:
+        """What acts in this interval, shape (size,)."""
+        return np.concatenate([np.zeros(0), *(item.value for item in self.items)])
+
+    def push(self, run: FullRun) -> None:
+        """Give the torques of wheels to a run."""
+        if isinstance(run.equation, HubEquation):
+            torque = [i.value @ i.drive.rows for i in self.items if isinstance(i.drive, HubTorque)]
+            run.equation.commanded = np.concatenate([np.zeros(3), np.sum(torque, axis=0) if torque else np.zeros(3)])
+
+    def command(self, run: FullRun, numbers: Array) -> None:
+        """Let a command act from the present instant of a run on."""
+        first, changed, time = 0, False, run.at.time
+        for item in self.items:
+            own = numbers[first : first + item.channel.size]
+            first += item.channel.size
+            item.memory, value = item.drive.act(item.memory, own, self._interval)
+            if isinstance(item.drive, HubTorque):
+                value = item.drive.within(value, item.drive.rows @ self._in_hub_axes(run.at, item), self._interval)
+            elif item.bound is not None:
+                value = np.maximum(value, item.bound.lowest)
+            if np.array_equal(value, item.value):
+                continue
+            changed, item.value = True, value
+            if isinstance(item.bound, StressChange):
+                before = run.strain_energy()
+                item.held.hold(value, time)
+                item.work += run.strain_energy() - before
+            else:
+                item.held.hold(value, time)
+        if changed:
+            self.push(run)
+            run.renew()
+
+    def count(self, run: FullRun, before: MotionState) -> None:
+        """Take in one step from a state to the present one."""
+        at = run.at
+        for item in self.items:
+            if not item.value.any():
+                continue
+            if isinstance(item.drive, HubTorque):
+                torque, mean = item.value @ item.drive.rows, np.zeros(3)
+                for end in (before, at):
+                    assert isinstance(end, HubMotion)
+                    mean += 0.5 * rotations.matrix(end.hub.attitude) @ torque
+                    item.work += 0.5 * (at.time - before.time) * float(torque @ end.hub.twist[3:])
+                item.stored -= (at.time - before.time) * mean
+            elif isinstance(item.bound, PatternLoad):
+                load = item.bound.pattern @ item.value
+                item.work += float(load @ (at.q - before.q))
+                if isinstance(run.equation, HubEquation) and not item.bound.internal:
+                    held = item.bound.held @ item.value
+                    for end in (before, at):
+                        assert isinstance(end, HubMotion)
+                        wrench = held + run.equation.wrench_of(load, end.q)
+                        item.work += 0.5 * (at.time - before.time) * float(wrench @ end.hub.twist)
+
+    def _in_hub_axes(self, at: MotionState, item: Driven) -> Array:
+        assert isinstance(at, HubMotion)
+        stored: Array = rotations.matrix(at.hub.attitude).T @ item.stored
+        return stored
+
+    @property
+    def work(self) -> dict[str, float]:
+        """Work of each since the reset [J]."""
+        return {item.channel.name: item.work for item in self.items}
+
+    def memory(self) -> list[tuple[Any, ...]]:
+        """What the next interval depends on."""
+        return [(memory_copy(i.memory), i.value.copy(), i.stored.copy(), i.work) for i in self.items]
+
+    def recall(self, memory: list[tuple[Any, ...]]) -> None:
+        """Go on where another bank stood."""
+        for item, (drive, value, stored, work) in zip(self.items, memory, strict=True):
+            item.memory, item.value, item.stored, item.work = memory_copy(drive), value.copy(), stored.copy(), work
+            item.held = Held(value)

@@ -1,0 +1,368 @@
+"""A structure on its hub that is commanded and measured once per interval [control.md 4]."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from tautflex import checks
+from tautflex.control.actuators.actuator import Actuator
+from tautflex.control.actuators.bank import Bank, checked_actuators
+from tautflex.control.sensors.sensor import SensedMotion, Sensor, SensorMemory, noise_of
+from tautflex.control.signals import Channel
+from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex.mechanics.dampings.damping import Damping
+from tautflex.mechanics.loads.inputs import TimeInput
+from tautflex.motion.attitude import attitude
+from tautflex.motion.hub import FreeHub
+from tautflex.motion.kinematics import AtRest, Maneuver
+from tautflex.motion.rotations import rotation_vector
+from tautflex.numeric import Array, within_arithmetic
+from tautflex.solvers.static.equip import equip
+from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.free_hub.motion import HubMotion
+from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha
+from tautflex.solvers.transient.methods.scheme import Method
+from tautflex.solvers.transient.problem import SteppingModel, TransientProblem
+from tautflex.solvers.transient.restart.checkpoint import Checkpoint
+from tautflex.solvers.transient.simulate import FullRun
+from tautflex.solvers.transient.status import Run, Statistics, Status
+from tautflex.text import card, shown
+
+# Longest step [s] where none is given; intervals whose samples are reserved at a time.
+_LONGEST, _RESERVED = 5e-3, 1024
+
+
+@dataclass(frozen=True, eq=False)
+class PlantState:
+    """State of a plant between two intervals: ``reset(options={"state": plant.state})``.
+
+    Parameters
+    ----------
+    motion
+        State of the run.
+    intervals
+        Intervals since the start of its clock.
+    actuators, sensors
+        What drives and sensors remember.
+    measurement
+        What was measured there, shape (outputs,).
+    """
+
+    motion: Checkpoint
+    intervals: int
+    actuators: list[tuple[Any, ...]]
+    sensors: dict[str, SensorMemory]
+    measurement: Array
+
+    def __repr__(self) -> str:
+        return card(self, {"time": f"{self.motion.time:.6g} s", "structure": f"{len(self.motion.velocity)} unknowns"})
+
+
+class Plant:
+    """A structure that is commanded and measured: `reset`, then `step` after `step`.
+
+    Parameters
+    ----------
+    state
+        Prestressed state; it is equipped for its actuators (`equip`).
+    hub
+        Free hub; None: the motion is prescribed.
+    actuators
+        Name -> `HubTorque`, `Actuator`, or a bare effect.
+    sensors
+        Name -> sensor.
+    interval
+        Time between two commands [s]; between them a command acts as it is.
+    time_step
+        Step of the integrator [s], a whole part of the interval; None is the largest one up to 5 ms.
+    method
+        Integrator; None is `GeneralizedAlpha()`.
+    damping
+        Any `Damping`; None is none.
+    maneuver
+        Prescribed motion; on a free hub what laws are to follow. None is none.
+    inputs
+        Inputs in time beside the actuators.
+    probes
+        Name -> (x, y) or (x, y, z) [m], for the record.
+
+    Raises
+    ------
+    InputError
+        If an argument is wrong, names clash, or the interval is no multiple of the step.
+    UnsupportedError
+        If the plant is a reduced model.
+
+    Examples
+    --------
+    >>> plant = tf.Plant(state, tf.FreeHub(20.0, (3.0, 4.0, 5.0)), {"torque": tf.HubTorque("x")}, {"rate": tf.Rate()})
+    ... # doctest: +SKIP
+    >>> y = plant.reset(seed=0)  # doctest: +SKIP
+    >>> y = plant.step(-0.5 * y[:1])  # doctest: +SKIP
+    """
+
+    def __init__(
+        self,
+        state: PrestressedState,
+        hub: FreeHub | None = None,
+        actuators: Mapping[str, Any] | None = None,
+        sensors: Mapping[str, Sensor] | None = None,
+        *,
+        interval: float = 0.01,
+        time_step: float | None = None,
+        method: Method | None = None,
+        damping: Damping | None = None,
+        maneuver: Maneuver | None = None,
+        inputs: Sequence[TimeInput] = (),
+        probes: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
+        if isinstance(state, SteppingModel):
+            raise UnsupportedError("state: expected a prestressed state, got a reduced model; give the state itself")
+        checks.instance(
+            "state", state, PrestressedState, "a prestressed state", remedy="solve_prestress(model) gives one"
+        )
+        self.hub: FreeHub | None = checks.instance("hub", hub, (FreeHub, type(None)), "a FreeHub(...), or None")
+        self.maneuver = _maneuver(maneuver)
+        self.actuators = checked_actuators(actuators, hub)
+        sensed = checks.instance(
+            "sensors", {} if sensors is None else sensors, Mapping, "a mapping such as {'rate': Rate()}"
+        )
+        for name, sensor in sensed.items():
+            checks.instance(f"sensors.{name}", sensor, Sensor, "a sensor such as Rate()")
+        self.sensors: dict[str, Sensor] = dict(sensed)
+        for name in sorted({*self.actuators} & {*self.sensors}):
+            raise InputError(f"sensors.{name}: expected a name of its own, got that of an actuator; choose another one")
+        self.interval, self._steps = checks.positive("interval", interval), _steps(interval, time_step)
+        checks.instance("method", method, (Method, type(None)), "an implicit method such as GeneralizedAlpha()")
+        given = checks.several("inputs", inputs, TimeInput, "NodalForce(...)")
+        self.state_of = equip(
+            state, [*given, *(each.effect for each in self.actuators.values() if isinstance(each, Actuator))]
+        )
+        self._prepared = {name: each.prepare(self.state_of, hub) for name, each in self.sensors.items()}
+        self._looks = any(p.function is not None or p.rows is None or p.rows.stress for p in self._prepared.values())
+        self._asked: dict[str, Any] = {
+            "time_step": self.interval / self._steps,
+            "method": method or GeneralizedAlpha(),
+            "damping": damping,
+            "probes": probes,
+            "every": self._steps,
+        }
+        self._inputs, self._run = given, None
+        self._bank = self._new_bank()
+
+    def _new_bank(self) -> Bank:
+        return Bank(self.actuators, self.state_of.system, self.interval)
+
+    @property
+    def inputs(self) -> tuple[Channel, ...]:
+        """Names, units and sizes of the parts of a command, in order."""
+        return self._bank.channels
+
+    @property
+    def outputs(self) -> tuple[Channel, ...]:
+        """Names, units and sizes of the parts of a measurement, in order."""
+        return tuple(
+            Channel(name, bound.unit, bound.size, self.sensors[name].noise) for name, bound in self._prepared.items()
+        )
+
+    @property
+    def time(self) -> float:
+        """Where the plant has come to [s]."""
+        return self._at_work.at.time
+
+    @within_arithmetic()
+    def reset(self, seed: int | None = None, options: Mapping[str, Any] | None = None) -> Array:
+        """Begin anew.
+
+        Parameters
+        ----------
+        seed
+            Of the sensors' noise; None is 0.
+        options
+            ``{"state": plant.state}`` goes on from there, its noise included; ``{"maneuver": ...}`` follows another one.
+
+        Returns
+        -------
+        numpy.ndarray
+            Measurement, shape (outputs,).
+        """
+        given = dict(checks.instance("options", {} if options is None else options, Mapping, "a mapping, or None"))
+        state = checks.instance("options.state", given.pop("state", None), (PlantState, type(None)), "plant.state")
+        self.maneuver = _maneuver(given.pop("maneuver", self.maneuver))
+        if given:
+            raise InputError(f"options: expected 'state' or 'maneuver', got {shown(next(iter(given)))}; leave it out")
+        chosen = 0 if seed is None else checks.whole("seed", seed, 0)
+        self._bank, self._parts, self._intervals = self._new_bank(), list[Run](), 0
+        if state is None:
+            self._begin(None)
+            exact = self._exact()
+            self._memories = {
+                name: sensor.start(exact[name], self.interval, noise_of(chosen, name))
+                for name, sensor in self.sensors.items()
+            }
+        else:
+            self._bank.recall(state.actuators)
+            self._intervals, self._memories = state.intervals, copy.deepcopy(state.sensors)
+            self._begin(state.motion)
+            self._last = state.measurement.copy()
+            return state.measurement.copy()
+        return self._observe()
+
+    def _begin(self, initial: Checkpoint | None) -> None:
+        """Take up a run, from the start or a state."""
+        end = (self._intervals + _RESERVED) * self.interval
+        inputs = [*self._inputs, *self._bank.inputs]
+        motion = self.hub if self.hub is not None else self.maneuver
+        problem = TransientProblem(self.state_of, motion, end_time=end, inputs=inputs, initial=initial, **self._asked)
+        self._run = FullRun(problem)
+        self._bank.push(self._run)
+        self._run.start()
+
+    @property
+    def _at_work(self) -> FullRun:
+        if self._run is None:
+            raise InputError("plant: expected reset before this, got none; call y = plant.reset(seed=0)")
+        return self._run
+
+    @within_arithmetic()
+    def step(self, command: ArrayLike) -> Array:
+        """Hold a command over one interval.
+
+        Parameters
+        ----------
+        command
+            Shape (inputs,), in the order and units of ``plant.inputs``; one number where there is one.
+
+        Returns
+        -------
+        numpy.ndarray
+            Measurement at its end, shape (outputs,).
+
+        Raises
+        ------
+        InputError
+            If the command has another shape or is not finite.
+        NotConvergedError
+            If a step fails; ``.result`` is the run until then.
+        """
+        run, size = self._at_work, self._bank.size
+        numbers = checks.numbers("command", command)
+        numbers = checks.float_array(
+            "command", numbers.reshape(1) if numbers.ndim == 0 and size == 1 else numbers, (size,)
+        )
+        if self._intervals and self._intervals % _RESERVED == 0 and run.at.time > run.problem.start_time:
+            self._parts.append(run.result(Status.COMPLETED))
+            self._begin(self._parts[-1].final)
+            run = self._at_work
+        self._bank.command(run, numbers)
+        for number in range(self._intervals * self._steps + 1, (self._intervals + 1) * self._steps + 1):
+            before = run.at
+            if not run.advance(number):
+                raise NotConvergedError(
+                    f"t = {run.at.time:.6g} s: {Status.NOT_CONVERGED.message}",
+                    result=self._result(Status.NOT_CONVERGED),
+                )
+            self._bank.count(run, before)
+        self._intervals += 1
+        return self._observe()
+
+    def _exact(self) -> dict[str, Array]:
+        """Exact readings of all sensors now."""
+        run, prepared = self._at_work, self._prepared
+        at, turn, stress = run.at, np.zeros(3), list[Array]()
+        if isinstance(at, HubMotion):
+            turn = rotation_vector(at.hub.attitude)
+        elif any(each.rows is not None and each.rows.rotation is not None for each in prepared.values()):
+            turn = rotation_vector(attitude(self.maneuver, [at.time])[0])
+        if self._looks:
+            run.strain_energy()
+            stress = run.equation.workspace.stress
+        seen = SensedMotion(at.q, at.v, turn, run.motion().angular_velocity, stress)
+        return {name: each.read(seen) for name, each in prepared.items()}
+
+    def _observe(self) -> Array:
+        """Measurement now."""
+        exact, readings = self._exact(), [np.zeros(0)]
+        for name, sensor in self.sensors.items():
+            self._memories[name], reading = sensor.observe(self._memories[name], exact[name], self.interval)
+            readings.append(reading)
+        self._last = np.concatenate(readings)
+        return self._last.copy()
+
+    @property
+    def run(self) -> Run:
+        """The run since the reset: what `simulate` gives, and ``energy_by_source`` [J] among its attributes."""
+        return self._result(Status.COMPLETED)
+
+    def _result(self, status: Status) -> Run:
+        runs = [*self._parts, self._at_work.result(status)]
+        data = _joined([run.data for run in runs]).assign_attrs(energy_by_source=json.dumps(self._bank.work))
+        work = [asdict(run.stats) for run in runs]
+        return replace(runs[-1], data=data, stats=Statistics(**{name: sum(w[name] for w in work) for name in work[0]}))
+
+    @property
+    def energy_by_source(self) -> dict[str, float]:
+        """Work of each actuator since the start [J]."""
+        return self._bank.work
+
+    @property
+    def state(self) -> PlantState:
+        """State to go on from."""
+        motion = self._at_work.checkpoint()
+        sensors = copy.deepcopy(self._memories)
+        return PlantState(motion, self._intervals, self._bank.memory(), sensors, self._last.copy())
+
+    def __repr__(self) -> str:
+        lines = {
+            "structure": f"{self.state_of.system.size} unknowns",
+            "hub": "" if self.hub is None else shown(self.hub),
+            "maneuver": shown(self.maneuver),
+            "commands": ", ".join(f"{each.name} [{each.unit}]" for each in self.inputs),
+            "measurements": ", ".join(f"{each.name} [{each.unit}]" for each in self.outputs),
+            "interval": f"{self.interval:g} s, {self._steps} step(s) of {self._asked['method'].name}",
+        }
+        return card(self, lines)
+
+
+def _maneuver(given: Any) -> Maneuver:
+    wanted: Maneuver = checks.instance(
+        "maneuver", AtRest() if given is None else given, Maneuver, "a maneuver, or None"
+    )
+    return wanted
+
+
+def _steps(interval: float, time_step: float | None) -> int:
+    """Steps of an interval; InputError unless they are whole ones."""
+    if time_step is None:
+        return int(np.ceil(interval / _LONGEST - 1e-9))
+    count = interval / checks.positive("time_step", time_step)
+    if round(count) < 1 or abs(count - round(count)) > 1e-6:
+        whole = interval / max(1, round(count))
+        raise InputError(
+            f"time_step: expected a whole part of the interval ({interval:g} s), got {time_step:g}; set for example "
+            f"time_step = {whole:.6g}"
+        )
+    return round(count)
+
+
+def _joined(parts: list[xr.Dataset]) -> xr.Dataset:
+    """Records of a run that went on, one after the other."""
+    if len(parts) == 1:
+        return parts[0]
+    last = parts[-1]
+    times = {name: variable.dims for name, variable in last.variables.items() if "time" in variable.dims}
+    whole = {
+        name: (dims, np.concatenate([part[name].values for part in parts]), last[name].attrs)
+        for name, dims in times.items()
+    }
+    said = dict.fromkeys(text for part in parts for text in part.attrs["warnings"])
+    names = {name: value for name, value in whole.items() if name != "time"}
+    return last.drop_dims("time").assign(names).assign_coords(time=whole["time"]).assign_attrs(warnings=list(said))
