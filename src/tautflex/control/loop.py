@@ -62,7 +62,7 @@ def close_loop(
     asked = law_of("law", law)
     count = int(np.ceil(checks.positive("end_time", end_time) / plant.interval - 1e-6))
     measured = [plant.reset(seed, None if maneuver is None else {"maneuver": maneuver})]
-    times = plant.interval * np.arange(count + 1)
+    times = np.asarray(plant.interval * np.arange(count + 1), dtype=np.float64)
     follow = references(plant.maneuver, times, plant.hub)
     memory = asked.start(LoopSpec(plant.outputs, plant.inputs, plant.interval, len(follow[0].rate)))
     commands: list[Array] = []

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from tautflex import checks
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.bank import Bank, checked_actuators
+from tautflex.control.actuators.hub_torque import HubTorque
 from tautflex.control.sensors.sensor import SensedMotion, Sensor, SensorMemory, noise_of
 from tautflex.control.signals import Channel
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
@@ -155,7 +156,8 @@ class Plant:
             "probes": probes,
             "every": self._steps,
         }
-        self._inputs, self._run = given, None
+        self._inputs = given
+        self._run: FullRun | None = None
         self._bank = self._new_bank()
 
     def _new_bank(self) -> Bank:
@@ -187,7 +189,7 @@ class Plant:
         seed
             Of the sensors' noise; None is 0.
         options
-            ``{"state": plant.state}`` goes on from there, its noise included; ``{"maneuver": ...}`` follows another one.
+            ``{"state": plant.state}`` goes on from there, noise included; ``{"maneuver": ...}`` follows another one.
 
         Returns
         -------
@@ -195,7 +197,8 @@ class Plant:
             Measurement, shape (outputs,).
         """
         given = dict(checks.instance("options", {} if options is None else options, Mapping, "a mapping, or None"))
-        state = checks.instance("options.state", given.pop("state", None), (PlantState, type(None)), "plant.state")
+        known = (PlantState, type(None))
+        state: PlantState | None = checks.instance("options.state", given.pop("state", None), known, "plant.state")
         self.maneuver = _maneuver(given.pop("maneuver", self.maneuver))
         if given:
             raise InputError(f"options: expected 'state' or 'maneuver', got {shown(next(iter(given)))}; leave it out")
@@ -222,9 +225,9 @@ class Plant:
         inputs = [*self._inputs, *self._bank.inputs]
         motion = self.hub if self.hub is not None else self.maneuver
         problem = TransientProblem(self.state_of, motion, end_time=end, inputs=inputs, initial=initial, **self._asked)
-        self._run = FullRun(problem)
-        self._bank.push(self._run)
-        self._run.start()
+        run = self._run = FullRun(problem)
+        self._bank.push(run)
+        run.start()
 
     @property
     def _at_work(self) -> FullRun:
@@ -312,6 +315,12 @@ class Plant:
     def energy_by_source(self) -> dict[str, float]:
         """Work of each actuator since the start [J]."""
         return self._bank.work
+
+    @property
+    def wheel_momentum(self) -> dict[str, Array]:
+        """Angular momentum that wheels have taken up since the start, inertial axes [N m s], shapes (3,)."""
+        wheels = [each for each in self._bank.items if isinstance(each.drive, HubTorque)]
+        return {each.channel.name: each.stored.copy() for each in wheels}
 
     @property
     def state(self) -> PlantState:

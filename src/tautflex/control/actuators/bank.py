@@ -101,22 +101,22 @@ class Bank:
     def __init__(self, actuators: Mapping[str, Drive], system: StructuralSystem, interval: float) -> None:
         self._interval, self.items = interval, list[Driven]()
         for name, drive in actuators.items():
-            bound: Any = drive.effect.prepare(system) if isinstance(drive, Actuator) else None
-            if bound is not None and not isinstance(bound, LinearInput):
-                raise InputError(
-                    f"actuators.{name}: expected an effect that is linear in a few numbers, got {shown(drive)}; give it "
-                    "as one of the inputs"
-                )
-            if isinstance(drive, HubTorque):
-                unit, size = drive.unit, len(drive.rows)
-            else:
+            bound: LinearInput | None = None
+            if isinstance(drive, Actuator):
+                found = drive.effect.prepare(system)
+                text = "an effect that is linear in a few numbers; others are inputs"
+                bound = checks.instance(f"actuators.{name}", found, LinearInput, text)
                 unit, size = bound.labels[0].partition("[")[2].rstrip("]"), bound.count
-            with_name = Channel(name, unit, size)
+            else:
+                assert isinstance(drive, HubTorque)
+                unit, size = drive.unit, len(drive.rows)
             try:
                 memory = drive.start(size, interval)
             except InputError as error:
                 raise InputError(f"actuators.{name}.{error}") from None
-            self.items.append(Driven(drive, with_name, bound, Held(np.zeros(size)), memory, np.zeros(size)))
+            self.items.append(
+                Driven(drive, Channel(name, unit, size), bound, Held(np.zeros(size)), memory, np.zeros(size))
+            )
 
     @property
     def channels(self) -> tuple[Channel, ...]:

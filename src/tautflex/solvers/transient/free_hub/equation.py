@@ -141,7 +141,7 @@ class HubEquation(EquationOfMotion):
         self.set_time(at.time, at.time)
         old, stored = self._balanced(at), self._stored(at.q)
         self.set_time(at.time)
-        new = self._pushed(at)
+        new = self._pushed(at, known=True)
         if np.array_equal(old.rigid, new.rigid) and np.array_equal(old.a, new.a):
             return at
         return self._behind(at, new, new.a - old.a, new.hub.rates - old.hub.rates, stored)
@@ -171,11 +171,11 @@ class HubEquation(EquationOfMotion):
         stored = self._stored(at.q) - change[-1]
         return self._behind(at, self._pushed(at), change[:-13], change[-13:-7], stored)
 
-    def _pushed(self, at: HubMotion) -> HubMotion:
-        """The state with the wrench and the accelerations of the instant that is set."""
+    def _pushed(self, at: HubMotion, known: bool = False) -> HubMotion:
+        """The state with the wrench and the accelerations of the instant that is set; ``known`` as of `_balanced`."""
         rigid = at.rigid.copy()
         rigid_parts(rigid).wrench[:] = self.wrench(at.time, rigid, at.q, at.v)
-        return self._balanced(replace(at, rigid=rigid))
+        return self._balanced(replace(at, rigid=rigid), known)
 
     def _behind(self, at: HubMotion, new: HubMotion, change: Array, rates: Array, stored: float) -> HubMotion:
         """State under a new wrench with these changes of accelerations, from one that stored another energy [J]."""
@@ -189,16 +189,20 @@ class HubEquation(EquationOfMotion):
         moved = replace(at, a=at.a + change, forces=forces, jerk=None, books=books)
         return replace(moved, rigid=rigid, balanced=balanced, power=new.power)
 
-    def _balanced(self, at: HubMotion) -> HubMotion:
-        """The state with the accelerations that balance all forces of the instant that is set."""
-        mass, coupling = self.blocks(at.q)
+    def _balanced(self, at: HubMotion, known: bool = False) -> HubMotion:
+        """The state with the accelerations that balance all forces of the instant that is set.
+
+        ``known``: the last call was at the same place, so that the mass that moves is the same.
+        """
         forces = self.force(at.q) - self.applied(at.q)
         if self.products.damped:
             forces += self.products.damping_product(at.v)
         add_forces_at_rates(self.body, at.q, at.v, np.zeros_like(at.q), at.rigid, forces)
         if not self._mass_factor.ready:
             self._mass_factor.factorize(self.inertia.mass_entries)
-        self._mobile.correct(coupling, -np.asarray(np.linalg.inv(mass), dtype=np.float64))
+        if not known:
+            mass, coupling = self.blocks(at.q)
+            self._mobile.correct(coupling, -np.asarray(np.linalg.inv(mass), dtype=np.float64))
         a = self._mobile.solve(-forces)
         rigid = add_forces_at_rates(self.body, at.q, at.v, a, at.rigid, forces)
         forces = -self.products.mass_product(a)

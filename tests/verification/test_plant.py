@@ -1,0 +1,234 @@
+"""Plants that are commanded step by step: the same runs, momentum, work, restarts, drives, and bad input."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import tautflex as tf
+from tautflex import InputError, NotConvergedError, UnsupportedError
+from tautflex.control.actuators.drive import Drive
+from verification.dynamic_cases import small_antenna
+
+TIP = tf.NodalForce([8], direction=(0.0, 0.0, 1.0))
+DAMPING = tf.Rayleigh(0.01, 1e-4)
+PROBES = {"A": (0.3, 0.1)}
+
+
+def hub(**more) -> tf.FreeHub:
+    return tf.FreeHub(mass=20.0, inertia=(3.0, 4.0, 5.0), **more)
+
+
+@pytest.fixture(scope="module")
+def state():
+    return tf.solve_prestress(small_antenna())
+
+
+def plant(state, actuators, sensors=None, free=True, **more) -> tf.Plant:
+    sensors = {"attitude": tf.Attitude(), "rate": tf.Rate()} if sensors is None else sensors
+    asked = {"damping": DAMPING, "probes": PROBES} | more
+    return tf.Plant(state, hub() if free else None, actuators, sensors, **asked)
+
+
+@pytest.mark.parametrize("free", [True, False], ids=["hub", "prescribed"])
+def test_constant_commands_are_constant_inputs(state, free, verification_row):
+    """To the bit: a command that does not change makes no jump, and the first one balances as a start does."""
+    actuators = {"tip": TIP, **({"torque": tf.HubTorque("x")} if free else {})}
+    stop = tf.Stop(rate=0.3, duration=0.05)
+    driven = plant(state, actuators, {}, free, maneuver=None if free else stop)
+    driven.reset()
+    for _ in range(10):
+        driven.step([0.003, 0.1] if free else 0.003)
+    motion = hub(torque=(0.1, 0.0, 0.0)) if free else stop
+    asked = {"method": tf.GeneralizedAlpha(), "damping": DAMPING, "probes": PROBES, "every": 2}
+    run = tf.simulate(state, motion, inputs=[TIP.driven(0.003)], time_step=5e-3, end_time=0.1, **asked)
+    off = np.abs(driven.run.data.w.values - run.data.w.values).max() / np.abs(run.data.w.values).max()
+    assert off < 1e-12
+    verification_row(f"plant under a constant command, {'hub' if free else 'prescribed'}", 0.0, off, "simulate")
+
+
+def test_changed_commands_are_a_table_that_jumps(state):
+    """A sampled force is a staircase."""
+    driven, staircase = plant(state, {"tip": TIP}, {}, False), np.array([2e-3, -1e-3, 0.0, 4e-3])
+    driven.reset()
+    for value in staircase:
+        driven.step(value)
+    times = 0.01 * np.arange(1, 4)
+    table = tf.TimeTable(np.repeat(times, 2), np.repeat(staircase, 2)[1:-1])
+    asked = {"method": tf.GeneralizedAlpha(), "damping": DAMPING, "probes": PROBES, "every": 2}
+    run = tf.simulate(state, inputs=[TIP.driven(table)], time_step=5e-3, end_time=0.04, **asked)
+    scale = np.abs(run.data.w.values).max()
+    np.testing.assert_allclose(driven.run.data.w.values, run.data.w.values, atol=1e-10 * scale)
+
+
+def test_wheels_take_what_the_spacecraft_gets(state, verification_row):
+    """Momentum of spacecraft and wheels about three axes, of a structure that vibrates."""
+    driven = plant(state, {"torque": tf.HubTorque("xyz")})
+    driven.reset()
+    for k in range(30):
+        driven.step([0.4 * np.sin(0.7 * k), 0.3 * np.cos(0.4 * k), -0.2])
+    momentum = driven.run.data.angular_momentum.values[-1]
+    (wheels,) = driven.wheel_momentum.values()
+    off = float(np.abs(momentum + wheels).max() / np.abs(momentum).max())
+    assert off < 1e-12
+    verification_row("momentum of spacecraft and wheels", 0.0, off, "conserved")
+
+
+def test_work_of_every_actuator(state, verification_row):
+    """Their sum is what the energy balance calls loads."""
+    tension = tf.TensionGroup("x", command="length", stiffness=1e3)
+    actuators = {"torque": tf.HubTorque("x"), "tip": TIP, "tension": tf.Actuator(tension, limit=1e-4)}
+    for free in (True, False):
+        used = {name: each for name, each in actuators.items() if free or name != "torque"}
+        driven = plant(state, used, free=free, maneuver=None if free else tf.Stop(rate=0.3, duration=0.05))
+        driven.reset()
+        for k in range(20):
+            numbers = {"torque": 0.2 * np.sin(k), "tip": 5e-3 * np.cos(k), "tension": 5e-5 * np.sin(2.0 * k)}
+            driven.step([numbers[name] for name in used])
+        run = driven.run
+        found, work = json.loads(run.data.attrs["energy_by_source"]), run.energy_balance["loads"]
+        assert set(found) == set(used)
+        assert all(value != 0.0 for value in found.values())
+        assert sum(found.values()) == pytest.approx(work, rel=1e-8)
+        assert abs(run.energy_balance["residual"]) < 1e-6 * run.energy_balance["kinetic"]
+    verification_row("sum of the work of actuators [J]", work, sum(found.values()), "energy balance")
+
+
+def test_a_pd_loop_turns_the_hub(state):
+    """With the whole inertia as feedforward the reference is followed, and what went through the loop is kept."""
+    slew = tf.Slew(angle=0.1, duration=1.0)
+    law = tf.PD(stiffness=40.0, damping=20.0, inertia=5.0)
+    driven = plant(state, {"torque": tf.HubTorque("xyz", limit=5.0)}, interval=0.02, time_step=0.01)
+    run = tf.close_loop(driven, law, slew, end_time=2.0)
+    assert run.data.measurement.values[-1, 0] == pytest.approx(0.1, abs=2e-3)
+    assert run.data.measurement.shape == (101, 6)
+    assert run.data.command.shape == (101, 3)
+    assert np.isnan(run.data.command.values[-1]).all()
+    assert run.data.reference.values[-1, 0, 0] == pytest.approx(0.1)
+    np.testing.assert_array_equal(run.data.time.values, run.data.sample_time.values)
+
+
+def test_restarts_and_seeds(state):
+    sensors = {"rate": tf.Rate(noise=1e-5, delay=0.015), "film": tf.Displacement([[0.3, 0.1]], noise=1e-7)}
+    drive = {"lag": 0.03, "delay": 0.02, "rate": 5.0}
+    driven = plant(state, {"torque": tf.HubTorque("x", **drive), "tip": tf.Actuator(TIP, **drive)}, sensors)
+
+    def act(number: int):
+        return driven.step([0.2 * np.sin(number), 1e-3 * np.cos(number)])
+
+    def episode(seed: int):
+        return np.array([driven.reset(seed=seed), *(act(k) for k in range(6))])
+
+    first = episode(3)
+    np.testing.assert_array_equal(first, episode(3))
+    assert np.abs(first - episode(4)).max() > 0.0
+    kept = driven.state
+    later, record = np.array([act(k) for k in range(6, 12)]), driven.run.data
+    there = driven.reset(options={"state": kept})
+    np.testing.assert_array_equal(there, kept.measurement)
+    np.testing.assert_array_equal(np.array([act(k) for k in range(6, 12)]), later)
+    np.testing.assert_array_equal(driven.run.data.w.values, record.w.values[7:])
+    assert driven.run.energy_balance["loads"] == pytest.approx(sum(driven.energy_by_source.values()), rel=1e-8)
+
+
+def test_long_episodes_are_one_record(state, monkeypatch):
+    """Samples are reserved a part at a time; where one part ends nothing is to be seen."""
+    whole = plant(state, {"torque": tf.HubTorque("x")})
+    monkeypatch.setattr("tautflex.control.plant._RESERVED", 4)
+    parts = plant(state, {"torque": tf.HubTorque("x")})
+    for each in (whole, parts):
+        monkeypatch.setattr("tautflex.control.plant._RESERVED", 1024 if each is whole else 4)
+        each.reset()
+        for k in range(11):
+            each.step(0.1 * np.sin(k))
+    one, other = whole.run, parts.run
+    for name in ("time", "w", "attitude", "kinetic_energy", "angular_momentum"):
+        np.testing.assert_array_equal(one.data[name].values, other.data[name].values)
+    assert one.energy_balance == other.energy_balance
+    assert one.stats.steps == other.stats.steps
+
+
+def test_drives_in_closed_form():
+    interval = 0.1
+    lag = Drive(lag=0.25)
+    memory, impulse = lag.start(1, interval), 0.0
+    for k in range(1, 20):
+        memory, acts = lag.act(memory, np.array([2.0]), interval)
+        impulse += interval * float(acts[0])
+        decayed = np.exp(-k * interval / 0.25)
+        assert memory.output[0] == pytest.approx(2.0 * (1.0 - decayed), rel=1e-12)
+        assert impulse == pytest.approx(2.0 * (k * interval - 0.25 * (1.0 - decayed)), rel=1e-12)
+    for drive, expected in (
+        (Drive(limit=0.5), [0.5, 0.5, -0.5]),
+        (Drive(rate=3.0), [0.3, 0.6, 0.3]),
+        (Drive(delay=0.2), [0.0, 0.0, 0.9]),
+        (Drive(resolution=0.4), [0.8, 0.8, -2.0]),
+    ):
+        memory, found = drive.start(1, interval), []
+        for command in (0.9, 0.9, -2.0):
+            memory, acts = drive.act(memory, np.array([command]), interval)
+            found.append(float(acts[0]))
+        np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_full_wheels_give_no_more(state):
+    driven = plant(state, {"torque": tf.HubTorque("x", momentum=0.02)})
+    driven.reset()
+    for _ in range(10):
+        driven.step(0.5)
+    assert driven.wheel_momentum["torque"][0] == pytest.approx(-0.02, rel=1e-12)
+    driven.step(-0.5)
+    assert driven.wheel_momentum["torque"][0] == pytest.approx(-0.015, rel=1e-12)
+
+
+def test_laws_that_fail_leave_what_was_done(state):
+    driven = plant(state, {"torque": tf.HubTorque("x")})
+
+    def breaks(time, measurement):
+        if time > 0.045:
+            raise ZeroDivisionError("no more")
+        return 0.1
+
+    for law, said in ((breaks, "ZeroDivisionError"), (lambda t, y: np.nan if t > 0.045 else 0.1, "the law failed")):
+        with pytest.raises(NotConvergedError, match=r"t = 0\.05 s: .*") as caught:
+            tf.close_loop(driven, law, end_time=0.2)
+        assert said in str(caught.value)
+        data = caught.value.result.data
+        assert data.time.values[-1] == pytest.approx(0.05)
+        assert data.measurement.sizes["sample_time"] == 6
+
+
+def test_bad_plants_are_told(state):
+    rom = tf.reduce(state, tf.ModalBasis(count=3))
+    torque = {"torque": tf.HubTorque("x")}
+    for more, message in (
+        ({"time_step": 3e-3}, r"time_step: expected a whole part of the interval \(0.01 s\), got 0.003; set for"),
+        ({"sensors": {"torque": tf.Rate()}}, "sensors.torque: expected a name of its own"),
+        ({"sensors": {"rate": tf.Rate}}, "sensors.rate: expected a sensor such as"),
+        ({"actuators": {"torque": 3.0}}, r"actuators.torque: expected HubTorque\(...\), or an effect"),
+        ({"actuators": {"tip": TIP.driven(1.0)}}, "actuators.tip: expected an effect without a signal"),
+        ({"actuators": {"torque": tf.HubTorque(delay=0.015)}}, "actuators.torque.delay: expected whole intervals of"),
+        ({"method": tf.CentralDifference()}, "method: expected an implicit method"),
+        ({"interval": 0.0}, "interval: expected"),
+    ):
+        with pytest.raises(InputError, match=message):
+            plant(state, **({"actuators": torque} | more))
+    with pytest.raises(InputError, match="expected a free hub"):
+        plant(state, torque, free=False)
+    with pytest.raises(InputError, match="limit: expected"):
+        tf.HubTorque("x", limit=0.0)
+    with pytest.raises(UnsupportedError, match="got a reduced model"):
+        tf.Plant(rom)
+    made = plant(state, torque)
+    with pytest.raises(InputError, match="expected reset before this"):
+        made.step(0.0)
+    made.reset()
+    for command in ([0.0, 1.0], np.nan, [[0.0]]):
+        with pytest.raises(InputError, match="command: expected"):
+            made.step(command)
+    with pytest.raises(InputError, match="options: expected 'state' or 'maneuver', got 'sate'"):
+        made.reset(options={"sate": None})
+    assert [(each.name, each.unit) for each in made.inputs] == [("torque", "N m")]
+    assert "torque [N m]" in repr(made)
