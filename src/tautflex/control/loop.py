@@ -13,7 +13,7 @@ from tautflex.control.law import ControlLaw, law_of
 from tautflex.control.plant import Plant
 from tautflex.control.sensors.sensor import hub_rows
 from tautflex.control.signals import LoopSpec, Reference, labels_of, units_of
-from tautflex.errors import NotConvergedError
+from tautflex.errors import InputError, NotConvergedError
 from tautflex.motion.attitude import attitude
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import Maneuver
@@ -64,7 +64,13 @@ def close_loop(
     measured = [plant.reset(seed, None if maneuver is None else {"maneuver": maneuver})]
     times = np.asarray(plant.interval * np.arange(count + 1), dtype=np.float64)
     follow = references(plant.maneuver, times, plant.hub)
-    memory = asked.start(LoopSpec(plant.outputs, plant.inputs, plant.interval, len(follow[0].rate)))
+    spec = LoopSpec(plant.outputs, plant.inputs, plant.interval, len(follow[0].rate))
+    try:
+        memory = asked.start(spec)
+    except InputError as error:
+        if not str(error).startswith("model:"):
+            raise
+        memory = asked.start(replace(spec, model=plant.linearize()))
     commands: list[Array] = []
     try:
         for reference in follow[:-1]:

@@ -16,11 +16,15 @@ from tautflex import checks
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.bank import Bank, checked_actuators
 from tautflex.control.actuators.hub_torque import HubTorque
+from tautflex.control.authority import authority
+from tautflex.control.linear import LinearPlant
+from tautflex.control.linearize import linearize
 from tautflex.control.sensors.sensor import SensedMotion, Sensor, SensorMemory, noise_of
 from tautflex.control.signals import Channel
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import TimeInput
+from tautflex.mechanics.loads.prepared import LinearInput
 from tautflex.motion.attitude import attitude
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver
@@ -315,6 +319,19 @@ class Plant:
     def energy_by_source(self) -> dict[str, float]:
         """Work of each actuator since the start [J]."""
         return self._bank.work
+
+    def linearize(self, modes: int = 60) -> LinearPlant:
+        """Linear view of small motion about the start, without drives, see `linearize`."""
+        motion = None if self.hub is not None else self.maneuver.start()
+        asked = {"hub": self.hub, "damping": self._asked["damping"], "motion": motion, "modes": modes}
+        return linearize(self.state_of, self._bank.effects, self.sensors, **asked)
+
+    def authority(self, modes: int = 10) -> xr.Dataset:
+        """What each effect at its limit can do to the lowest modes, see `authority`."""
+        effects = {name: effect for name, effect in self._bank.effects.items() if isinstance(effect, LinearInput)}
+        limits = {name: limit for name in effects if (limit := self.actuators[name].limit) is not None}
+        motion = None if self.hub is not None else self.maneuver.start()
+        return authority(self.state_of, effects, limits=limits, motion=motion, modes=modes)
 
     @property
     def wheel_momentum(self) -> dict[str, Array]:

@@ -134,6 +134,16 @@ class Bank:
         return [item.drive.effect.driven(item.held) for item in self.items if isinstance(item.drive, Actuator)]
 
     @property
+    def effects(self) -> dict[str, Any]:
+        """Effects per unit by name: bound to the structure, or wrenches on the hub, shape (6, n)."""
+        found: dict[str, Any] = {}
+        for item in self.items:
+            found[item.channel.name] = item.bound
+            if isinstance(item.drive, HubTorque):
+                found[item.channel.name] = np.pad(item.drive.rows.T, ((3, 0), (0, 0)))
+        return found
+
+    @property
     def value(self) -> Array:
         """What acts in this interval, shape (size,)."""
         return np.concatenate([np.zeros(0), *(item.value for item in self.items)])
