@@ -99,16 +99,22 @@ class InputSet:
     def __init__(self, system: StructuralSystem, inputs: Sequence[TimeInput]) -> None:
         for item in checks.several("inputs", inputs, TimeInput, "CableTension(...)"):
             checks.float_array("breaks", item.breaks, (None,))
-        self._size, self._given = system.size, inputs
+        self.system, self._given = system, inputs
         self.breaks = tuple(instant for item in inputs for instant in _breaks(item))
         self._inputs = [item.prepare(system) for item in inputs]
 
     def __bool__(self) -> bool:
         return bool(self._inputs)
 
+    @property
+    def named(self) -> list[tuple[str, PreparedInput]]:
+        """Inputs bound to the system, each with the name and number of what was given."""
+        pairs = zip(self._given, self._inputs, strict=True)
+        return [(f"{type(given).__name__} number {number}", item) for number, (given, item) in enumerate(pairs, 1)]
+
     def load(self, time: float) -> Array:
         """Force on the free unknowns at an instant [s] [N, N m], shape (size,)."""
-        load = np.zeros(self._size)
+        load = np.zeros(self.system.size)
         for item in self._inputs:
             part = item.load(time)
             if part is not None:
@@ -139,10 +145,10 @@ class InputSet:
     def idle(self) -> list[str]:
         """What a user should know about forces that move nothing where the supports' motion is prescribed."""
         return [
-            f"inputs: {type(given).__name__} number {number} acts on supported directions alone; its whole force goes "
+            f"inputs: {name} acts on supported directions alone; its whole force goes "
             "into the support, whose motion is prescribed, and moves nothing; push nodes that can move, or simulate "
             "on a FreeHub"
-            for number, (given, item) in enumerate(zip(self._given, self._inputs, strict=True), 1)
+            for name, item in self.named
             if item.idle
         ]
 

@@ -13,7 +13,6 @@ from tautflex.numeric import Array
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.validity import check_validity
 from tautflex.reduction.on_basis import OnBasis
-from tautflex.reduction.polynomial.forces import energies
 from tautflex.solvers.transient.accuracy.verdict import judge
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.recorder import Samples, run_dataset
@@ -55,7 +54,7 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
     place = np.searchsorted(run.stored, rows)
     eta, rate = run.eta[place], run.rate[place]
     motions = run.motions(times)
-    energy = energies(run.arrays, eta, rate)
+    energy = run.energies(times, eta, rate)
     checked = check_validity(run, times, eta, rate, motions, energy.sum(axis=1))
     scalars = {name: np.full(len(rows), np.nan) for name in SCALARS}
     scalars |= {"kinetic_energy": energy[:, 0], "strain_energy": energy[:, 1]}
@@ -63,8 +62,8 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
         scalars[name][checked.samples] = values
     fields = [_field(run, row) for row in sorted(problem.field_steps) if row <= run.reached]
     spin = motions[:, :6].reshape(-1, 2, 3)
-    samples = Samples(times, run.read(problem.placed, eta, rate, motions), spin, scalars, fields)
-    said = [*run.inputs.idle(), *run.warnings, *checked.warnings]
+    samples = Samples(times, run.read(problem.placed, times, eta, rate, motions), spin, scalars, fields)
+    said = [*run.inputs.given.idle(), *run.warnings, *checked.warnings]
     attributes = problem.attributes | {"reduced_model": repr(rom), "warnings": said}
     attributes["title"] += ", reduced model"
     data = run_dataset(rom.model, problem.placed, samples, attributes)
@@ -78,4 +77,5 @@ def _field(run: ReducedRun, row: int) -> tuple[float, Array, NDArray[np.int8]]:
     system, time = run.rom.state.system, row * run.problem.time_step
     eta = run.eta[np.searchsorted(run.stored, row)]
     q = run.rom.displacement(eta, run.prescribed_offset(run.motions(np.array([time])))[0])
+    q = q + run.inputs.answer(np.array([time]))[0]
     return time, system.translations(q), survey_at(system, q).membrane_states()

@@ -55,11 +55,13 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
         motion = RigidMotion(motions[row, :3], motions[row, 3:6], motions[row, 6:])
         time = float(times[row])
         q, v, a = _full_motion(run, time, eta[row], rate[row], offset)
+        workspace.change_initial_stress(run.inputs.given.stress(time))
         unbalanced = workspace.force(q)[0] - state.reference_force
         unbalanced += system.inertia.mass_matrix @ a + damping.damping_product(v)
         unbalanced += system.inertia.apply(run.problem.coupling.velocity_weight(motion), v)
         unbalanced += system.inertia.apply(run.problem.coupling.displacement_weight(motion), q)
-        unbalanced += run.problem.coupling.load(motion, moments) - run.inputs.load(time)
+        unbalanced += run.problem.coupling.load(motion, moments) - run.inputs.given.load(time)
+        unbalanced -= sum(item.force(q) for item in run.inputs.given.followers(time))
         film = survey.membrane()
         scalars.append(stress_scalars(survey, film))
         watch.see(time, film, survey.cables)
@@ -79,4 +81,5 @@ def _full_motion(run: ReducedRun, time: float, eta: Array, rate: Array, offset: 
     """Free unknowns, their velocities and accelerations at the reduced solution, shapes (size,)."""
     force = np.empty(run.rom.size)
     total_force(run.arrays, run.frame_now(time), 0, eta, rate, force)
-    return run.rom.motion(eta, rate, np.asarray(-np.linalg.solve(run.arrays.mass, force), dtype=np.float64), offset)
+    q, v, a = run.rom.motion(eta, rate, np.asarray(-np.linalg.solve(run.arrays.mass, force), dtype=np.float64), offset)
+    return q + run.inputs.answer(np.array([time]))[0], v, a
