@@ -13,18 +13,17 @@ these. A hyper-reduced model has the columns in its weighed elements, and psi_k 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from tautflex import checks
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.loads.inputs import InputSet, PreparedInput, earlier
-from tautflex.mechanics.loads.prepared import PatternLoad, StressChange, value_at
+from tautflex.mechanics.loads.inputs import InputSet, earlier
+from tautflex.mechanics.loads.prepared import LinearInput, PreparedInput, StressChange
 from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.numeric import Array
 from tautflex.reduction.bases.answers import apart, static_answers
@@ -35,13 +34,6 @@ from tautflex.reduction.polynomial.strains import stress_energies, stress_loads
 
 # Pressures of the same distribution but for round-off.
 _ALIKE = 1e-14
-
-
-def _values(item: PatternLoad | StressChange, time: float) -> Array:
-    value = value_at(item.name, item.function, time)
-    if isinstance(item, PatternLoad):
-        return checks.vector3(item.name, value)
-    return np.broadcast_to(np.atleast_1d(value), (item.count,))
 
 
 def require_linear(inputs: InputSet) -> None:
@@ -59,27 +51,11 @@ def require_linear(inputs: InputSet) -> None:
             )
 
 
-def stress_columns(inputs: InputSet) -> dict[int, Array]:
-    """Columns of all inputs that change stresses, side by side, by block number, shapes (row, strain, n)."""
-    changes = [item for _, item in inputs.named if isinstance(item, StressChange)]
-    total = sum(item.count for item in changes)
-    columns: dict[int, Array] = {}
-    first = 0
-    for item in changes:
-        for number, own in item.columns.items():
-            place = columns.setdefault(number, np.zeros((*own.shape[:2], total)))
-            place[:, :, first : first + item.count] = own
-        first += item.count
-    return columns
-
-
 def input_loads(inputs: InputSet) -> Array:
-    """Forces of unit inputs on the free unknowns, those of patterns and those of stresses, shape (n, size)."""
+    """Forces of unit linear inputs on the free unknowns, patterns and those of stresses at rest, shape (n, size)."""
     require_linear(inputs)
-    loads = [item.pattern.T for _, item in inputs.named if isinstance(item, PatternLoad)]
-    if columns := stress_columns(inputs):
-        loads.append(-stress_loads(inputs.system, columns))
-    return np.concatenate([np.zeros((0, inputs.system.size)), *loads])
+    loads = inputs.pattern.T
+    return loads - stress_loads(inputs.system, inputs.columns) if inputs.columns else loads
 
 
 class ReducedInputs:
@@ -96,10 +72,10 @@ class ReducedInputs:
     ----------
     given
         The inputs.
-    load, held
-        Forces of n patterns on the coordinates, shape (r, n), and what supports take up of them, shape (6, n).
+    load
+        Forces of n linear inputs on the coordinates, shape (r, n), zero for the n_s of them that are stresses.
     columns
-        Of n_s stresses by block number, shapes (row, strain, n_s).
+        Of these, by block number, shapes (row, strain, n_s).
     answers
         psi, shape (n_s, size).
     beta
@@ -114,18 +90,16 @@ class ReducedInputs:
     def __init__(self, rom: OnBasis, inputs: InputSet) -> None:
         require_linear(inputs)
         self._rom, self.given, basis = rom, inputs, rom.basis
+        own = [isinstance(item, StressChange) for item in inputs.linear for _ in item.labels]
+        self._stressing, system = np.flatnonzero(own), rom.state.system
         items = [item for _, item in inputs.named]
-        self._patterns = [item for item in items if isinstance(item, PatternLoad)]
-        self._changes = [(name, item) for name, item in inputs.named if isinstance(item, StressChange)]
         self._others = [
-            item for item in items if not isinstance(item, PatternLoad) and type(item).load is not PreparedInput.load
+            item for item in items if not isinstance(item, LinearInput) and type(item).load is not PreparedInput.load
         ]
         self._followers = [item for item in items if type(item).follower is not PreparedInput.follower]
-        pattern = _joined([item.pattern for item in self._patterns], rom.state.system.size)
-        self.load, self._on_monomials = self._projected(pattern)
-        self.held = _joined([item.held for item in self._patterns], 6)
-        self.columns = stress_columns(inputs)
-        pulls = stress_loads(rom.state.system, self.columns) if self.columns else np.zeros((0, len(pattern)))
+        self.load, self._on_monomials = self._projected(inputs.pattern)
+        self.columns = {number: column[..., self._stressing] for number, column in inputs.columns.items()}
+        pulls = stress_loads(system, self.columns) if self.columns else np.zeros((0, system.size))
         self.beta = pulls @ basis.kept.T
         self.answers = static_answers(rom.reference, basis, -pulls) if len(pulls) else pulls
         self._own = pulls @ self.answers.T
@@ -161,32 +135,43 @@ class ReducedInputs:
         arrays = self._rom.arrays(damping)
         return self._rom.restressed(arrays, self.columns, self.answers) if self.columns else arrays
 
+    def values(self, times: Array, before: float = np.inf) -> Array:
+        """Numbers of the linear inputs at instants [s], shape (time, n); a jump at ``before`` is not met yet."""
+        return np.array([self.given.values(earlier(float(time), before)) for time in times])
+
     def stresses(self, times: Array, before: float = np.inf) -> Array:
-        """Numbers of the stresses at instants [s], shape (time, n_s); a jump at ``before`` is not met yet."""
-        return self._numbers([item for _, item in self._changes], times, before)
+        """Those of them that are stresses, shape (time, n_s)."""
+        return self.values(times, before)[:, self._stressing]
 
-    def forces(self, times: Array, before: float = np.inf) -> tuple[Array, Array]:
-        """Load on the coordinates, shape (time, r), and what is given to the internal force, on the left-hand side.
+    def driven(self, numbers: Array) -> tuple[Array, Array]:
+        """Load on the coordinates, shape (time, r), and what is given to the internal force, of numbers (time, n).
 
-        That is a stress per monomial, shape (time, m), or, where stresses act in elements, their numbers (time, n_s).
+        Both on the left-hand side. Given is a stress per monomial, shape (time, m), or, where stresses act in elements,
+        their numbers (time, n_s).
         """
-        pushed, pulled = self._numbers(self._patterns, times, before), self.stresses(times, before)
-        load, given = -pushed @ self.load.T, -pushed @ self._on_monomials.T
-        for place, time in enumerate(times):
-            instant = earlier(float(time), before)
-            for item in self._others:
-                force = item.load(instant)
-                if force is not None:
-                    own, beside = self._projected(force)
-                    load[place] -= own
-                    given[place] -= beside
-            for item in self._followers:
-                size, own, beside = self._pressure(item.follower(instant))
-                load[place] -= size * own
-                given[place] -= size * beside
+        load, pulled = -numbers @ self.load.T, numbers[:, self._stressing]
         if self._rom.in_elements:
             return load, pulled
-        return load + pulled @ self.beta, given + pulled @ self.stress
+        return load + pulled @ self.beta, pulled @ self.stress - numbers @ self._on_monomials.T
+
+    def forces(self, times: Array, before: float = np.inf) -> tuple[Array, Array]:
+        """The same of all inputs at instants [s]; a jump at ``before`` is not met yet."""
+        load, given = self.driven(self.values(times, before))
+        for place, time in enumerate(times) if self._others or self._followers else ():
+            for own, beside in self._unsplit(earlier(float(time), before)):
+                load[place] -= own
+                if not self._rom.in_elements:
+                    given[place] -= beside
+        return load, given
+
+    def _unsplit(self, time: float) -> Iterator[tuple[Array, Array]]:
+        """Forces at an instant that are not known to be linear in few numbers, as `_projected` has them."""
+        for item in self._others:
+            if (force := item.load(time)) is not None:
+                yield self._projected(force)
+        for item in self._followers:
+            if (film := item.follower(time)) is not None:
+                yield self._pressure(film)
 
     def answer(self, times: Array, look: csr_array | None = None) -> Array:
         """What the structure answers at once to stresses at instants [s], shape (time, size), or readings of it."""
@@ -204,20 +189,18 @@ class ReducedInputs:
     def doubts(self) -> list[str]:
         """Sentences on inputs whose answer is taken as instantaneous although it is not."""
         rom, first, said = self._rom, 0, []
-        for name, item in self._changes:
+        for name, item in self.given.named:
+            if not isinstance(item, StressChange):
+                continue
             own, first = self.answers[first : first + item.count], first + item.count
             slowest, limit = apart(rom.state, rom.reference, own)[1].min(initial=np.inf), rom.fast_limit
             if slowest < limit:
                 said.append(
-                    f"inputs: the structure answers {name} at {slowest / (2.0 * np.pi):.3g} Hz, which the reduced model "
-                    f"takes as at once, as from {limit / (2.0 * np.pi):.3g} Hz on; give the inputs to reduce(..., "
-                    "inputs=[...]), which makes slow answers coordinates"
+                    f"inputs: the structure answers {name} at {slowest / (2.0 * np.pi):.3g} Hz, which the reduced "
+                    f"model takes as at once, as from {limit / (2.0 * np.pi):.3g} Hz on; give the inputs to "
+                    "reduce(..., inputs=[...]), which makes slow answers coordinates"
                 )
         return said
-
-    def _numbers(self, items: Sequence[PatternLoad | StressChange], times: Array, before: float) -> Array:
-        rows = [[_values(item, earlier(float(time), before)) for item in items] for time in times]
-        return np.array([np.concatenate([np.zeros(0), *row]) for row in rows]).reshape(len(times), -1)
 
     def _projected(self, forces: Array) -> tuple[Array, Array]:
         """Forces (size, ...) on the coordinates, shape (r, ...), and on what follows them, per monomial, (m, ...)."""
@@ -226,26 +209,23 @@ class ReducedInputs:
             return rom.basis.kept @ forces, rom.monomial_vectors @ forces
         return rom.basis.kept @ forces, np.zeros((rom.monomial_count, *forces.shape[1:]))
 
-    def _pressure(self, film: Any) -> tuple[float, Array, Array]:
-        """Size of a pressure, and force on the coordinates and stress per monomial of its distribution.
+    def _pressure(self, film: Any) -> tuple[Array, Array]:
+        """Force of pressure on the coordinates and what follows them: what is constant and linear about rest.
 
-        Constant and linear parts at rest; what turns and stretches of the film add beyond them is not taken.
+        What the film's turning and stretching add beyond that is of second order in the deflection over the film's
+        size; `check_validity` counts it with what the basis leaves out.
         """
-        pressure = np.zeros(1) if film is None else film.pressure
+        rom, pressure = self._rom, film.pressure
         size = float(pressure[np.argmax(np.abs(pressure))])
         if size == 0.0:
-            return 0.0, np.zeros(self._rom.size), np.zeros(self._rom.monomial_count)
+            return np.zeros(rom.size), np.zeros(rom.monomial_count)
         for known, own, beside in self._pressures:
             if np.abs(pressure - size * known).max() <= _ALIKE * abs(size):
-                return size, own, beside
-        rom, unit = self._rom, film.scaled(pressure / size)
-        own, beside = self._projected(unit.force(np.zeros(rom.state.system.size)))
+                return size * own, size * beside
+        unit, still = film.scaled(pressure / size), np.zeros(rom.state.system.size)
+        own, beside = self._projected(unit.force(still))
         if rom.monomial_count:
-            tangent = rom.state.system.matrix(unit.tangent(np.zeros(rom.state.system.size)))
+            tangent = rom.state.system.matrix(unit.tangent(still))
             beside = beside + 0.5 * packed(rom.basis.kept @ (tangent @ rom.basis.kept.T))
         self._pressures.append((unit.pressure, own, beside))
-        return size, own, beside
-
-
-def _joined(columns: Sequence[Array], rows: int) -> Array:
-    return np.concatenate([np.zeros((rows, 0)), *columns], axis=1)
+        return size * own, size * beside

@@ -158,7 +158,9 @@ def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
         g = np.einsum("nij,nj->ni", block.gradient, extended[places])
         strain = g @ block.linear.T + 0.5 * np.einsum("ni,sij,nj->ns", g, block.quadratic, g)
         stress = initial + np.einsum("nst,nt->ns", block.elasticity, strain)
-        found = {"strain": np.abs(stress[:, 0]) / block.elasticity[:, 0, 0]}
+        # What a cable strains, not what a tendon or a drive in series with it gives way.
+        modulus = block.material.youngs_modulus if block.kind == "cable" else block.elasticity[:, 0, 0]
+        found = {"strain": np.abs(stress[:, 0]) / modulus}
         if block.kind == "membrane":
             material, principal = block.material, principal_values(stress)
             found["strain"] = (

@@ -125,9 +125,9 @@ def stress_energies(system: StructuralSystem, vectors: Array, columns: Mapping[i
 
 def stress_loads(system: StructuralSystem, columns: Mapping[int, Array]) -> Array:
     """Internal force ``b = G' V L' s`` of stresses at rest, shape (n, size); ``columns`` as in `stress_energies`."""
-    result = np.zeros((next(iter(columns.values())).shape[-1], system.size + 1))
+    result = np.zeros((system.size + 1, next(iter(columns.values())).shape[-1]))
     for number, column in columns.items():
         block, places = system.blocks[number], system.row_places[number]
         conjugate = block.linear.T @ (block.measure[:, None, None] * column)
-        np.add.at(result, (slice(None), places), np.einsum("egd,egn->ned", block.gradient, conjugate))
-    return result[:, :-1]
+        np.add.at(result, places, np.einsum("egd,egn->edn", block.gradient, conjugate))
+    return result[:-1].T
