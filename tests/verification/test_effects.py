@@ -134,6 +134,23 @@ def test_stay_cable_pulls_as_a_force_at_its_point(held_film):
     np.testing.assert_allclose(forces[:, 2] @ model.nodes[:, :2], -2.0 * point, atol=1e-14)
 
 
+def test_a_stay_that_motion_turns_is_told(held_film):
+    """The angle to the true direction is atan of displacement across over length."""
+    stay = tf.StayCable((1.0 / 3.0, 0.0), (1.0 / 3.0 + 0.2, 0.0, 0.0), 1e-3)
+    node = int(np.argmin(np.linalg.norm(held_film.model.nodes - (1.0 / 3.0, 0.0, 0.0), axis=1)))
+    q = np.zeros(held_film.system.size)
+    q[held_film.system.place[held_film.model.translation_dofs[node]]] = 0.05, 0.0, 0.15
+    assert stay.prepare(held_film.system).turned(q) == pytest.approx(np.arctan2(0.15, 0.15))
+    given = {"time_step": 5e-3, "end_time": 0.1, "initial_velocity": lambda x, y: 0.7 * np.cos(np.pi * x / 2)}
+    anchors = (0.2, 5.0)
+    told = []
+    for reach in anchors:
+        stay = tf.StayCable((1.0 / 3.0, 0.0), (1.0 / 3.0 + reach, 0.0, 0.0), 1e-3)
+        found = tf.simulate(held_film, inputs=[stay], **given).data.attrs["warnings"]
+        told.append([text for text in found if "StayCable number 1 keeps its direction" in text])
+    assert [len(texts) for texts in told] == [1, 0]
+
+
 def test_tendon_in_series_with_a_cable(verification_row):
     """Static answer of two springs: k' = k_t k / (k_t + k) on one side, k_b on the other."""
     tendon, other, length = 500.0, 2.0 * AXIAL, 1e-3

@@ -63,6 +63,15 @@ def _breaks(item: TimeInput) -> tuple[float, ...]:
     return (*item.breaks, *(instant for table in tables for instant in table.breaks))
 
 
+def require_equipped(item: TimeInput, system: StructuralSystem) -> None:
+    """Raise InputError for a system that has not what the input needs."""
+    if item.equipped(system) is not system:
+        raise InputError(
+            f"inputs: expected a structure equipped for {type(item).__name__}, whose tendons change its stiffness; use "
+            "equip(state, inputs) in place of the state"
+        )
+
+
 def earlier(time: float, jump: float) -> float:
     """The time, or the last one before a jump that is not met yet."""
     return min(time, float(np.nextafter(jump, -np.inf)))
@@ -85,11 +94,9 @@ class InputSet:
     """
 
     def __init__(self, system: StructuralSystem, inputs: Sequence[TimeInput]) -> None:
-        for number, item in enumerate(checks.several("inputs", inputs, TimeInput, "CableTension(...)"), 1):
+        for item in checks.several("inputs", inputs, TimeInput, "CableTension(...)"):
             checks.float_array("breaks", item.breaks, (None,))
-            if item.equipped(system) is not system:
-                text = f"inputs: expected a structure equipped for {type(item).__name__} number {number}, whose tendons"
-                raise InputError(f"{text} change its stiffness; use equip(state, inputs) in place of the state")
+            require_equipped(item, system)
         self.system, self._given = system, inputs
         self.breaks = tuple(instant for item in inputs for instant in _breaks(item))
         self._inputs = [item.prepare(system) for item in inputs]

@@ -57,6 +57,10 @@ class PreparedInput:
         """Change of initial stress by block number, shapes (element, strain)."""
         return {}
 
+    def turned(self, q: Array) -> float:
+        """Angle by which motion turns a direction that the input keeps [rad]."""
+        return 0.0
+
 
 @dataclass(frozen=True)
 class LinearInput(PreparedInput):

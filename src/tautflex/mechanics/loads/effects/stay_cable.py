@@ -12,7 +12,7 @@ from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.effects.nodes import nodal_pattern
 from tautflex.mechanics.loads.inputs import Effect
-from tautflex.mechanics.loads.prepared import PatternLoad, PreparedInput
+from tautflex.mechanics.loads.prepared import PatternLoad
 from tautflex.mechanics.loads.signals import Signal
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array, Indices
@@ -48,7 +48,7 @@ class StayCable(Effect):
     signal: ClassVar[str] = "tension"
     __repr__ = brief
 
-    def prepare(self, system: StructuralSystem) -> PreparedInput:
+    def prepare(self, system: StructuralSystem) -> PatternLoad:
         """Bind to a system: the nodes around the point share the pull as they share its displacement."""
         nodes, share = _holding(system, self.point)
         anchor, held_at = checks.vector3("anchor", self.anchor), share @ system.model.nodes[nodes]
@@ -60,7 +60,22 @@ class StayCable(Effect):
         # The anchor's pull closes the balance of the whole spacecraft.
         anchored = held @ along - np.concatenate([along, np.cross(held_at, along)])
         pull = (pattern @ along)[:, None], anchored[:, None]
-        return PatternLoad(self.tension, "tension", ("tension [N]",), 0.0, *pull, internal=True)
+        known = self.tension, "tension", ("tension [N]",), 0.0, *pull
+        return _Stay(*known, internal=True, reading=pattern, line=along * length)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Stay(PatternLoad):
+    """``reading`` gives the displacement of the point, shape (size, 3), ``line`` leads to the anchor [m]."""
+
+    reading: Array
+    line: Array
+
+    def turned(self, q: Array) -> float:
+        """Angle between the reference direction and the true one [rad]."""
+        line = self.line - q @ self.reading
+        across = np.linalg.norm(np.cross(line, self.line))
+        return float(np.arctan2(across, line @ self.line))
 
 
 def _holding(system: StructuralSystem, point: Sequence[float]) -> tuple[Indices, Array]:

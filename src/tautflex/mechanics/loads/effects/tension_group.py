@@ -18,7 +18,7 @@ import numpy as np
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.effects.cables import by_block, cable_columns, chosen_cables, of_cables
-from tautflex.mechanics.loads.inputs import Effect
+from tautflex.mechanics.loads.inputs import Effect, require_equipped
 from tautflex.mechanics.loads.prepared import StressChange
 from tautflex.mechanics.loads.signals import Signal
 from tautflex.mechanics.system import StructuralSystem
@@ -79,7 +79,8 @@ class TensionGroup(Effect):
             checks.one_of("share", self.share, ("equal", "pretension"))
 
     def prepare(self, system: StructuralSystem) -> ReeledCables:
-        """Bind to a system that is equipped for it."""
+        """Bind to a system that is equipped for it, InputError if it is not."""
+        require_equipped(self, system)
         chosen = self._chosen(system)
         stiffness, tension = self._stiffness(system)[chosen], _Cables.of(system).tension[chosen]
         share = self._share(tension)
