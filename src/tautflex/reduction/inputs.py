@@ -6,9 +6,10 @@ structure's answer ``psi_k = -K^-1 b_k``, ``b_k = G' V L' s_k``, less its part i
     f(eta, u) = f(eta) + sum_k u_k (beta_k + Khat_k eta),   beta_k = Phi' b_k,
     Khat_k = Phi' d/ds [K_tan(q = s psi_k; sigma0 + s s_k)] Phi  at s = 0.
 
-The answer is that of the very stress, so the mixed terms with what follows the coordinates cancel, and a flat
-von Karman structure loses nothing. ``eta Khat eta / 2`` is a sum over monomials: steps take it as a given stress of
-these. A hyper-reduced model has the columns in its weighed elements, and psi_k as further unknowns that are given.
+The answer is that of the very stress, so the mixed terms with what follows the coordinates cancel, and a flat von
+Karman film loses nothing; what the answer stretches by its own slopes is of second order in u and left out.
+``eta Khat eta / 2`` is a sum over monomials: steps take it as a given stress of these. A hyper-reduced model has the
+columns in its weighed elements, and psi_k as further unknowns that are given.
 """
 
 from __future__ import annotations
@@ -202,6 +203,22 @@ class ReducedInputs:
                 )
         return said
 
+    def left_out(self, time: float, eta: Array, q: Array) -> float:
+        """Part of the force of pressure on the coordinates that the model lacks, at a state of the full structure."""
+        first, second = np.triu_indices(self._rom.size)
+        worst = 0.0
+        for item in self._followers:
+            film: Any = item.follower(time)
+            if film is None or not film.pressure.any():
+                continue
+            (known, beside), (whole, through) = self._pressure(film), self._projected(film.force(q))
+            missing, through = whole - known, through - beside
+            if through.size:
+                np.add.at(missing, first, through * eta[second])
+                np.add.at(missing, second, through * eta[first])
+            worst = max(worst, float(np.linalg.norm(missing) / np.linalg.norm(known)))
+        return worst
+
     def _projected(self, forces: Array) -> tuple[Array, Array]:
         """Forces (size, ...) on the coordinates, shape (r, ...), and on what follows them, per monomial, (m, ...)."""
         rom = self._rom
@@ -212,8 +229,7 @@ class ReducedInputs:
     def _pressure(self, film: Any) -> tuple[Array, Array]:
         """Force of pressure on the coordinates and what follows them: what is constant and linear about rest.
 
-        What the film's turning and stretching add beyond that is of second order in the deflection over the film's
-        size; `check_validity` counts it with what the basis leaves out.
+        What the film's turning and stretching add beyond that is of second order in its slopes, see `left_out`.
         """
         rom, pressure = self._rom, film.pressure
         size = float(pressure[np.argmax(np.abs(pressure))])
