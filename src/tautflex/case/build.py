@@ -16,7 +16,7 @@ from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.motion.kinematics import Maneuver
 from tautflex.numeric import within_arithmetic
-from tautflex.reduction.on_basis import require_forces
+from tautflex.reduction.inputs import require_linear
 from tautflex.solvers.static.equip import equip
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
@@ -157,5 +157,5 @@ def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:
             tried.follower(0.0)
             tried.stress(0.0)
     if case.reduction is not None:
-        require_forces(InputSet(state.system, found))
+        require_linear(InputSet(state.system, found))
     return found

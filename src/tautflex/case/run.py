@@ -128,8 +128,9 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
     solver, fields = case.solver, case.output.fields
     if case.reduction is not None:
         progress(0.0, "reduced model")
+    inputs = build.build_inputs(case, state)
     with within("reduction"):
-        plant = state if case.reduction is None else reduce(state, case.reduction.build())
+        plant = state if case.reduction is None else reduce(state, case.reduction.build(), inputs=inputs)
     stated: dict[str, Any] = {"tolerance": solver.tolerance, "max_halvings": solver.max_halvings}
     run = simulate(
         plant,
@@ -141,7 +142,7 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
         time_error=solver.time_error,
         damping=build.build_damping(case, state),
         coupling=case.coupling.build(),
-        inputs=build.build_inputs(case, state),
+        inputs=inputs,
         probes=case.output.probes,
         probe_reading=case.output.probe_reading,
         initial_imperfection=solver.initial_imperfection,

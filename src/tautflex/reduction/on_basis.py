@@ -5,17 +5,18 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 from scipy.sparse import csr_array
 
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.numeric import Array
+from tautflex.reduction.bases.answers import fast_limit
 from tautflex.reduction.bases.vectors import BasisVectors, ReferenceSolver
 from tautflex.reduction.polynomial.condensation import CondensedModel
 from tautflex.reduction.polynomial.monomials import monomial_rates, monomials
+from tautflex.reduction.polynomial.strains import quadratic_forces
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.problem import SteppingModel
 from tautflex.structure.model import Model
@@ -25,6 +26,8 @@ class OnBasis(SteppingModel):
     """Structure on a basis: displacement = eta kept + (E y + load response) derivatives."""
 
     basis: BasisVectors
+    in_elements: ClassVar[bool] = False
+    """Whether stresses act in the model's own elements; else their work on the strains is a polynomial."""
 
     @property
     def size(self) -> int:
@@ -36,10 +39,25 @@ class OnBasis(SteppingModel):
         """The structure."""
         return self.state.model
 
+    @property
+    def monomial_count(self) -> int:
+        """Number of monomials."""
+        return int(self.coefficients.load_stress.shape[1])
+
+    @cached_property
+    def second_degree(self) -> Array:
+        """Second-degree internal force of the coordinates on all unknowns per monomial, shape (m, size)."""
+        return quadratic_forces(self.state.system, self.basis.kept)
+
     @cached_property
     def reference(self) -> ReferenceSolver:
         """Static solver of the full reference."""
         return ReferenceSolver(self.state)
+
+    @cached_property
+    def fast_limit(self) -> float:
+        """Frequency from which on what is not kept answers at once [rad/s]."""
+        return fast_limit(self.reference, self.basis)
 
     @property
     @abstractmethod
@@ -53,6 +71,10 @@ class OnBasis(SteppingModel):
     @abstractmethod
     def arrays(self, damping: Damping) -> Any:
         """Arrays for the compiled stepper under a damping model."""
+
+    def restressed(self, arrays: Any, columns: Mapping[int, Array], answers: Array) -> Any:
+        """Arrays with room for n stresses that inputs give (row, strain, n), and for what answers them (n, size)."""
+        return arrays
 
     def coordinates(self, q: Array) -> Array:
         """Coordinates of free unknowns by mass projection, shape (..., size) -> (..., r)."""
@@ -109,13 +131,3 @@ def refuse_drifting(state: PrestressedState) -> None:
             f"supports: expected a structure held against rigid motion, {state.model.rigid_freedom} rigid motion(s) "
             "are free; hold the frame (frame.support = 'corners')"
         )
-
-
-def require_forces(inputs: InputSet) -> None:
-    """Raise UnsupportedError if an input changes stresses (the model holds for one prestress) or follows the film."""
-    for given, words in (
-        (inputs.changes_stress(), "forces on a reduced model, got a change of tension or temperature"),
-        (inputs.followers(0.0), "dead forces on a reduced model, got pressure, which follows the film"),
-    ):
-        if given:
-            raise UnsupportedError(f"inputs: expected {words}; simulate the full state")

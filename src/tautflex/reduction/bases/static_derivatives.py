@@ -57,24 +57,32 @@ def add_static_derivatives(
     fields = np.concatenate([fields, offset])
     # Orthogonal to the kept vectors in the energy, so that both do not compete.
     fields = fields - (fields @ solver.multiply(kept).T / solver.energies(kept)) @ kept
-    gram = fields @ solver.multiply(fields).T
-    values, turn = np.linalg.eigh(0.5 * (gram + gram.T))
-    keep = values > _NEGLIGIBLE * max(values[-1], 0.0)
-    if not keep.any() or values[-1] <= 0.0:
-        return BasisVectors(kept, nothing, amplitude, f"{text}, no static derivatives")
-    span = (turn[:, keep] / np.sqrt(values[keep])).T @ fields
-    if mode == "unknowns":
-        joined = ritz(state, np.concatenate([kept, span]))
-        fast, moving = nothing, len(span)
-    else:
-        # Natural frequencies of the derivatives among themselves: stiffness is the identity in this span.
-        inverse, turn = np.linalg.eigh(span @ (inertia.mass_matrix @ span.T))
-        highest = 2.0 * np.sqrt(solver.energies(kept)[amplitude > _NOTABLE * amplitude.max()].max())
-        slow = inverse > 1.0 / (_FAST * highest) ** 2
-        joined = ritz(state, np.concatenate([kept, turn.T[slow] @ span]))
-        fast, moving = turn.T[~slow] @ span, int(slow.sum())
+    limit = fast_frequency(solver.energies(kept), amplitude)
+    span, inverse = moving_among(state, solver, fields)
+    if not len(span):
+        return BasisVectors(kept, nothing, amplitude, f"{text}, no static derivatives", limit)
+    slow = inverse * limit**2 > 1.0 if mode == "condensed" else np.ones(len(span), dtype=bool)
+    joined, fast, moving = ritz(state, np.concatenate([kept, span[slow]])), span[~slow], int(slow.sum())
     text = f"{text}, {moving} moving and {len(fast)} condensed static derivatives"
     # What a coordinate is worth, from the kept vectors and from the fields that they call for.
     parts = np.concatenate([kept * amplitude[:, None], fields]) @ (inertia.mass_matrix @ joined.T)
     worth = np.sqrt(np.sum(parts**2, axis=0))
-    return BasisVectors(joined, fast, worth, text)
+    return BasisVectors(joined, fast, worth, text, limit)
+
+
+def fast_frequency(squares: Array, amplitude: Array) -> float:
+    """Frequency from which on a companion is in equilibrium at every instant [rad/s].
+
+    ``squares`` of the frequencies of the kept vectors, which force it at up to twice their own.
+    """
+    return _FAST * 2.0 * float(np.sqrt(squares[amplitude > _NOTABLE * amplitude.max()].max()))
+
+
+def moving_among(state: PrestressedState, solver: ReferenceSolver, fields: Array) -> tuple[Array, Array]:
+    """Natural motions of the span of fields (n, size), of unit stiffness, and inverse squares of their frequencies."""
+    gram = fields @ solver.multiply(fields).T
+    values, turn = np.linalg.eigh(0.5 * (gram + gram.T))
+    keep = values > _NEGLIGIBLE * max(values.max(initial=0.0), 0.0)
+    span = (turn[:, keep] / np.sqrt(values[keep])).T @ fields
+    inverse, turn = np.linalg.eigh(span @ (state.system.inertia.mass_matrix @ span.T))
+    return turn.T @ span, inverse

@@ -32,12 +32,16 @@ class BasisVectors:
         Typical size of each coordinate, shape (r,): it weighs what may be left out.
     description
         One line for reports.
+    fast
+        Frequency from which on what is not kept answers at once [rad/s]; 0: four times that of the fastest coordinate
+        that moves notably.
     """
 
     kept: Array
     derivatives: Array
     amplitude: Array
     description: str
+    fast: float = 0.0
     __repr__ = brief
 
 

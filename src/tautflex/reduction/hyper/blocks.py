@@ -66,3 +66,8 @@ def blocks_store(blocks: list[ElementBlock], apart: bool = False) -> Store:
             first += count
         places.append(np.ascontiguousarray(slots).astype(np.uint32))
     return tuple(build_store(tuple(blocks), places, [block.initial_stress for block in blocks]))
+
+
+def rows_of(stresses: list[Array]) -> Array:
+    """Stresses of blocks, shapes (row, strain), as one list in the order of the kernel's."""
+    return np.concatenate([stress.T.ravel() for stress in stresses])

@@ -33,6 +33,10 @@ class HyperArrays(NamedTuple):
         Internal force of the chosen elements at rest, shape (r,); the reference state carries it.
     stresses
         Space for the stresses of the chosen elements.
+    rest, columns
+        Their initial stresses without inputs, and what a unit of each of n inputs adds, below each other as in
+        ``stresses``, shapes (k,) and (n, k); (0, k): none. What answers the inputs at once are n more unknowns of the
+        store behind the coordinates.
     """
 
     first: Indices
@@ -47,21 +51,43 @@ class HyperArrays(NamedTuple):
     gradient: Array
     reference: Array
     stresses: Array
+    rest: Array
+    columns: Array
 
 
 @jit
-def _extended(q: Array) -> Array:
-    """Coordinates with the zero of held unknowns behind them, as the kernel reads them."""
-    place = np.zeros(q.size + 1)
-    place[:-1] = q
+def _extended(arrays: HyperArrays, q: Array, given: Array) -> Array:
+    """Coordinates, numbers of inputs (none are zeros), and the zero of held unknowns, as the kernel reads them."""
+    place = np.zeros(q.size + arrays.columns.shape[0] + 1)
+    place[: q.size] = q
+    place[q.size : q.size + given.size] = given
     return place
 
 
 @jit
+def _restress(arrays: HyperArrays, given: Array) -> None:
+    """Give the chosen elements the initial stresses of inputs."""
+    if arrays.columns.shape[0] == 0:
+        return
+    start = 0
+    for block in range(arrays.store[3].shape[0]):
+        stress = block_data(arrays.store, block).initial_stress
+        for s in range(stress.shape[0]):
+            for e in range(stress.shape[1]):
+                total = arrays.rest[start]
+                for k in range(given.size):
+                    total += arrays.columns[k, start] * given[k]
+                stress[s, e] = total
+                start += 1
+
+
+@jit
 def element_force(arrays: HyperArrays, q: Array, v: Array, given: Array, force: Array) -> None:
-    """Internal force less that of the reference, as `internal_force`; there is no stress per monomial to be given."""
-    total = np.zeros(q.size + 1)
-    add_forces(arrays.store, _extended(q), total, arrays.stresses, True, False, False)
+    """Internal force less that of the reference, as `internal_force`; what is given are the numbers of inputs."""
+    _restress(arrays, given)
+    place = _extended(arrays, q, given)
+    total = np.zeros(place.size)
+    add_forces(arrays.store, place, total, arrays.stresses, True, False, False)
     force.fill(0.0)
     for i in range(q.size):
         force[i] = total[i] - arrays.reference[i]
@@ -70,8 +96,10 @@ def element_force(arrays: HyperArrays, q: Array, v: Array, given: Array, force: 
 @jit
 def element_average(arrays: HyperArrays, start: Array, end: Array, v: Array, given: Array, force: Array) -> None:
     """As `average_force`."""
-    total = np.zeros(start.size + 1)
-    add_average_forces(arrays.store, _extended(start), _extended(end), total)
+    _restress(arrays, given)
+    first, last = _extended(arrays, start, given), _extended(arrays, end, given)
+    total = np.zeros(first.size)
+    add_average_forces(arrays.store, first, last, total)
     force.fill(0.0)
     for i in range(start.size):
         force[i] = total[i] - arrays.reference[i]
@@ -80,14 +108,15 @@ def element_average(arrays: HyperArrays, start: Array, end: Array, v: Array, giv
 @jit
 def element_tangent(arrays: HyperArrays, q: Array, given: Array) -> Array:
     """Tangent ``sum G' V (B' D B + sigma.Q) G``, as `tangent`: one product of tall matrices for all elements."""
-    r, place = q.size, _extended(q)
+    _restress(arrays, given)
+    r, place = q.size, _extended(arrays, q, given)
     half = np.zeros(arrays.gradient.shape)
     start = 0
     for block in range(arrays.store[3].shape[0]):
         data = block_data(arrays.store, block)
         strains, count = data.initial_stress.shape
         gradients = data.gradients
-        local, strain, stress = np.empty((r, PACK)), np.empty((strains, PACK)), np.empty((strains, PACK))
+        local, strain, stress = np.empty((place.size - 1, PACK)), np.empty((strains, PACK)), np.empty((strains, PACK))
         g, slope, density = np.empty((gradients, PACK)), np.empty((strains, strains, PACK)), np.empty(PACK)
         b, db = np.empty((strains, gradients, PACK)), np.empty((strains, gradients, PACK))
         core = np.empty((gradients, gradients, PACK))
@@ -113,15 +142,19 @@ def element_tangent(arrays: HyperArrays, q: Array, given: Array) -> Array:
 
 
 @jit
-def _element_energies(arrays: HyperArrays, q: Array) -> Array:
-    result, total = np.empty(q.shape[0]), np.zeros(q.shape[1] + 1)
+def _element_energies(arrays: HyperArrays, q: Array, given: Array) -> Array:
+    result, total = np.empty(q.shape[0]), np.zeros(q.shape[1] + arrays.columns.shape[0] + 1)
     for n in range(result.size):
-        energy = add_forces(arrays.store, _extended(q[n]), total, arrays.stresses, False, True, False)
+        _restress(arrays, given[n])
+        place = _extended(arrays, q[n], given[n])
+        energy = add_forces(arrays.store, place, total, arrays.stresses, False, True, False)
         result[n] = energy - np.dot(arrays.reference, q[n])
     return result
 
 
-strain_energies.register(HyperArrays, _element_energies)
+@strain_energies.register
+def _(arrays: HyperArrays, q: Array, given: Array | None = None) -> Array:
+    return np.asarray(_element_energies(arrays, q, np.zeros((len(q), 0)) if given is None else given))
 
 
 KERNELS[HyperArrays] = ForceKernels(element_force, element_average, element_tangent)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -21,7 +21,7 @@ from tautflex.numeric import Array
 from tautflex.reduction.bases.snapshots import full_snapshots
 from tautflex.reduction.bases.vectors import BasisVectors
 from tautflex.reduction.hyper.basis import two_part_basis
-from tautflex.reduction.hyper.blocks import basis_blocks, blocks_store, chosen_blocks
+from tautflex.reduction.hyper.blocks import basis_blocks, blocks_store, chosen_blocks, rows_of
 from tautflex.reduction.hyper.forces import HyperArrays
 from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights
 from tautflex.reduction.marching.simulation import solve_reduced
@@ -57,6 +57,7 @@ class HyperReducedModel(OnBasis):
     blocks: tuple[ElementBlock, ...]
     weights: ElementWeights
     seconds: float
+    in_elements: ClassVar[bool] = True
 
     @cached_property
     def coefficients(self) -> CondensedModel:
@@ -91,8 +92,8 @@ class HyperReducedModel(OnBasis):
     def arrays(self, damping: Damping) -> HyperArrays:
         """Arrays for the compiled stepper under a damping model."""
         c, r = self.coefficients, self.size
-        store = blocks_store(list(self.blocks))
-        reference, stresses = np.zeros(r + 1), np.empty(sum(block.initial_stress.size for block in self.blocks))
+        store, rest = blocks_store(list(self.blocks)), rows_of([block.initial_stress for block in self.blocks])
+        reference, stresses = np.zeros(r + 1), np.empty(rest.size)
         add_forces(store, np.zeros(r + 1), reference, stresses, True, False, False)
         linear, none = self.state.linear, np.zeros(0, dtype=np.int64)
         matrix = damping.matrix(linear)
@@ -110,6 +111,23 @@ class HyperReducedModel(OnBasis):
             np.concatenate([block.gradient.reshape(-1, r) for block in self.blocks]),
             reference[:-1],
             stresses,
+            rest,
+            np.zeros((0, rest.size)),
+        )
+
+    def restressed(self, arrays: HyperArrays, columns: Mapping[int, Array], answers: Array) -> HyperArrays:
+        """Arrays whose elements take n stresses that inputs give (row, strain, n), and what answers them (n, size)."""
+        system, count = self.state.system, len(answers)
+        blocks = basis_blocks(system, np.concatenate([self.basis.kept, answers]))
+        changes = [
+            replace(block, initial_stress=columns.get(number, np.zeros((*block.initial_stress.shape, count))))
+            for number, block in enumerate(blocks)
+        ]
+        chosen = [chosen_blocks(each, self.weights.values) for each in (blocks, changes)]
+        stress = [block.initial_stress for block in chosen[1]]
+        return arrays._replace(
+            store=blocks_store(chosen[0]),
+            columns=np.array([rows_of([each[..., k] for each in stress]) for k in range(count)]),
         )
 
     def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array, jit
+from tautflex.reduction.inputs import ReducedInputs
 from tautflex.reduction.marching.dispatch import internal_force
 from tautflex.reduction.marching.work import StageNumbers, Work
 from tautflex.reduction.on_basis import OnBasis
@@ -81,7 +81,7 @@ class ReducedBooks(Remembering):
 
     MEMORY = ("work", "_known", "_late", "_own", "_now", "errors")
 
-    def __init__(self, rom: OnBasis, arrays: Any, inputs: InputSet, errors: bool) -> None:
+    def __init__(self, rom: OnBasis, arrays: Any, inputs: ReducedInputs, errors: bool) -> None:
         self._rom, self._arrays, self._inputs, self._nodes = rom, arrays, inputs, rom.model.nodes
         self.work = np.zeros(7)
         self.errors = ErrorSum() if errors else None
@@ -120,12 +120,12 @@ class ReducedBooks(Remembering):
         """Forces of inputs on the left-hand side at instants and coordinates there, shape (time, r); (0, r): none."""
         if not self._inputs:
             return np.zeros((0, places.shape[1]))
-        forces, basis = self._inputs.loads(times, before), self._rom.basis
-        result = -basis.kept @ forces.T
-        if len(basis.derivatives):
-            stress, (first, second) = self._rom.monomial_vectors @ forces.T, self._arrays[:2]
-            np.subtract.at(result, first, stress * places[:, second].T)
-            np.subtract.at(result, second, stress * places[:, first].T)
+        load, given = self._inputs.forces(times, before)
+        result, (first, second) = load.T.copy(), self._arrays[:2]
+        # Stresses in elements are part of the internal force.
+        if len(first):
+            np.add.at(result, first, given.T * places[:, second].T)
+            np.add.at(result, second, given.T * places[:, first].T)
         return result.T
 
     def _at(self, start: Start) -> Array:

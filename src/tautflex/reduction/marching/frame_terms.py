@@ -18,9 +18,10 @@ _DEGREES = (2, 4, 8, 16, 32, 64)
 _ACCURACY = 1e-13
 # Samples that are read at once: at fixed places, so that no reading depends on where a run begins and ends.
 BLOCK = 256
+Span = tuple[float, float, int]
 
 
-def sample(function: Callable[[float], Array], times: Array, span: tuple[float, float, int]) -> Array:
+def sample(function: Callable[[float], Array], times: Array, span: Span) -> Array:
     """Values of a smooth function at many instants, shape (time, value), or (1, value) if it is constant.
 
     Interpolated at Chebyshev points once the next finer set of points agrees to round-off; a segment of a maneuver is
@@ -70,7 +71,7 @@ def frame_terms(
     segment: Segment,
     times: Array,
     coordinates: int,
-    span: tuple[float, float, int],
+    span: Span,
 ) -> FrameTerms:
     """Matrices and loads of a segment at instants [s] in order; ``moments`` of the coordinates, then the monomials.
 

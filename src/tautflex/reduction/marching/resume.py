@@ -7,6 +7,7 @@ import numpy as np
 from tautflex.numeric import Array
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.solvers.remembering import Memory, copied, flat, nested
+from tautflex.solvers.transient.accuracy.books import STRESS
 from tautflex.solvers.transient.accuracy.energy import Energies
 from tautflex.solvers.transient.restart.checkpoint import Checkpoint, structure_of
 
@@ -35,7 +36,11 @@ def resume(run: ReducedRun) -> bool:
         getattr(run.work, name)[:] = part
     run.books.recall(memory["books"])
     run.before, run.largest, run.first = run.work.counts.copy(), memory["largest"], Energies(**memory["energies"])
-    run.take_up(run.forces_now() - memory["balance"])
+    run.first_stored = memory["first_stored"]
+    forces, frame = run.forces_now()
+    if run.rom.in_elements:
+        run.books.work[STRESS] += run.stored_now() - memory["stored"]
+    run.take_up(forces - memory["balance"], frame)
     return True
 
 
@@ -46,7 +51,9 @@ def final(run: ReducedRun, whole: bool) -> Checkpoint | None:
         memory = {
             "work": copied({name: getattr(run.work, name) for name in _KEPT}),
             "books": run.books.memory(),
-            "balance": run.forces_now(),
+            "balance": run.forces_now()[0],
+            "stored": run.stored_now(),
+            "first_stored": run.first_stored,
             "energies": copied(run.first),
             "largest": run.largest,
         }

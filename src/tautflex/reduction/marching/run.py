@@ -13,15 +13,17 @@ from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, Indices, cross_matrices
+from tautflex.reduction.inputs import ReducedInputs
 from tautflex.reduction.marching.books import ReducedBooks, Start
 from tautflex.reduction.marching.dispatch import internal_force, tangent
-from tautflex.reduction.marching.frame_terms import BLOCK, frame_at, frame_terms, sample
+from tautflex.reduction.marching.frame_terms import BLOCK, Span, frame_at, frame_terms, sample
 from tautflex.reduction.marching.schedule import Stretch, stretches
 from tautflex.reduction.marching.steps import march, march_explicit
 from tautflex.reduction.marching.work import LOOKED, StageNumbers, Work, new_work, stage_numbers
-from tautflex.reduction.on_basis import OnBasis, require_forces
+from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, energies, rows_from, total_force
 from tautflex.solvers.static.stability import growth_text, largest_translation
+from tautflex.solvers.transient.accuracy.books import STRESS
 from tautflex.solvers.transient.accuracy.energy import Energies, energy_balance, frame_twist
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
@@ -37,8 +39,8 @@ _ROUND_OFF = 1e-12
 class ReducedRun:
     """State and record of a run.
 
-    Raises UnsupportedError if a free hub, adaptive steps, changes of tension or an unknown explicit method are asked
-    for.
+    Raises UnsupportedError if a free hub, adaptive steps or an unknown explicit method are asked for, or an input is
+    not linear in a few numbers.
     """
 
     def __init__(self, rom: OnBasis, problem: TransientProblem) -> None:
@@ -55,13 +57,12 @@ class ReducedRun:
         self._explicit = isinstance(method, CentralDifference)
         # Of a scheme, an explicit step needs its size and that its forces are those at its end.
         self._method = method if isinstance(method, Method) else Newmark()
-        self.arrays = rom.arrays(problem.damping)
+        self.inputs = ReducedInputs(rom, InputSet(rom.state.system, problem.inputs))
+        self.arrays = self.inputs.arrays(problem.damping)
         kinds = problem.coupling.load_by_kind
         c = rom.coefficients if kinds is None else rom.weighed(kinds)
         self.moments = WeighedMoments(np.concatenate([c.load, c.load_stress], axis=1))
         self._offsets = WeighedMoments(c.follow_load)
-        self.inputs = InputSet(rom.state.system, problem.inputs)
-        require_forces(self.inputs)
         self._began = problem.maneuver.start()
         self.segments = split_segments(problem.maneuver.segments(), self.inputs.breaks)
         self._tolerance = problem.tolerance or self._method.tolerance
@@ -73,10 +74,10 @@ class ReducedRun:
         self._work = new_work(rom.size, self._method.tangents)
         self._march = march_explicit if self._explicit else march
         self._halvings = 0
-        self.warnings = problem.doubts
+        self.warnings = [*problem.doubts, *self.inputs.doubts()]
         self.books = ReducedBooks(rom, self.arrays, self.inputs, problem.time_error)
         self.first: Energies | None = None
-        self.largest = 0.0
+        self.first_stored = self.largest = 0.0
         self.before = self._work.counts.copy()
         self._trace = np.empty((0, 8, rom.size))
 
@@ -85,23 +86,38 @@ class ReducedRun:
         """Instant that the steps have come to [s]."""
         return self.problem.instant(self.reached)
 
+    def energies(self, times: Array, eta: Array, rate: Array) -> Array:
+        """Kinetic and strain energy at instants [s] [J], shape (time, 2)."""
+        found = energies(self.arrays, eta, rate)
+        found[:, 1] += self.inputs.stored(self.arrays, eta, times)
+        return found
+
     def balance(self) -> dict[str, float]:
         """Energy balance from the start to where the steps have come [J]."""
         assert self.first is not None
-        return energy_balance(self.first, self._energies_now(), self.books.work, free=False)
+        work = self.books.work.copy()
+        if not self.rom.in_elements:
+            # The steps' books have what stresses of inputs do as the work of a load.
+            work[STRESS] += self.stored_now() - self.first_stored
+        return energy_balance(self.first, self._energies_now(), work, free=False)
+
+    def stored_now(self) -> float:
+        """What stresses of inputs add to the strain energy where the steps have come to [J]."""
+        return float(self.inputs.stored(self.arrays, self._work.q[None], np.array([self.time]))[0])
 
     def _energies_now(self) -> Energies:
         """Energies where the steps have come to."""
-        system, (q, v) = self.rom.state.system, self.motion_at(self.time, self._work.q, self._work.v)
-        elastic, strain = energies(self.arrays, self._work.q[None], self._work.v[None])[0]
+        work, body = self._work, tuple(Body.of(self.rom.state.system.inertia, None))
+        q, v = self.motion_at(self.time, work.q, work.v)
+        elastic, strain = self.energies(np.array([self.time]), work.q[None], work.v[None])[0]
         twist = frame_twist(self.problem.maneuver, self.segments, self.time)
-        return Energies(elastic, carried_energy(tuple(Body.of(system.inertia, None)), q, v, twist), strain)
+        return Energies(elastic, carried_energy(body, q, v, twist), strain)
 
     def motion_at(self, time: float, eta: Array, rate: Array) -> tuple[Array, Array]:
         """Free unknowns and their velocities of coordinates at an instant [s], shape (size,)."""
         offset = self.prescribed_offset(self.motions(np.array([time])))[0]
         q, v, _ = self.rom.motion(eta, rate, rate, offset)
-        return q, v
+        return q + self.inputs.answer(np.array([time]))[0], v
 
     @property
     def work(self) -> Work:
@@ -124,7 +140,7 @@ class ReducedRun:
         else:
             work.q[:], work.v[:] = self.rom.coordinates(np.stack([initial.displacement, initial.velocity]))
         self._balance(self._frame(self.segments[self._current], self.time))
-        self.first = self._energies_now()
+        self.first, self.first_stored = self._energies_now(), self.stored_now()
         if initial is None:
             self.eta[0], self.rate[0] = work.q, work.v
         if self._explicit:
@@ -136,12 +152,12 @@ class ReducedRun:
         reached = self.time * (1.0 + 1e-12)
         return min(sum(segment.end <= reached for segment in self.segments), len(self.segments) - 1)
 
-    def forces_now(self) -> Array:
-        """All forces but inertia where the steps have come to, shape (r,)."""
+    def forces_now(self) -> tuple[Array, FrameTerms]:
+        """All forces but inertia where the steps have come to, shape (r,), and their frame terms."""
         force = np.empty(self.rom.size)
         frame = self._frame(self.segments[self._current], self.time)
         total_force(self.arrays, frame, 0, self._work.q, self._work.v, force)
-        return force
+        return force, frame
 
     def march(self, progress: Progress) -> bool:
         """Take all steps; whether the end was reached."""
@@ -188,7 +204,18 @@ class ReducedRun:
         trace = self._trace[:count]
         done = self._march(self.arrays, frame, stages, self._work, rows, stored, self._tolerance, trace)
         self.books.take(trace[: done * len(stages)], start, stages, starts, segment)
+        if done and self.rom.in_elements:
+            ends = np.concatenate([start.q[None], trace[len(stages) - 1 : done * len(stages) : len(stages), 0]])
+            began = starts[:done]
+            self._restress(0.5 * (ends[1:] + ends[:-1]), began, began + stages[0].step, segment.end)
         return int(done)
+
+    def _restress(self, q: Array, starts: Array, ends: Array, before: float, jump: float = np.inf) -> None:
+        """Book what stresses in elements add to the strain energy of coordinates (n, r) between instants [s]."""
+        if self.rom.in_elements and self.inputs.columns:
+            stored = self.inputs.stored
+            added = stored(self.arrays, q, ends, before) - stored(self.arrays, q, starts, jump)
+            self.books.work[STRESS] += added.sum()
 
     def _rows(self, grid: Indices) -> Indices:
         """Where each grid instant is stored; -1: nowhere."""
@@ -211,11 +238,7 @@ class ReducedRun:
         return True
 
     def _frames(
-        self,
-        segment: Segment,
-        starts: Array,
-        stages: tuple[StageNumbers, ...],
-        span: tuple[float, float, int] | None = None,
+        self, segment: Segment, starts: Array, stages: tuple[StageNumbers, ...], span: Span | None = None
     ) -> FrameTerms:
         """Terms of the moving frame and inputs for every stage of steps inside one segment, sampled over a span."""
         into = np.cumsum([0.0, *(stage.size for stage in stages[:-1])])
@@ -235,11 +258,8 @@ class ReducedRun:
         """FrameTerms terms less the inputs at the given instants; a jump at ``before`` is not met yet."""
         if not self.inputs:
             return frame
-        forces = self.inputs.loads(times, before)
-        frame = frame._replace(load=frame.load - forces @ self.rom.basis.kept.T)
-        if not len(self.rom.basis.derivatives):
-            return frame
-        return frame._replace(stress=frame.stress - forces @ self.rom.monomial_vectors.T)
+        load, given = self.inputs.forces(times, before)
+        return frame._replace(load=frame.load + load, stress=given if self.rom.in_elements else frame.stress + given)
 
     def _balance(self, frame: FrameTerms) -> None:
         """Acceleration that balances all forces at the present state."""
@@ -248,9 +268,14 @@ class ReducedRun:
         work.a[:] = -np.linalg.solve(self.arrays.mass, work.forces)
         work.jerk[:] = 0.0
         if self._explicit:
-            stress, other = np.empty(len(self.arrays.first)), np.empty(self.rom.size)
-            derivative_forces(self.arrays, frame, 0, work.q, work.v, stress, other)
-            internal_force(self.arrays, work.q, work.v, stress, work.forces)
+            self._recall(frame)
+
+    def _recall(self, frame: FrameTerms) -> None:
+        """Internal force at the present state, which an explicit step compares with that at its end."""
+        work = self._work
+        stress, other = np.empty(frame.stress.shape[1]), np.empty(self.rom.size)
+        derivative_forces(self.arrays, frame, 0, work.q, work.v, stress, other)
+        internal_force(self.arrays, work.q, work.v, stress, work.forces)
 
     def _check_step(self, time_step: float) -> None:
         """Raise InputError if the step [s] of an explicit method is not stable at the start of the run."""
@@ -267,15 +292,21 @@ class ReducedRun:
         work, segments = self._work, self.segments
         work.counts[LOOKED] = 0
         before, after = np.empty(self.rom.size), np.empty(self.rom.size)
+        frame = self._frame(segments[current + 1], time)
         total_force(self.arrays, self._frame(segments[current], time, time), 0, work.q, work.v, before)
-        total_force(self.arrays, self._frame(segments[current + 1], time), 0, work.q, work.v, after)
-        self.take_up(after - before)
+        total_force(self.arrays, frame, 0, work.q, work.v, after)
+        change = after - before
+        if change.any():
+            self._restress(work.q[None], np.array([time]), np.array([time]), np.inf, time)
+            self.take_up(change, frame)
 
-    def take_up(self, change: Array) -> None:
-        """Let the acceleration take up a change of the forces."""
+    def take_up(self, change: Array, frame: FrameTerms) -> None:
+        """Let the acceleration take up a change of the forces, which are those of a frame now."""
         work = self._work
         if change.any():
-            if not self._explicit:
+            if self._explicit:
+                self._recall(frame)
+            else:
                 work.forces[:] += change
             work.a[:] -= np.linalg.solve(self.arrays.mass, change)
             work.jerk[:] = 0.0
@@ -301,7 +332,7 @@ class ReducedRun:
 
     def _stiffness(self, q: Array, frame: FrameTerms) -> Array:
         """``K_tan(q) + K_T`` of a steady motion on the coordinates, shape (r, r)."""
-        stress, other = np.empty(len(self.arrays.first)), np.empty(self.rom.size)
+        stress, other = np.empty(frame.stress.shape[1]), np.empty(self.rom.size)
         derivative_forces(self.arrays, frame, 0, q, np.zeros(self.rom.size), stress, other)
         return tangent(self.arrays, q, stress) + np.einsum("ab,abij->ij", frame.displacement[0], self.arrays.turning)
 
@@ -352,11 +383,12 @@ class ReducedRun:
         spin, turn = cross_matrices(motions[:, :3]), cross_matrices(motions[:, 3:6])
         return factor * self._offsets.load(turn + spin @ spin, motions[:, 6:])
 
-    def read(self, probes: Any, eta: Array, rate: Array, motions: Array) -> Array:
+    def read(self, probes: Any, times: Array, eta: Array, rate: Array, motions: Array) -> Array:
         """Displacements and velocities of probes, shape (time, 2, probe, 3)."""
         if not probes.names:
             return np.zeros((len(eta), 2, 0, 3))
         place, speed = self.rom.seen(probes.map, eta, rate, self.prescribed_offset(motions))
+        place = place + self.inputs.answer(times, probes.map)
         return np.stack([place, speed], axis=1).reshape(len(eta), 2, -1, 3)
 
 

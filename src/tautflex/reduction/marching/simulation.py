@@ -15,7 +15,6 @@ from tautflex.reduction.marching.resume import final, resume
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.validity import check_validity
 from tautflex.reduction.on_basis import OnBasis
-from tautflex.reduction.polynomial.forces import energies
 from tautflex.solvers.transient.accuracy.verdict import judge
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.recorder import Samples, run_dataset
@@ -60,7 +59,7 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
     eta, rate = run.eta[place], run.rate[place]
     motions = run.motions(times)
     before = problem.stored_steps.start // problem.every
-    energy = in_blocks(lambda *states: energies(run.arrays, *states), before, eta, rate)
+    energy = in_blocks(run.energies, before, times, eta, rate)
     checked = check_validity(run, times, eta, rate, motions, energy.sum(axis=1))
     scalars = {name: np.full(len(rows), np.nan) for name in SCALARS}
     scalars |= {"kinetic_energy": energy[:, 0], "strain_energy": energy[:, 1]}
@@ -68,9 +67,9 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
         scalars[name][checked.samples] = values
     fields = [_field(run, row) for row in sorted(problem.field_steps) if row <= run.reached]
     spin = motions[:, :6].reshape(-1, 2, 3)
-    probe = in_blocks(lambda *states: run.read(problem.placed, *states), before, eta, rate, motions)
+    probe = in_blocks(lambda *states: run.read(problem.placed, *states), before, times, eta, rate, motions)
     samples = Samples(times, probe, spin, scalars, fields)
-    said = [*run.inputs.idle(), *run.warnings, *checked.warnings]
+    said = [*run.inputs.given.idle(), *run.warnings, *checked.warnings]
     attributes = problem.attributes | {"reduced_model": repr(rom), "warnings": said}
     attributes["title"] += ", reduced model"
     data = run_dataset(rom.model, problem.placed, samples, attributes)
@@ -84,4 +83,5 @@ def _field(run: ReducedRun, row: int) -> tuple[float, Array, NDArray[np.int8]]:
     system, time = run.rom.state.system, run.problem.instant(row)
     eta = run.eta[np.searchsorted(run.stored, row)]
     q = run.rom.displacement(eta, run.prescribed_offset(run.motions(np.array([time])))[0])
+    q = q + run.inputs.answer(np.array([time]))[0]
     return time, system.translations(q), survey_at(system, q).membrane_states()

@@ -129,7 +129,7 @@ def implicit_step(
         start = _recall(c, work)
     reach = c.evaluation * c.size
     d = _mix(reach, work.v, 0.5 * reach * reach, work.a, reach**3 / 6.0, work.jerk)
-    given, constant, known = np.empty(arrays.first.size), np.empty(r), np.zeros(r)
+    given, constant, known = np.empty(frame.stress.shape[1]), np.empty(r), np.zeros(r)
     speed = _mix(c.velocity[1], start[0], c.velocity[2], start[1], 0.0, work.a)
     place, predicted = _mix(1.0, work.q, 1.0, d, 0.0, d), _mix(1.0, speed, c.velocity[0], d, 0.0, d)
     derivative_forces(arrays, frame, row, place, predicted, given, constant)
@@ -207,10 +207,29 @@ def _note(
         trace[6, i], trace[7, i] = work.forces[i], place[i]
     add_times(1.0, arrays.mass, acceleration, trace[3])
     add_times(1.0, arrays.damping, velocity, trace[5])
-    for k in range(given.size):
+    for k in range(arrays.first.size):
         i, j = arrays.first[k], arrays.second[k]
         trace[5, i] -= given[k] * place[j]
         trace[5, j] -= given[k] * place[i]
+
+
+@jit
+def _given_anew(arrays: ReducedArrays, frame: FrameTerms, row: int, q: Array, rate: Array) -> float:
+    """Power of what the given stress has changed by since the step before, which is no stiffness.
+
+    Infinite where that is not known: at the first of several steps, and where stresses act in elements.
+    """
+    if frame.stress.shape[0] == 1:
+        return 0.0
+    if row == 0:
+        return np.inf
+    total, now, last = 0.0, frame.stress[row], frame.stress[row - 1]
+    if arrays.first.size == 0:
+        return np.inf if np.any(now != last) else 0.0
+    for k in range(arrays.first.size):
+        i, j = arrays.first[k], arrays.second[k]
+        total += (now[k] - last[k]) * (q[i] * rate[j] + rate[i] * q[j])
+    return total
 
 
 @jit
@@ -231,7 +250,7 @@ def explicit_step(arrays: ReducedArrays, frame: FrameTerms, row: int, size: floa
             return False
     half = _mix(1.0, work.v, 0.5 * size, work.a, 0.0, work.a)
     q = _mix(1.0, work.q, size, half, 0.0, half)
-    given, total, parts, inertia = np.empty(arrays.first.size), np.empty(r), np.empty(2 * r), np.zeros(r)
+    given, total, parts, inertia = np.empty(frame.stress.shape[1]), np.empty(r), np.empty(2 * r), np.zeros(r)
     predicted = _mix(1.0, half, 0.5 * size, work.a, 0.0, half)
     derivative_forces(arrays, frame, row, q, predicted, given, total)
     internal_force(arrays, q, predicted, given, parts)
@@ -240,6 +259,7 @@ def explicit_step(arrays: ReducedArrays, frame: FrameTerms, row: int, size: floa
     # Stiffness that this very step has felt, against what central differences can follow.
     add_times(1.0, arrays.mass, half, inertia)
     felt, limit = size * (_dot(half, internal) - _dot(half, work.forces)), 4.0 * _dot(half, inertia)
+    felt -= size * _given_anew(arrays, frame, row, q, half)
     if not felt <= limit * (1.0 + 1e-9) + 1e-300:
         return False
     load = frame.load[row % frame.load.shape[0]]
@@ -266,7 +286,7 @@ def _stable(arrays: ReducedArrays, frame: FrameTerms, row: int, size: float, wor
 
     Coordinates are mass-normalised, so eigenvalues of the tangent are squared frequencies.
     """
-    given, other = np.empty(arrays.first.size), np.empty(work.q.size)
+    given, other = np.empty(frame.stress.shape[1]), np.empty(work.q.size)
     derivative_forces(arrays, frame, row, work.q, work.v, given, other)
     stiffest = np.linalg.eigvalsh(tangent(arrays, work.q, given))[-1]
     damping, lagged = _lagging(arrays, work.q), 0.0

@@ -19,6 +19,8 @@ from tautflex.solvers.transient.recorder import stress_scalars
 _WINDOWS = 8
 # Part of the run's energy beyond which the truncated directions are worth a warning.
 _NOTABLE = 0.05
+# Part of the force of pressure that the polynomial may lack.
+_NOTABLE_PRESSURE = 0.01
 
 
 class Checked(NamedTuple):
@@ -51,17 +53,20 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
     matrix = run.problem.damping.matrix(state.linear)
     kinds = state.linear.by_kind if matrix.kinds else None
     damping = MassDamping(system.pattern, system.inertia.mass_entries, state.tangent_entries, matrix, kinds)
-    scalars, left = [], []
+    scalars, left, pushed = [], [], 0.0
     for row, offset in zip(chosen, run.prescribed_offset(motions[chosen]), strict=True):
         motion = RigidMotion(motions[row, :3], motions[row, 3:6], motions[row, 6:])
         time = float(times[row])
         q, v, a = _full_motion(run, time, eta[row], rate[row], offset)
+        workspace.change_initial_stress(run.inputs.given.stress(time))
         unbalanced = workspace.force(q)[0] - state.reference_force
         unbalanced += system.inertia.mass_matrix @ a + damping.damping_product(v)
         unbalanced += system.inertia.apply(run.problem.coupling.velocity_weight(motion), v)
         unbalanced += system.inertia.apply(run.problem.coupling.displacement_weight(motion), q)
-        unbalanced += run.problem.coupling.load(motion, moments) - run.inputs.load(time)
+        unbalanced += run.problem.coupling.load(motion, moments) - run.inputs.given.load(time)
+        unbalanced -= sum(item.force(q) for item in run.inputs.given.followers(time))
         film = survey.membrane()
+        pushed = max(pushed, run.inputs.left_out(time, eta[row], q))
         scalars.append(stress_scalars(survey, film))
         watch.see(time, film, survey.cables)
         left.append(0.5 * float(unbalanced @ solver.solve(unbalanced)))
@@ -72,6 +77,11 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
             f"the reduced model leaves {worst:.1%} of the run's largest energy outside its basis; take more modes "
             "(count, threshold), directions of all accelerations that act, or a PodBasis of a run like this one"
         )
+    if pushed > _NOTABLE_PRESSURE:
+        warnings.append(
+            f"pressure: film that turns and stretches changes its force by {pushed:.1%} more than the reduced model "
+            "has, which takes it as linear about rest; simulate the full state"
+        )
     named = {name: np.array([each[name] for each in scalars]) for name in (scalars[0] if scalars else ())}
     return Checked(chosen, named, truncated, warnings)
 
@@ -80,4 +90,5 @@ def _full_motion(run: ReducedRun, time: float, eta: Array, rate: Array, offset: 
     """Free unknowns, their velocities and accelerations at the reduced solution, shapes (size,)."""
     force = np.empty(run.rom.size)
     total_force(run.arrays, run.frame_now(time), 0, eta, rate, force)
-    return run.rom.motion(eta, rate, np.asarray(-np.linalg.solve(run.arrays.mass, force), dtype=np.float64), offset)
+    q, v, a = run.rom.motion(eta, rate, np.asarray(-np.linalg.solve(run.arrays.mass, force), dtype=np.float64), offset)
+    return q + run.inputs.answer(np.array([time]))[0], v, a

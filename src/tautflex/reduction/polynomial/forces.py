@@ -63,7 +63,8 @@ class FrameTerms(NamedTuple):
     load
         Inertial load less inputs, shape (n, r).
     stress
-        What the load on the static derivatives adds to the stress per monomial, shape (n, m).
+        What loads on the static derivatives and inputs add to the stress per monomial, shape (n, m); where stresses act
+        in elements, the numbers of the inputs.
     turns
         Whether any Z is not zero.
     """
@@ -179,7 +180,7 @@ def derivative_forces(
     """
     r, m = q.size, arrays.first.size
     at = row % frame.stress.shape[0]
-    for k in range(m):
+    for k in range(stress.size):
         stress[k] = frame.stress[at, k]
     force.fill(0.0)
     if not frame.turns:
@@ -229,7 +230,7 @@ def frame_matrices(
 def total_force(arrays: Any, frame: FrameTerms, row: int, q: Array, v: Array, force: Array) -> None:
     """Fill ``force`` with all forces but inertia."""
     r = q.size
-    stress, other = np.empty(arrays.first.size), np.empty(r)
+    stress, other = np.empty(frame.stress.shape[1]), np.empty(r)
     on_velocity, on_displacement = np.empty((r, r)), np.empty((r, r))
     derivative_forces(arrays, frame, row, q, v, stress, other)
     frame_matrices(arrays, frame, row, on_velocity, on_displacement)
@@ -276,13 +277,15 @@ def energies(arrays: Any, q: Array, v: Array) -> Array:
 
 
 @singledispatch
-def strain_energies(arrays: Any, q: Array) -> Array:
-    """Strain energy [J] of rows of coordinates (n, r), shape (n,)."""
+def strain_energies(arrays: Any, q: Array, given: Array | None = None) -> Array:
+    """Strain energy [J] of rows of coordinates (n, r), shape (n,), under what is given to the internal force."""
     y = monomials(q)
     fields = y @ arrays.fields.T
     strain = 0.5 * np.einsum("nr,nr->n", q @ arrays.linear, q) + 0.5 * np.einsum("nk,nk->n", fields, fields)
     if len(arrays.quadratic):
         strain += np.einsum("nr,nr->n", y @ arrays.quadratic.T, q) / 3.0
+    if given is not None:
+        strain += np.einsum("nm,nm->n", y, given)
     return np.asarray(strain)
 
 

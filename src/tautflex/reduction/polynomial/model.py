@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,9 +13,12 @@ import numpy as np
 from tautflex import checks
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
+from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.numeric import Array, within_arithmetic
+from tautflex.reduction.bases.answers import with_slow_answers
 from tautflex.reduction.bases.modal_basis import ModalBasis
 from tautflex.reduction.bases.vectors import Basis, BasisVectors
+from tautflex.reduction.inputs import input_loads
 from tautflex.reduction.marching.simulation import solve_reduced
 from tautflex.reduction.on_basis import OnBasis, refuse_drifting
 from tautflex.reduction.polynomial.condensation import CondensedModel, Factors, KindParts, assemble, parts_by_kind
@@ -147,7 +150,12 @@ class ReducedModel(OnBasis):
 
 
 @within_arithmetic()
-def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: float = WEAK_FIELD) -> ReducedModel:
+def reduce(
+    state: PrestressedState,
+    basis: Basis | None = None,
+    weak_field: float = WEAK_FIELD,
+    inputs: Sequence[TimeInput] = (),
+) -> ReducedModel:
     """Reduce a prestressed structure to a few coordinates.
 
     Parameters
@@ -159,6 +167,9 @@ def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: floa
     weak_field
         Stress fields with less than this part of the strongest one's energy are left out (of the static derivatives'
         damping, a hundred times as much); 0 keeps all.
+    inputs
+        Inputs of the runs to come: what answers them too slowly to follow at once, such as film on soft tendons under a
+        change of their tension, becomes a coordinate. Runs may have others.
 
     Returns
     -------
@@ -167,9 +178,9 @@ def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: floa
     Raises
     ------
     InputError
-        If ``basis`` is not a basis, or ``weak_field`` is not in [0, 1e-2].
+        If ``basis`` is not a basis, ``weak_field`` is not in [0, 1e-2], or an input does not fit the structure.
     UnsupportedError
-        If the structure has nonlinear laws or can drift away as a rigid body.
+        If the structure has nonlinear laws or can drift away as a rigid body, or an input is not linear in few numbers.
     """
     began = clock.perf_counter()
     require_state(state)
@@ -183,6 +194,9 @@ def reduce(state: PrestressedState, basis: Basis | None = None, weak_field: floa
             "hyper_reduce(state, run), or law = 'elastic'"
         )
     refuse_drifting(state)
+    loads = input_loads(InputSet(state.system, inputs))
     vectors = basis.vectors(state)
+    if len(loads):
+        vectors = with_slow_answers(state, vectors, loads)
     projection = project(state, vectors)
     return ReducedModel(state, vectors, projection, clock.perf_counter() - began, weak_field)

@@ -1,0 +1,256 @@
+r"""Inputs in time on a reduced model: all that does not change in a run, worked out once.
+
+An input acts by a constant pattern of forces, or by columns of stress s_k. Stresses work on the strains, so with the
+structure's answer ``psi_k = -K^-1 b_k``, ``b_k = G' V L' s_k``, less its part in the coordinates, the forces are
+
+    f(eta, u) = f(eta) + sum_k u_k (beta_k + Khat_k eta),   beta_k = Phi' b_k,
+    Khat_k = Phi' d/ds [K_tan(q = s psi_k; sigma0 + s s_k)] Phi  at s = 0.
+
+The answer is that of the very stress, so the mixed terms with what follows the coordinates cancel, and a flat von
+Karman film loses nothing; what the answer stretches by its own slopes is of second order in u and left out.
+``eta Khat eta / 2`` is a sum over monomials: steps take it as a given stress of these. A hyper-reduced model has the
+columns in its weighed elements, and psi_k as further unknowns that are given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from tautflex.errors import UnsupportedError
+from tautflex.mechanics.dampings.damping import Damping
+from tautflex.mechanics.loads.inputs import InputSet, earlier
+from tautflex.mechanics.loads.prepared import LinearInput, PreparedInput, StressChange
+from tautflex.mechanics.loads.pressure import PressureLoad
+from tautflex.numeric import Array
+from tautflex.reduction.bases.answers import apart, static_answers
+from tautflex.reduction.on_basis import OnBasis
+from tautflex.reduction.polynomial.forces import strain_energies
+from tautflex.reduction.polynomial.monomials import packed
+from tautflex.reduction.polynomial.strains import stress_energies, stress_loads
+
+# Pressures of the same distribution but for round-off.
+_ALIKE = 1e-14
+
+
+def require_linear(inputs: InputSet) -> None:
+    """Raise UnsupportedError for an input that is not linear in a few numbers."""
+    for name, item in inputs.named:
+        if not isinstance(item, StressChange) and type(item).stress is not PreparedInput.stress:
+            raise UnsupportedError(
+                f"inputs: expected columns of stress on a reduced model, got {name}, which gives stress(time) alone; "
+                "let prepare return a StressChange, whose columns say what each number does, or simulate the full state"
+            )
+        if (follower := item.follower(0.0)) is not None and not isinstance(follower, PressureLoad):
+            raise UnsupportedError(
+                f"inputs: expected forces that do not follow the motion on a reduced model, got {name}; simulate the "
+                "full state"
+            )
+
+
+def input_loads(inputs: InputSet) -> Array:
+    """Forces of unit linear inputs on the free unknowns, patterns and those of stresses at rest, shape (n, size)."""
+    require_linear(inputs)
+    loads = inputs.pattern.T
+    return loads - stress_loads(inputs.system, inputs.columns) if inputs.columns else loads
+
+
+class ReducedInputs:
+    """Inputs of a run on a reduced model with r coordinates and m monomials.
+
+    Parameters
+    ----------
+    rom
+        The reduced model.
+    inputs
+        Inputs bound to its structure.
+
+    Attributes
+    ----------
+    given
+        The inputs.
+    load
+        Forces of n linear inputs on the coordinates, shape (r, n), zero for the n_s of them that are stresses.
+    columns
+        Of these, by block number, shapes (row, strain, n_s).
+    answers
+        psi, shape (n_s, size).
+    beta
+        Force of unit stresses on the coordinates at rest, shape (n_s, r).
+
+    Raises
+    ------
+    UnsupportedError
+        If an input is not linear in a few numbers.
+    """
+
+    def __init__(self, rom: OnBasis, inputs: InputSet) -> None:
+        require_linear(inputs)
+        self._rom, self.given, basis = rom, inputs, rom.basis
+        own = [isinstance(item, StressChange) for item in inputs.linear for _ in item.labels]
+        self._stressing, system = np.flatnonzero(own), rom.state.system
+        items = [item for _, item in inputs.named]
+        self._others = [
+            item for item in items if not isinstance(item, LinearInput) and type(item).load is not PreparedInput.load
+        ]
+        self._followers = [item for item in items if type(item).follower is not PreparedInput.follower]
+        self.load, self._on_monomials = self._projected(inputs.pattern)
+        self.columns = {number: column[..., self._stressing] for number, column in inputs.columns.items()}
+        pulls = stress_loads(system, self.columns) if self.columns else np.zeros((0, system.size))
+        self.beta = pulls @ basis.kept.T
+        self.answers = static_answers(rom.reference, basis, -pulls) if len(pulls) else pulls
+        self._own = pulls @ self.answers.T
+        self._pressures: list[tuple[Array, Array, Array]] = []
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Instants at which an input jumps [s]."""
+        return self.given.breaks
+
+    def __bool__(self) -> bool:
+        return bool(self.given)
+
+    @cached_property
+    def stress(self) -> Array:
+        """``eta Khat eta / 2`` per monomial, shape (n_s, m)."""
+        rom = self._rom
+        if not self.columns or rom.in_elements:
+            return np.zeros((len(self.beta), rom.monomial_count))
+        return stress_energies(rom.state.system, rom.basis.kept, self.columns) + self.answers @ rom.second_degree.T
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """Khat, shape (n_s, r, r)."""
+        first, second = np.triu_indices(self._rom.size)
+        result = np.zeros((len(self.beta), self._rom.size, self._rom.size))
+        result[:, first, second] += self.stress
+        result[:, second, first] += self.stress
+        return result
+
+    def arrays(self, damping: Damping) -> Any:
+        """Arrays of the model for the compiled stepper, with room for the stresses."""
+        arrays = self._rom.arrays(damping)
+        return self._rom.restressed(arrays, self.columns, self.answers) if self.columns else arrays
+
+    def values(self, times: Array, before: float = np.inf) -> Array:
+        """Numbers of the linear inputs at instants [s], shape (time, n); a jump at ``before`` is not met yet."""
+        return np.array([self.given.values(earlier(float(time), before)) for time in times])
+
+    def stresses(self, times: Array, before: float = np.inf) -> Array:
+        """Those of them that are stresses, shape (time, n_s)."""
+        return self.values(times, before)[:, self._stressing]
+
+    def driven(self, numbers: Array) -> tuple[Array, Array]:
+        """Load on the coordinates, shape (time, r), and what is given to the internal force, of numbers (time, n).
+
+        Both on the left-hand side. Given is a stress per monomial, shape (time, m), or, where stresses act in elements,
+        their numbers (time, n_s).
+        """
+        load, pulled = -by_rows(numbers, self.load.T), numbers[:, self._stressing]
+        if self._rom.in_elements:
+            return load, pulled
+        given = by_rows(pulled, self.stress) - by_rows(numbers, self._on_monomials.T)
+        return load + by_rows(pulled, self.beta), given
+
+    def forces(self, times: Array, before: float = np.inf) -> tuple[Array, Array]:
+        """The same of all inputs at instants [s]; a jump at ``before`` is not met yet."""
+        load, given = self.driven(self.values(times, before))
+        for place, time in enumerate(times) if self._others or self._followers else ():
+            for own, beside in self._unsplit(earlier(float(time), before)):
+                load[place] -= own
+                if not self._rom.in_elements:
+                    given[place] -= beside
+        return load, given
+
+    def _unsplit(self, time: float) -> Iterator[tuple[Array, Array]]:
+        """Forces at an instant that are not known to be linear in few numbers, as `_projected` has them."""
+        for item in self._others:
+            if (force := item.load(time)) is not None:
+                yield self._projected(force)
+        for item in self._followers:
+            if (film := item.follower(time)) is not None:
+                yield self._pressure(film)
+
+    def answer(self, times: Array, look: csr_array | None = None) -> Array:
+        """What the structure answers at once to stresses at instants [s], shape (time, size), or readings of it."""
+        return self.stresses(times) @ (self.answers if look is None else (look @ self.answers.T).T)
+
+    def stored(self, arrays: Any, q: Array, times: Array, before: float = np.inf) -> Array:
+        """What stresses add to the strain energy of coordinates (time, r) at instants [J], shape (time,)."""
+        u = self.stresses(times, before)
+        given = u if self._rom.in_elements else u @ self.stress
+        added = strain_energies(arrays, q, given) - strain_energies(arrays, q)
+        if self._rom.in_elements:
+            return np.asarray(added)
+        return np.asarray(added + np.einsum("tk,tk->t", u, q @ self.beta.T + 0.5 * u @ self._own))
+
+    def doubts(self) -> list[str]:
+        """Sentences on inputs whose answer is taken as instantaneous although it is not."""
+        rom, first, said = self._rom, 0, []
+        for name, item in self.given.named:
+            if not isinstance(item, StressChange):
+                continue
+            own, first = self.answers[first : first + item.count], first + item.count
+            slowest, limit = apart(rom.state, rom.reference, own)[1].min(initial=np.inf), rom.fast_limit
+            if slowest < limit:
+                said.append(
+                    f"inputs: the structure answers {name} at {slowest / (2.0 * np.pi):.3g} Hz, which the reduced "
+                    f"model takes as at once, as from {limit / (2.0 * np.pi):.3g} Hz on; give the inputs to "
+                    "reduce(..., inputs=[...]), which makes slow answers coordinates"
+                )
+        return said
+
+    def left_out(self, time: float, eta: Array, q: Array) -> float:
+        """Part of the force of pressure on the coordinates that the model lacks, at a state of the full structure."""
+        first, second = np.triu_indices(self._rom.size)
+        worst = 0.0
+        for item in self._followers:
+            film: Any = item.follower(time)
+            if film is None or not film.pressure.any():
+                continue
+            (known, beside), (whole, through) = self._pressure(film), self._projected(film.force(q))
+            missing, through = whole - known, through - beside
+            if through.size:
+                np.add.at(missing, first, through * eta[second])
+                np.add.at(missing, second, through * eta[first])
+            worst = max(worst, float(np.linalg.norm(missing) / np.linalg.norm(known)))
+        return worst
+
+    def _projected(self, forces: Array) -> tuple[Array, Array]:
+        """Forces (size, ...) on the coordinates, shape (r, ...), and on what follows them, per monomial, (m, ...)."""
+        rom = self._rom
+        if len(rom.basis.derivatives):
+            return rom.basis.kept @ forces, rom.monomial_vectors @ forces
+        return rom.basis.kept @ forces, np.zeros((rom.monomial_count, *forces.shape[1:]))
+
+    def _pressure(self, film: Any) -> tuple[Array, Array]:
+        """Force of pressure on the coordinates and what follows them: what is constant and linear about rest.
+
+        What the film's turning and stretching add beyond that is of second order in its slopes, see `left_out`.
+        """
+        rom, pressure = self._rom, film.pressure
+        size = float(pressure[np.argmax(np.abs(pressure))])
+        if size == 0.0:
+            return np.zeros(rom.size), np.zeros(rom.monomial_count)
+        for known, own, beside in self._pressures:
+            if np.abs(pressure - size * known).max() <= _ALIKE * abs(size):
+                return size * own, size * beside
+        unit, still = film.scaled(pressure / size), np.zeros(rom.state.system.size)
+        own, beside = self._projected(unit.force(still))
+        if rom.monomial_count:
+            tangent = rom.state.system.matrix(unit.tangent(still))
+            beside = beside + 0.5 * packed(rom.basis.kept @ (tangent @ rom.basis.kept.T))
+        self._pressures.append((unit.pressure, own, beside))
+        return size * own, size * beside
+
+
+def by_rows(rows: Array, matrix: Array) -> Array:
+    """``rows @ matrix``, every row by itself: its last bits do not depend on how many there are."""
+    result = np.zeros((len(rows), matrix.shape[1]))
+    for k in range(len(matrix)):
+        result += rows[:, k, None] * matrix[k]
+    return result
