@@ -12,15 +12,16 @@ import xarray as xr
 import tautflex as tf
 from tautflex import plot
 from tautflex.case import parse_case
+from unit.control_doors import control_doors
 from verification.builders import FILM_CASE
 
 # Made by the package, or written by authors of elements, laws, methods and maneuvers; not doors that users go through.
 INNER = """
-BasisVectors Basis Batch Case Combination Damping DampingMatrix Element ElementBlock ElementGroup FixedAxis
-FollowerForce HubState
-HyperReducedModel InertiaPoints Law LawFunction LinearStructure Maneuver Method OneStageMethod PreparedInput RateFormula
-ReducedModel RigidMotion Run Segment Shape Stage StepScheme Stretch TensionOnly TimeInput UnitStep
-isoparametric_membrane register
+Basis BasisVectors Batch Case Channel Combination ControlLaw Damping DampingMatrix Element ElementBlock ElementGroup
+FixedAxis FollowerForce HubState HyperReducedModel InertiaPoints Law LawFunction LawMatrices LinearLaw LinearPlant
+LinearStructure LoopSpec Maneuver Method OneStageMethod PreparedInput PreparedSensor RateFormula ReducedModel
+Reference RigidMotion Run Segment SensedMotion Sensor SensorRows Shape Stage StepScheme Stretch TensionOnly TimeInput
+UnitStep isoparametric_membrane register
 """
 ANY = {("MeshData", "groups"), ("read_mesh", "names")}  # parameters of which nothing is asked before they are used
 
@@ -330,6 +331,7 @@ def doors(t):
             plot.save_figure,
             {"figure": plot.plot_modes(modes.to_dataset(), 1, 1), "stem": folder / "figure", "formats": ("png",)},
         ),
+        **control_doors(t),
     }
 
 

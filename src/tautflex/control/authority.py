@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from tautflex import checks
-from tautflex.control.effects import Effect, effects_of, loads_of, stiffness_changes, without_round_off
+from tautflex.control.effects import Effect, by_name, effects_of, loads_of, stiffness_changes, without_round_off
 from tautflex.control.steady import steady_state
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion.kinematics import RigidMotion
@@ -69,6 +69,7 @@ def authority(
     state = plant.state if isinstance(plant, OnBasis) else plant
     checks.instance("plant", state, PrestressedState, "a prestressed state or a reduced model")
     effects = effects_of(inputs, state.system)
+    largest_inputs = by_name("limits", limits, effects)
     about = steady_state(state, effects, values, None, motion, None)
     system = about.state.system
     count = min(checks.whole("modes", modes, 1), system.size)
@@ -76,7 +77,7 @@ def authority(
     largest = np.abs(system.translations(vectors)).reshape(count, -1).max(axis=1)
     parts, remarks = dict[str, list[Array]](), list[str]()
     for effect in effects:
-        size = checks.spread(f"limits.{effect.name}", (limits or {}).get(effect.name, 1.0), effect.count)
+        size = largest_inputs.get(effect.name, np.ones(effect.count))
         loads = loads_of(effect, system, about.q)
         answers = about.solve(loads)
         change = stiffness_changes(effect, system, about.q, answers, vectors)

@@ -10,11 +10,12 @@ An input is a constant pattern of forces or a change of stresses [control.md 1].
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
@@ -104,6 +105,16 @@ def effects_of(inputs: Mapping[str, Any], system: StructuralSystem) -> list[Effe
     if not isinstance(inputs, Mapping):
         raise InputError(f"inputs: expected a mapping from names to bound inputs, got {shown(inputs)}; name them")
     return [Effect.of(name, given, system) for name, given in inputs.items()]
+
+
+def by_name(key: str, values: Mapping[str, ArrayLike] | None, effects: Sequence[Effect]) -> dict[str, Array]:
+    """Numbers given for inputs by their names, shapes (n,); InputError for other names, or not as many numbers."""
+    counts = {effect.name: effect.count for effect in effects}
+    if not isinstance(values, Mapping | None):
+        raise InputError(f"{key}: expected a mapping from names of inputs to numbers, got {shown(values)}; name them")
+    for name in values or {}:
+        checks.one_of(key, name, list(counts))
+    return {name: checks.spread(f"{key}.{name}", value, counts[name]) for name, value in (values or {}).items()}
 
 
 def rigid_rows(system: StructuralSystem, q: Array) -> Array:

@@ -94,8 +94,9 @@ def linearize(
     state = plant.state if isinstance(plant, OnBasis) else plant
     checks.instance("plant", state, PrestressedState, "a prestressed state or a reduced model")
     checks.instance("hub", hub, (FreeHub, type(None)), "a FreeHub(...), or None")
-    damping = damping or Rayleigh()
+    damping = Rayleigh() if damping is None else damping
     checks.instance("damping", damping, Damping, "an object such as Rayleigh(0.001, 0.001)")
+    checks.whole("modes", modes, 1)
     effects = effects_of(inputs, state.system)
     if not isinstance(sensors, Mapping):
         raise InputError(f"sensors: expected a mapping such as {{'rate': Rate()}}, got {shown(sensors)}; name them")
@@ -121,7 +122,7 @@ class _View:
             reach = self._condensed(kept, derivatives)
             self.vectors, self.fast = reach, derivatives
         else:
-            count = min(checks.whole("modes", modes, 1), system.size)
+            count = min(modes, system.size)
             mass = system.inertia.mass_entries
             self.vectors = lowest_eigenpairs(system.pattern, about.stiffness, mass, count)[1]
             self.fast = np.zeros((0, system.size))

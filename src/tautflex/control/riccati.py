@@ -91,7 +91,7 @@ def regulator(plant: LinearPlant, weights: Weights) -> Gain:
     except (LinAlgError, ValueError):
         raise _no_regulator(plant, q) from None
     moved = r if plant.interval is None else r + b.T @ x @ b
-    k: Array = np.linalg.solve(moved, (b.T @ x if plant.interval is None else b.T @ x @ a) + n.T)
+    k = np.asarray(np.linalg.solve(moved, (b.T @ x if plant.interval is None else b.T @ x @ a) + n.T), dtype=np.float64)
     if not stable(a - b @ k, plant.interval):
         raise _no_regulator(plant, q)
     return Gain(k, x)
@@ -120,7 +120,7 @@ def kalman_filter(plant: LinearPlant, process: Array, noise: Array) -> Gain:
     except (LinAlgError, ValueError):
         raise _no_observer(plant) from None
     told = noise if plant.interval is None else noise + c @ p @ c.T
-    gain: Array = np.linalg.solve(told, c @ p).T
+    gain = np.asarray(np.linalg.solve(told, c @ p).T, dtype=np.float64)
     if not stable(a - gain @ c if plant.interval is None else a - a @ gain @ c, plant.interval):
         raise _no_observer(plant)
     return Gain(gain, p)
