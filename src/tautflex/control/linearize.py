@@ -22,7 +22,14 @@ from numpy.typing import ArrayLike
 from scipy.linalg import block_diag
 
 from tautflex import checks
-from tautflex.control.effects import Effect, effects_of, loads_of, rigid_rows, stiffness_changes, without_round_off
+from tautflex.control.columns import (
+    InputColumns,
+    columns_of,
+    loads_of,
+    rigid_rows,
+    stiffness_changes,
+    without_round_off,
+)
 from tautflex.control.linear import LinearPlant
 from tautflex.control.sensors.sensor import PreparedSensor, SensedMotion, Sensor, SensorRows
 from tautflex.control.signals import Channel
@@ -97,7 +104,7 @@ def linearize(
     damping = Rayleigh() if damping is None else damping
     checks.instance("damping", damping, Damping, "an object such as Rayleigh(0.001, 0.001)")
     checks.whole("modes", modes, 1)
-    effects = effects_of(inputs, state.system)
+    effects = columns_of(inputs, state.system)
     if not isinstance(sensors, Mapping):
         raise InputError(f"sensors: expected a mapping such as {{'rate': Rate()}}, got {shown(sensors)}; name them")
     for name, sensor in sensors.items():
@@ -109,7 +116,7 @@ def linearize(
 class _View:
     """Matrices of one steady state."""
 
-    def __init__(self, about: SteadyState, plant: PrestressedState | OnBasis, effects: list[Effect], modes: int):
+    def __init__(self, about: SteadyState, plant: PrestressedState | OnBasis, effects: list[InputColumns], modes: int):
         self.about, self.effects, system = about, effects, about.state.system
         self.reduced = isinstance(plant, OnBasis)
         self.labels = [label for effect in effects for label in effect.labels]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tautflex import checks
-from tautflex.control.effects import Effect, by_name
+from tautflex.control.columns import InputColumns, by_name
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
@@ -109,7 +109,7 @@ class SteadyState:
 
 def steady_state(
     state: PrestressedState,
-    effects: Sequence[Effect],
+    effects: Sequence[InputColumns],
     values: Mapping[str, ArrayLike] | None,
     hub: FreeHub | None,
     motion: RigidMotion | None,
