@@ -394,6 +394,8 @@ def refusals():
         r"^model: expected the plant's linear model for LQG, got none; give plant\.lin",
     )
     yield LQG(TOLERANCES, EFFORTS), spec_of(plain, INTERVAL), r"^measurement_noise: .*'y0'; give measurement_noise"
+    blind = replace(hub, C=hub.C * [[1.0], [1.0], [0.0]])
+    yield LQG({"y0": 1.0}, {"torque": 1.0}), spec_of(blind, INTERVAL, 1e-4), r"^tolerances: .*'y0', whose row .*is zero"
     seen = replace(hub, C=hub.C * [[0.0], [1.0], [1.0]])
     yield (
         LQG({"eta1": 1.0, "theta_x": 1.0}, {"torque": 1.0}),

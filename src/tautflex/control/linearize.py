@@ -252,9 +252,8 @@ class _View:
         c, through = [np.zeros((0, 2 * n))], [np.zeros((0, len(self.labels)))]
         for name, sensor in sensors.items():
             if sensor.rows is None:
-                remarks[name] = "no row: its reading is not linear in the motion; laws in linear form cannot use it"
-                continue
-            rows, own = sensor.rows, np.zeros((sensor.size, 2 * n))
+                remarks[name] = "a row of zeros: its reading is not linear in the motion; linear laws cannot use it"
+            rows, own = sensor.rows or SensorRows(), np.zeros((sensor.size, 2 * n))
             looked, direct = self._looked(rows, sensor.size)
             own += looked @ shapes
             if rows.velocity is not None:

@@ -57,6 +57,12 @@ def bryson_weights(plant: LinearPlant, tolerances: Mapping[str, float], efforts:
     scale = np.array(list(given.values()))[:, None]
     rows = np.concatenate([plant.C, np.eye(n)])[list(given)] / scale
     through = np.concatenate([plant.D, np.zeros((n, m))])[list(given)] / scale
+    for k, row in zip(given, np.concatenate([rows, through], axis=1), strict=True):
+        if not row.any():
+            raise InputError(
+                f"tolerances: expected outputs that tell of the motion, got {plant.outputs[k]!r}, whose row of "
+                "the linear model is zero; leave it out, or weigh another one"
+            )
     sizes = labelled("efforts", efforts, plant.inputs)
     for k, label in enumerate(plant.inputs):
         if k not in sizes:

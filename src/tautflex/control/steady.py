@@ -127,6 +127,8 @@ def steady_state(
     refuse_drifting(state)
     coupling = Coupling() if coupling is None else coupling
     checks.instance("coupling", coupling, Coupling, "an object such as Coupling()")
+    if hub is not None and coupling != Coupling():
+        raise InputError(f"coupling: expected all terms, whole, on a free hub, got {coupling!r}; leave coupling out")
     held = by_name("values", values, effects)
     system, load, stress = state.system, np.zeros(state.system.size), list(state.system.initial_stress)
     for effect in effects:
