@@ -185,6 +185,8 @@ def test_positive_position_feedback_at_its_limit(ratio, verification_row):
         f"PPF at {ratio} of its static limit", "stable" if ratio < 1.0 else "unstable", largest, "spectral radius"
     )
     assert (largest < 1.0) == (ratio < 1.0)
+    with pytest.raises(InputError, match=r"^model: expected the plant's linear model for PositivePosition"):
+        law.start(blind)
     if ratio < 1.0:
         np.testing.assert_array_equal(law.matrices(spec_of(plant, 0.002)).A, law.matrices(blind).A)
         if ratio == 0.5:

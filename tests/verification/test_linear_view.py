@@ -128,7 +128,9 @@ def test_torque_on_a_free_hub(state, verification_row):
 class OneAxis(tf.FreeHub):
     """Hub that turns about x alone."""
 
-    axes = "x"
+    def __post_init__(self):
+        super().__post_init__()
+        object.__setattr__(self, "axes", "x")
 
 
 def test_hub_of_one_axis_is_one_that_cannot_do_anything_else(state):
