@@ -12,16 +12,16 @@ import xarray as xr
 import tautflex as tf
 from tautflex import plot
 from tautflex.case import parse_case
+from unit.control_doors import control_doors
 from verification.builders import FILM_CASE
 
 # Made by the package, or written by authors of elements, laws, methods and maneuvers; not doors that users go through.
 INNER = """
-BasisVectors Basis Batch Case Combination Damping DampingMatrix Effect Element ElementBlock ElementGroup FixedAxis
-FollowerForce HubState
-HyperReducedModel InertiaPoints Law LawFunction LinearInput LinearStructure Maneuver Method OneStageMethod PatternLoad
-PreparedInput RateFormula ReducedModel ReeledCables RigidMotion Run Segment Shape Stage StepScheme StressChange Stretch
-TensionOnly TimeInput UnitStep
-isoparametric_membrane register
+Basis BasisVectors Batch Case Channel Combination ControlLaw Damping DampingMatrix Effect Element ElementBlock
+ElementGroup FixedAxis FollowerForce HubState HyperReducedModel InertiaPoints Law LawFunction LawMatrices LinearInput
+LinearLaw LinearPlant LinearStructure LoopSpec Maneuver Method OneStageMethod PatternLoad PreparedInput PreparedSensor
+RateFormula ReducedModel ReeledCables Reference RigidMotion Run Segment SensedMotion Sensor SensorRows Shape Stage
+StepScheme StressChange Stretch TensionOnly TimeInput UnitStep isoparametric_membrane register
 """
 ANY = {("MeshData", "groups"), ("read_mesh", "names")}  # parameters of which nothing is asked before they are used
 
@@ -353,6 +353,7 @@ def doors(t):
             plot.save_figure,
             {"figure": plot.plot_modes(modes.to_dataset(), 1, 1), "stem": folder / "figure", "formats": ("png",)},
         ),
+        **control_doors(t),
     }
 
 

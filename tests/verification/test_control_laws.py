@@ -70,13 +70,24 @@ def test_filter_is_that_of_python_control(interval):
     control = pytest.importorskip("control")
     plant = modal_plant(*THREE)
     plant = plant if interval is None else plant.discretize(interval)
-    process, noise = np.diag([0.0] * 3 + [1e-6, 2e-6, 3e-6]), np.diag([1e-8, 4e-8])
+    process, noise = np.diag([0.0] * 3 + [1.0, 2.0, 3.0]), np.diag([1.0, 4.0])
     gain, p = kalman_filter(plant, process, noise)
     given = control.lqe if interval is None else control.dlqe
     theirs, q, _ = given(plant.A, np.eye(6), plant.C, process, noise)
     theirs = theirs if interval is None else np.linalg.solve(noise + plant.C @ q @ plant.C.T, plant.C @ q).T
     np.testing.assert_allclose(p, q, rtol=1e-9, atol=1e-9 * np.abs(q).max())
     np.testing.assert_allclose(gain, theirs, rtol=1e-9, atol=1e-9 * np.abs(theirs).max())
+
+
+def test_tiny_noise_has_its_filter():
+    """Standard deviations of nanometres on slow modes, whose equation is not solved without scaling."""
+    plant = modal_plant([0.9, 1.3, 1.31, 2.1], [1e-4] * 4, np.eye(4), [[0.8, 0.6, -0.4, 0.2], [0.1, -0.5, 0.9, 0.3]])
+    plant = plant.discretize(INTERVAL)
+    a, c, process, noise = plant.A, plant.C, np.diag([0.0] * 4 + [1e-18] * 4), np.diag([1e-18, 1e-16])
+    gain, p = kalman_filter(plant, process, noise)
+    residual = a @ (p - gain @ c @ p) @ a.T + process - p
+    assert np.abs(residual).max() < 1e-10 * np.abs(p).max()
+    assert radius(a - a @ gain @ c) < 1.0
 
 
 def test_discrete_plant_is_the_simulated_one(verification_row):
@@ -174,6 +185,8 @@ def test_positive_position_feedback_at_its_limit(ratio, verification_row):
         f"PPF at {ratio} of its static limit", "stable" if ratio < 1.0 else "unstable", largest, "spectral radius"
     )
     assert (largest < 1.0) == (ratio < 1.0)
+    with pytest.raises(InputError, match=r"^model: expected the plant's linear model for PositivePosition"):
+        law.start(blind)
     if ratio < 1.0:
         np.testing.assert_array_equal(law.matrices(spec_of(plant, 0.002)).A, law.matrices(blind).A)
         if ratio == 0.5:
@@ -383,6 +396,8 @@ def refusals():
         r"^model: expected the plant's linear model for LQG, got none; give plant\.lin",
     )
     yield LQG(TOLERANCES, EFFORTS), spec_of(plain, INTERVAL), r"^measurement_noise: .*'y0'; give measurement_noise"
+    blind = replace(hub, C=hub.C * [[1.0], [1.0], [0.0]])
+    yield LQG({"y0": 1.0}, {"torque": 1.0}), spec_of(blind, INTERVAL, 1e-4), r"^tolerances: .*'y0', whose row .*is zero"
     seen = replace(hub, C=hub.C * [[0.0], [1.0], [1.0]])
     yield (
         LQG({"eta1": 1.0, "theta_x": 1.0}, {"torque": 1.0}),

@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from tautflex import checks
-from tautflex.control.effects import Effect, effects_of, loads_of, stiffness_changes, without_round_off
+from tautflex.control.columns import InputColumns, by_name, columns_of, loads_of, stiffness_changes, without_round_off
 from tautflex.control.steady import steady_state
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion.kinematics import RigidMotion
@@ -68,7 +68,8 @@ def authority(
     """
     state = plant.state if isinstance(plant, OnBasis) else plant
     checks.instance("plant", state, PrestressedState, "a prestressed state or a reduced model")
-    effects = effects_of(inputs, state.system)
+    effects = columns_of(inputs, state.system)
+    largest_inputs = by_name("limits", limits, effects)
     about = steady_state(state, effects, values, None, motion, None)
     system = about.state.system
     count = min(checks.whole("modes", modes, 1), system.size)
@@ -76,13 +77,13 @@ def authority(
     largest = np.abs(system.translations(vectors)).reshape(count, -1).max(axis=1)
     parts, remarks = dict[str, list[Array]](), list[str]()
     for effect in effects:
-        size = checks.spread(f"limits.{effect.name}", (limits or {}).get(effect.name, 1.0), effect.count)
+        size = largest_inputs.get(effect.name, np.ones(effect.count))
         loads = loads_of(effect, system, about.q)
         answers = about.solve(loads)
         change = stiffness_changes(effect, system, about.q, answers, vectors)
         stiffness = size[:, None] * np.einsum("kii->ki", change) / squares
         force = size[:, None] * without_round_off(vectors, loads).T
-        stroke = size * _reeled(effect, system, answers)
+        stroke = _reeled(effect, system, answers, size)
         deflection = force / squares * largest
         for name, part in (("stiffness", stiffness), ("force", force), ("deflection", deflection)):
             parts.setdefault(name, []).append(part)
@@ -105,23 +106,22 @@ def authority(
 _NAMES = ("stiffness", "force", "deflection", "stroke", "limit")
 
 
-def _reeled(effect: Effect, system: StructuralSystem, answers: Array) -> Array:
-    """Longest length of a cable that is reeled in per unit of each number [m], NaN without cables, shape (n,)."""
-    longest = np.full(effect.count, np.nan)
-    for k in range(effect.count):
-        strains = system.linear_strain(answers[:, k])
+def _reeled(given: InputColumns, system: StructuralSystem, answers: Array, size: Array) -> Array:
+    """Longest length of a cable that is reeled in for each number at its size [m], NaN without cables, shape (n,)."""
+    longest = np.full(given.count, np.nan)
+    for k in range(given.count):
+        if given.stroke is not None:
+            longest[k] = np.abs(given.stroke(size[k] * answers[:, k], float(size[k]))).max()
+            continue
         for index in system.block_index("cable"):
-            if index in effect.columns:
-                block, made = system.blocks[index], effect.columns[index][:, 0, k]
-                pulled = made != 0.0
-                length = block.measure / block.size
-                reel = (made / block.material.youngs_modulus - strains[index][:, 0]) * length
-                if pulled.any():
-                    longest[k] = np.fmax(longest[k], np.abs(reel[pulled]).max())
+            if index in given.columns:
+                block = system.blocks[index]
+                reel = given.columns[index][:, 0, k] / block.elasticity[:, 0, 0] * block.measure / block.size
+                longest[k] = np.fmax(longest[k], size[k] * np.abs(reel).max(initial=0.0))
     return longest
 
 
-def _remark(effect: Effect, number: int, force: Array, stiffness: Array, stroke: float) -> str:
+def _remark(effect: InputColumns, number: int, force: Array, stiffness: Array, stroke: float) -> str:
     """What a law cannot do with an input; empty where there is nothing to say."""
     label, told = effect.labels[number], []
     if not force.any():

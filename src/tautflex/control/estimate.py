@@ -97,6 +97,8 @@ def kalman_estimator(plant: LinearPlant, spec: LoopSpec, noise: Noise) -> Estima
     sizes = spec.noise
     for k, value in labelled("measurement_noise", noise.measurement, plant.outputs, least=False).items():
         sizes[k] = value
+    # A measurement that tells nothing needs no noise of its own.
+    sizes[~plant.C.any(axis=1) & (sizes == 0.0)] = 1.0
     if not sizes.all():
         label = plant.outputs[int(np.argmin(sizes))]
         raise InputError(

@@ -67,7 +67,7 @@ class LinearPlant:
     def __repr__(self) -> str:
         time = "continuous" if self.interval is None else f"{self.interval:g} s"
         lines = {
-            "states": f"{len(self.states)}: {count(self.axes, 'axis' if self.axes == 1 else 'axe')} of the hub, "
+            "states": f"{len(self.states)}: {count(self.axes, 'angle')} of the hub, "
             f"{count(self.coordinates, 'coordinate')}, and their rates",
             "inputs": ", ".join(self.inputs),
             "outputs": ", ".join(self.outputs),

@@ -22,7 +22,14 @@ from numpy.typing import ArrayLike
 from scipy.linalg import block_diag
 
 from tautflex import checks
-from tautflex.control.effects import Effect, effects_of, loads_of, rigid_rows, stiffness_changes, without_round_off
+from tautflex.control.columns import (
+    InputColumns,
+    columns_of,
+    loads_of,
+    rigid_rows,
+    stiffness_changes,
+    without_round_off,
+)
 from tautflex.control.linear import LinearPlant
 from tautflex.control.sensors.sensor import PreparedSensor, SensedMotion, Sensor, SensorRows
 from tautflex.control.signals import Channel
@@ -94,9 +101,10 @@ def linearize(
     state = plant.state if isinstance(plant, OnBasis) else plant
     checks.instance("plant", state, PrestressedState, "a prestressed state or a reduced model")
     checks.instance("hub", hub, (FreeHub, type(None)), "a FreeHub(...), or None")
-    damping = damping or Rayleigh()
+    damping = Rayleigh() if damping is None else damping
     checks.instance("damping", damping, Damping, "an object such as Rayleigh(0.001, 0.001)")
-    effects = effects_of(inputs, state.system)
+    checks.whole("modes", modes, 1)
+    effects = columns_of(inputs, state.system)
     if not isinstance(sensors, Mapping):
         raise InputError(f"sensors: expected a mapping such as {{'rate': Rate()}}, got {shown(sensors)}; name them")
     for name, sensor in sensors.items():
@@ -108,7 +116,7 @@ def linearize(
 class _View:
     """Matrices of one steady state."""
 
-    def __init__(self, about: SteadyState, plant: PrestressedState | OnBasis, effects: list[Effect], modes: int):
+    def __init__(self, about: SteadyState, plant: PrestressedState | OnBasis, effects: list[InputColumns], modes: int):
         self.about, self.effects, system = about, effects, about.state.system
         self.reduced = isinstance(plant, OnBasis)
         self.labels = [label for effect in effects for label in effect.labels]
@@ -121,7 +129,7 @@ class _View:
             reach = self._condensed(kept, derivatives)
             self.vectors, self.fast = reach, derivatives
         else:
-            count = min(checks.whole("modes", modes, 1), system.size)
+            count = min(modes, system.size)
             mass = system.inertia.mass_entries
             self.vectors = lowest_eigenpairs(system.pattern, about.stiffness, mass, count)[1]
             self.fast = np.zeros((0, system.size))
@@ -244,9 +252,8 @@ class _View:
         c, through = [np.zeros((0, 2 * n))], [np.zeros((0, len(self.labels)))]
         for name, sensor in sensors.items():
             if sensor.rows is None:
-                remarks[name] = "no row: its reading is not linear in the motion; laws in linear form cannot use it"
-                continue
-            rows, own = sensor.rows, np.zeros((sensor.size, 2 * n))
+                remarks[name] = "a row of zeros: its reading is not linear in the motion; linear laws cannot use it"
+            rows, own = sensor.rows or SensorRows(), np.zeros((sensor.size, 2 * n))
             looked, direct = self._looked(rows, sensor.size)
             own += looked @ shapes
             if rows.velocity is not None:

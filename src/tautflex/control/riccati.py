@@ -57,6 +57,12 @@ def bryson_weights(plant: LinearPlant, tolerances: Mapping[str, float], efforts:
     scale = np.array(list(given.values()))[:, None]
     rows = np.concatenate([plant.C, np.eye(n)])[list(given)] / scale
     through = np.concatenate([plant.D, np.zeros((n, m))])[list(given)] / scale
+    for k, row in zip(given, np.concatenate([rows, through], axis=1), strict=True):
+        if not row.any():
+            raise InputError(
+                f"tolerances: expected outputs that tell of the motion, got {plant.outputs[k]!r}, whose row of "
+                "the linear model is zero; leave it out, or weigh another one"
+            )
     sizes = labelled("efforts", efforts, plant.inputs)
     for k, label in enumerate(plant.inputs):
         if k not in sizes:
@@ -87,17 +93,14 @@ def regulator(plant: LinearPlant, weights: Weights) -> Gain:
     """
     a, b, (q, r, n) = plant.A, plant.B, weights
     try:
-        if plant.interval is None:
-            x = solve_continuous_are(a, b, q, r, s=n)
-            k = np.linalg.solve(r, b.T @ x + n.T)
-        else:
-            x = solve_discrete_are(a, b, q, r, s=n)
-            k = np.linalg.solve(r + b.T @ x @ b, b.T @ x @ a + n.T)
+        x = _solution(a, b, q, r, n, plant.interval)
     except (LinAlgError, ValueError):
         raise _no_regulator(plant, q) from None
+    moved = r if plant.interval is None else r + b.T @ x @ b
+    k = np.asarray(np.linalg.solve(moved, (b.T @ x if plant.interval is None else b.T @ x @ a) + n.T), dtype=np.float64)
     if not stable(a - b @ k, plant.interval):
         raise _no_regulator(plant, q)
-    return Gain(np.asarray(k, dtype=np.float64), np.asarray(x, dtype=np.float64))
+    return Gain(k, x)
 
 
 def kalman_filter(plant: LinearPlant, process: Array, noise: Array) -> Gain:
@@ -119,17 +122,22 @@ def kalman_filter(plant: LinearPlant, process: Array, noise: Array) -> Gain:
     """
     a, c = plant.A, plant.C
     try:
-        if plant.interval is None:
-            p = solve_continuous_are(a.T, c.T, process, noise)
-            gain = np.linalg.solve(noise, c @ p).T
-        else:
-            p = solve_discrete_are(a.T, c.T, process, noise)
-            gain = np.linalg.solve(noise + c @ p @ c.T, c @ p).T
+        p = _solution(a.T, c.T, process, noise, np.zeros(c.T.shape), plant.interval)
     except (LinAlgError, ValueError):
         raise _no_observer(plant) from None
+    told = noise if plant.interval is None else noise + c @ p @ c.T
+    gain = np.asarray(np.linalg.solve(told, c @ p).T, dtype=np.float64)
     if not stable(a - gain @ c if plant.interval is None else a - a @ gain @ c, plant.interval):
         raise _no_observer(plant)
-    return Gain(np.asarray(gain, dtype=np.float64), np.asarray(p, dtype=np.float64))
+    return Gain(gain, p)
+
+
+def _solution(a: Array, b: Array, q: Array, r: Array, n: Array, interval: float | None) -> Array:
+    """Solution of a Riccati equation whose inputs are scaled to a unit cost: tiny ones ruin the reordering of poles."""
+    scale = 1.0 / np.sqrt(np.diag(r))
+    parts = a, b * scale, q, r * np.outer(scale, scale)
+    solve = solve_continuous_are if interval is None else solve_discrete_are
+    return np.asarray(solve(*parts, s=n * scale))
 
 
 def stable(matrix: Array, interval: float | None) -> bool:

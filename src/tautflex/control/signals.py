@@ -140,7 +140,15 @@ def labelled(key: str, values: Mapping[str, float], labels: Sequence[str], least
     return found
 
 
+def check_numbers(key: str, values: Mapping[str, float] | None, least: int = 0) -> None:
+    """Raise InputError unless values are positive numbers by name, as many as needed; which names is not asked yet."""
+    if values is not None or least:
+        known = list(values) if isinstance(values, Mapping) else []
+        labelled(key, values, list(map(str, known)), bool(least))  # type: ignore[arg-type]
+
+
 def _places(key: str, name: str, channels: tuple[Channel, ...], role: str) -> Indices:
+    checks.instance(key, name, str, f"the name of a {role}")
     first = 0
     for channel in channels:
         if name == channel.name:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tautflex import checks
-from tautflex.control.effects import Effect
+from tautflex.control.columns import InputColumns, by_name
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
@@ -110,7 +109,7 @@ class SteadyState:
 
 def steady_state(
     state: PrestressedState,
-    effects: Sequence[Effect],
+    effects: Sequence[InputColumns],
     values: Mapping[str, ArrayLike] | None,
     hub: FreeHub | None,
     motion: RigidMotion | None,
@@ -126,15 +125,15 @@ def steady_state(
         If the structure can drift, or the spin is one about several axes of a free hub.
     """
     refuse_drifting(state)
-    coupling = coupling or Coupling()
-    held: Mapping[str, Any] = values or {}
-    names = [effect.name for effect in effects]
-    for name in held:
-        checks.one_of("values", name, names)
+    coupling = Coupling() if coupling is None else coupling
+    checks.instance("coupling", coupling, Coupling, "an object such as Coupling()")
+    if hub is not None and coupling != Coupling():
+        raise InputError(f"coupling: expected all terms, whole, on a free hub, got {coupling!r}; leave coupling out")
+    held = by_name("values", values, effects)
     system, load, stress = state.system, np.zeros(state.system.size), list(state.system.initial_stress)
     for effect in effects:
         if effect.name in held:
-            u = checks.spread(f"values.{effect.name}", held[effect.name], effect.count)
+            u = held[effect.name]
             load -= effect.pattern @ u
             for index, columns in effect.columns.items():
                 stress[index] = stress[index] + columns @ u
@@ -152,6 +151,8 @@ def steady_state(
 
 
 def _motion(hub: FreeHub | None, motion: RigidMotion | None) -> RigidMotion:
+    example = "a steady motion, such as maneuver.start()"
+    checks.instance("motion", motion, (RigidMotion, type(None)), example)
     still = AtRest().start()
     if hub is None:
         if motion is not None and motion.angular_acceleration.any():

@@ -15,7 +15,7 @@ from tautflex.control.estimate import Estimator, any_estimator, steady_reference
 from tautflex.control.law import ControlLaw
 from tautflex.control.laws.optimal import Filtered
 from tautflex.control.riccati import regulator
-from tautflex.control.signals import LoopSpec, Reference, labelled
+from tautflex.control.signals import LoopSpec, Reference, check_numbers, labelled
 from tautflex.errors import InputError, MissingExtraError
 from tautflex.numeric import Array, Indices
 from tautflex.text import brief
@@ -89,6 +89,7 @@ class MPC(Filtered, ControlLaw):
     def __post_init__(self) -> None:
         super().__post_init__()
         checks.whole("horizon", self.horizon, 1)
+        check_numbers("limits", self.limits)
 
     def start(self, spec: LoopSpec) -> MPCMemory:
         """Set the program up."""

@@ -11,7 +11,7 @@ from tautflex import checks
 from tautflex.control.estimate import Noise, model_for
 from tautflex.control.linear import LinearPlant
 from tautflex.control.riccati import Weights, bryson_weights
-from tautflex.control.signals import LoopSpec, labelled
+from tautflex.control.signals import LoopSpec, check_numbers, labelled
 from tautflex.numeric import Indices
 from tautflex.text import brief
 
@@ -41,8 +41,7 @@ class Optimal:
 
     def __post_init__(self) -> None:
         for name in ("tolerances", "efforts"):
-            given = getattr(self, name)
-            labelled(name, given, [*given] if isinstance(given, Mapping) else [name])
+            check_numbers(name, getattr(self, name), 1)
         if self.modes is not None:
             checks.whole("modes", self.modes, 1)
         checks.flag("feedforward", self.feedforward)
@@ -83,6 +82,7 @@ class Filtered(Optimal):
         super().__post_init__()
         checks.positive("coordinate_noise", self.coordinate_noise)
         checks.positive("hub_noise", self.hub_noise)
+        check_numbers("measurement_noise", self.measurement_noise)
 
     @property
     def noise(self) -> Noise:

@@ -60,11 +60,13 @@ class PD(LinearLaw):
     def __post_init__(self) -> None:
         for name in ("stiffness", "damping", "inertia"):
             checks.non_negative(name, getattr(self, name))
+        frequencies = checks.float_array("frequencies", self.frequencies, (None,))
+        checks.float_array("damping_ratios", self.damping_ratios, (None,))
         if checks.one_of("shaper", self.shaper, ("none", *SHAPERS)) != "none":
             checked_modes(self.shaper, self.frequencies, self.damping_ratios)
-        elif len(self.frequencies):
+        elif frequencies.size:
             raise InputError(
-                f"frequencies: expected none with shaper = 'none', got {list(self.frequencies)}; set shaper = 'ZVD'"
+                f"frequencies: expected none with shaper = 'none', got {frequencies.tolist()}; set shaper = 'ZVD'"
             )
 
     def matrices(self, spec: LoopSpec) -> LawMatrices:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tautflex import checks
-from tautflex.control.law import LawMatrices, LinearLaw
+from tautflex.control.law import LawMatrices, LinearLaw, LinearMemory
 from tautflex.control.linear import LinearPlant
 from tautflex.control.signals import LoopSpec
 from tautflex.errors import InputError
@@ -60,8 +60,13 @@ class PositivePositionFeedback(LinearLaw):
         static = float((plant.C[:, eta] @ lean + plant.D)[0, 0])
         return np.inf if static == 0.0 else 1.0 / static
 
+    def start(self, spec: LoopSpec) -> LinearMemory:
+        """At rest, below the limit of the loop's model."""
+        spec.plant(type(self).__name__)
+        return super().start(spec)
+
     def matrices(self, spec: LoopSpec) -> LawMatrices:
-        """The filter by the trapezoidal rule."""
+        """The filter by the trapezoidal rule; where there is a model, its limit is looked at."""
         places = spec.measurement("measurement", self.measurement), spec.command("command", self.command)
         for name, place in zip(("measurement", "command"), places, strict=True):
             if len(place) != 1:

@@ -10,7 +10,7 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.control.estimate import Estimator, Noise, any_estimator, model_for
-from tautflex.control.signals import LoopSpec
+from tautflex.control.signals import LoopSpec, check_numbers
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Indices
 from tautflex.text import brief
@@ -79,6 +79,7 @@ class ParametricLaw:
         checks.non_negative("floor", self.floor)
         for name in ("limit", "coordinate_noise", "hub_noise"):
             checks.positive(name, getattr(self, name))
+        check_numbers("measurement_noise", self.measurement_noise)
 
     def start(self, spec: LoopSpec) -> TensionMemory:
         """At rest."""

@@ -10,15 +10,17 @@ An input is a constant pattern of forces or a change of stresses [control.md 1].
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.mechanics.loads.prepared import PatternLoad, PreparedInput, StressChange
+from tautflex.mechanics.loads.effects.tension_group import ReeledCables
+from tautflex.mechanics.loads.prepared import LinearInput, PatternLoad, PreparedInput, StressChange
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array, cross_matrices
 from tautflex.text import shown
@@ -30,7 +32,7 @@ _STEP = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Effect:
+class InputColumns:
     """One input of a linear view, per unit of its n numbers.
 
     Parameters
@@ -45,6 +47,8 @@ class Effect:
         Number of a block -> change of its stresses, shape (row, strain, n).
     internal
         Whether the spacecraft pulls at itself, so that the whole wrench is zero.
+    stroke
+        Length of each cable that a drive reels in, from free unknowns and a number [m]; None where there is no drive.
     """
 
     name: str
@@ -54,6 +58,7 @@ class Effect:
     held: Array
     columns: dict[int, Array] = field(default_factory=dict)
     internal: bool = False
+    stroke: Callable[[Array, float], Array] | None = None
 
     @property
     def count(self) -> int:
@@ -61,21 +66,18 @@ class Effect:
         return len(self.labels)
 
     @classmethod
-    def of(cls, name: str, given: Any, system: StructuralSystem) -> Effect:
-        """Effect of a bound input, or of a wrench on the hub, shape (6, n).
+    def of(cls, name: str, given: Any, system: StructuralSystem) -> InputColumns:
+        """InputColumns of a bound input, or of a wrench on the hub, shape (6, n).
 
         Raises
         ------
         InputError
             If it is neither a pattern of forces nor a change of stresses.
         """
-        held, columns, internal = np.zeros((6, 0)), dict[int, Array](), False
         if isinstance(given, PatternLoad):
-            pattern, held, internal = given.pattern, given.held, bool(getattr(given, "internal", False))
+            parts: tuple[Array, Array, dict[int, Array], bool] = given.pattern, given.held, {}, given.internal
         elif isinstance(given, StressChange):
-            columns = given.columns
-            pattern = np.zeros((system.size, next(iter(columns.values())).shape[-1]))
-            held = np.zeros((6, pattern.shape[1]))
+            parts = np.zeros((system.size, given.count)), np.zeros((6, given.count)), given.columns, False
         elif isinstance(given, PreparedInput):
             raise InputError(
                 f"inputs.{name}: expected a constant pattern of forces or a change of stresses, got "
@@ -84,25 +86,35 @@ class Effect:
             )
         else:
             held = checks.float_array(f"inputs.{name}", given, (6, None))
-            pattern = np.zeros((system.size, held.shape[1]))
-        count = pattern.shape[1]
-        units = ("N m",) * count if not isinstance(given, PreparedInput) else ("",) * count
-        own = getattr(given, "labels", None)
-        if own:
-            units = tuple(str(text).partition("[")[2].rstrip("]") for text in own)
+            parts = np.zeros((system.size, held.shape[1])), held, {}, False
+        count = parts[1].shape[1]
+        units = ("N m",) * count
+        if isinstance(given, LinearInput):
+            units = tuple(label.partition("[")[2].rstrip("]") for label in given.labels)
         labels = (name,) if count == 1 else tuple(f"{name}[{k}]" for k in range(count))
-        return cls(name, labels, units, pattern, held, columns, internal)
+        stroke = given.stroke if isinstance(given, ReeledCables) else None
+        return cls(name, labels, units, *parts, stroke)
 
     def wrench(self, rows: Array) -> Array:
         """Force and torque on the whole spacecraft, shape (6, n); ``rows`` are `rigid_rows`."""
         return np.zeros((6, self.count)) if self.internal else self.held + rows @ self.pattern
 
 
-def effects_of(inputs: Mapping[str, Any], system: StructuralSystem) -> list[Effect]:
+def columns_of(inputs: Mapping[str, Any], system: StructuralSystem) -> list[InputColumns]:
     """Effects of named inputs in order."""
     if not isinstance(inputs, Mapping):
         raise InputError(f"inputs: expected a mapping from names to bound inputs, got {shown(inputs)}; name them")
-    return [Effect.of(name, given, system) for name, given in inputs.items()]
+    return [InputColumns.of(name, given, system) for name, given in inputs.items()]
+
+
+def by_name(key: str, values: Mapping[str, ArrayLike] | None, effects: Sequence[InputColumns]) -> dict[str, Array]:
+    """Numbers given for inputs by their names, shapes (n,); InputError for other names, or not as many numbers."""
+    counts = {effect.name: effect.count for effect in effects}
+    if not isinstance(values, Mapping | None):
+        raise InputError(f"{key}: expected a mapping from names of inputs to numbers, got {shown(values)}; name them")
+    for name in values or {}:
+        checks.one_of(key, name, list(counts))
+    return {name: checks.spread(f"{key}.{name}", value, counts[name]) for name, value in (values or {}).items()}
 
 
 def rigid_rows(system: StructuralSystem, q: Array) -> Array:
@@ -120,7 +132,7 @@ def rigid_rows(system: StructuralSystem, q: Array) -> Array:
     return rows[:, :-1]
 
 
-def loads_of(effect: Effect, system: StructuralSystem, q: Array) -> Array:
+def loads_of(effect: InputColumns, system: StructuralSystem, q: Array) -> Array:
     """Forces on the free unknowns at q, those that stresses make included, shape (size, n)."""
     if not effect.columns:
         return effect.pattern
@@ -131,7 +143,9 @@ def loads_of(effect: Effect, system: StructuralSystem, q: Array) -> Array:
     return np.array(made).T
 
 
-def stiffness_changes(effect: Effect, system: StructuralSystem, q: Array, answers: Array, vectors: Array) -> Array:
+def stiffness_changes(
+    effect: InputColumns, system: StructuralSystem, q: Array, answers: Array, vectors: Array
+) -> Array:
     """Khat on vectors (r, size) of an effect whose static answers at q have shape (size, n), shape (n, r, r)."""
     result = np.zeros((effect.count, len(vectors), len(vectors)))
     for k, (plus, minus, step) in enumerate(_both_ways(effect, system, answers)):
@@ -142,7 +156,7 @@ def stiffness_changes(effect: Effect, system: StructuralSystem, q: Array, answer
 
 
 def _both_ways(
-    effect: Effect, system: StructuralSystem, answers: Array | None = None
+    effect: InputColumns, system: StructuralSystem, answers: Array | None = None
 ) -> Iterator[tuple[list[Array], list[Array], float]]:
     """Initial stresses with a step of each number of an effect and without, and the step."""
     now = list(system.initial_stress)
