@@ -61,7 +61,6 @@ class EquationOfMotion:
     """
 
     kind: ClassVar[type[MotionState]] = MotionState
-
     state: PrestressedState
     damping: Damping
     coupling: Coupling
