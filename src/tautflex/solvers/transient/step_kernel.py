@@ -9,6 +9,7 @@ import numpy as np
 from tautflex.mechanics.kernel import add_forces
 from tautflex.mechanics.products import add_pair_products
 from tautflex.numeric import Array, Indices, Places, jit
+from tautflex.solvers.transient.accuracy.books import write_books
 
 
 @jit
@@ -99,12 +100,21 @@ def first_guess(reach: float, v: Array, a: Array, jerk: Array) -> Array:
 
 
 @jit
-def end_of_step(coefficients: Array, size: float, d: Array, q: Array, v: Array, a: Array) -> Array:
-    """Displacement, velocity, acceleration and jerk at the end of a step, shape (4, unknowns).
+def end_of_step(
+    coefficients: Array, size: float, instant: float, late: float, start: Indices, column: Places, mass: Array,
+    damped: bool, pairs: Any, weight: float, gyroscopic: Array, displacement: Array, internal: Array, reference: Array,
+    frame: Array, load: Array, residual: Array, then: Array, before: Array, done: Array, d: Array, q: Array, v: Array,
+    a: Array,
+) -> tuple[Array, Array]:  # fmt: skip
+    """State at the end of a step and its books, see `write_books`.
 
-    ``coefficients`` holds the factors of (d, v, a) in the first three, shape (3, 3).
+    ``coefficients`` holds the factors of (d, v, a) in displacement, velocity and acceleration at the end, in the
+    inertia's acceleration and in the velocity, shape (5, 3).
+
+    Returns displacement, velocity, acceleration and jerk, then the forces of the step by kind, and where these mix two
+    instants those at the last one, shape (9 or 14, unknowns); and the work since the start of the run.
     """
-    end = np.empty((4, d.size))
+    end = np.empty((14 if then.size else 9, d.size))
     for row in range(3):
         c, target = coefficients[row], end[row]
         for i in range(d.size):
@@ -112,4 +122,9 @@ def end_of_step(coefficients: Array, size: float, d: Array, q: Array, v: Array, 
     for i in range(d.size):
         end[0, i] += q[i]
         end[3, i] = (end[2, i] - a[i]) / size
-    return end
+    work = write_books(
+        start, column, mass, damped, pairs, weight, coefficients[3], coefficients[4], gyroscopic, displacement,
+        internal, reference, frame, load, residual, then, d, q, v, a, end[0], (instant, size, late), before, done,
+        end[4:9], end[9:],
+    )  # fmt: skip
+    return end, work
