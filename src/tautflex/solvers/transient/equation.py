@@ -259,7 +259,7 @@ class StepNumbers:
         # Damping in proportion to stiffness resists in the axes of the reference: it does not turn with the structure.
         self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.products.matrix.stiffness)
         inertia, velocity = scheme.inertia, scheme.velocity
-        ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration, inertia, velocity)
+        ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration, inertia)
         self.end = np.array([(part.d, part.v, part.a) for part in ends])
         self.known = np.array([scheme.weight, inertia.v, inertia.a, velocity.v, velocity.a, velocity.d])
         self.linear = equation.products.combined(inertia.d, scheme.weight * velocity.d)
@@ -285,15 +285,15 @@ class StepForces:
     ) -> None:  # fmt: skip
         self.equation, self.numbers, self.at, self.size = equation, numbers, at, size
         self.displacement, self.before = terms.displacement, before
-        self._terms, self._then, self._input = terms, then, equation.input_load
-        self._frame = terms.load
+        self._then, self._input, self._frame = then, equation.input_load, terms.load
         self._scheme = scheme = numbers.scheme
         products, pairs = equation.products, equation.inertia.pairs
         load = terms.load - equation.input_load if equation.inputs else terms.load
-        known, turning, self.known_norm, self._load_norm, self.stiff_norm = begin_step(
+        self._rows, turning, self.known_norm, self._load_norm, self.stiff_norm = begin_step(
             products.start, products.column, products.mass, products.damping, products.spread, pairs,
             numbers.known, terms.velocity, terms.displacement, load, diagonal, at.q, at.v, at.a,
         )  # fmt: skip
+        known = self._rows[0]
         if products.matrix.rank:
             velocity = scheme.velocity
             products.add_low_rank(scheme.weight, velocity.v * at.v + velocity.a * at.a, known)
@@ -307,7 +307,7 @@ class StepForces:
             self.known_norm = float(np.linalg.norm(known))
         self._fixed: Any = (
             products.start, products.column, numbers.linear, pairs, turning, scheme.weight,
-            equation.state.reference_force, known,
+            equation.state.reference_force, self._rows,
         )  # fmt: skip
         self._elements: Any = equation.workspace.store, equation.workspace.stresses
 
@@ -345,14 +345,13 @@ class StepForces:
 
     def end(self, x: Array, residual: Array) -> MotionState:
         """State at the end of the step whose increment leaves this residual, the last that was computed."""
-        at, terms, weight, books, equation = self.at, self._terms, self._scheme.weight, self.at.books, self.equation
+        at, weight, books, equation = self.at, self._scheme.weight, self.at.books, self.equation
         products, instant = equation.products, weight * self._scheme.evaluation * self.size
         load = self._input + self._followed if self._followers else self._input
         rows, work = end_of_step(
             self.numbers.end, self.size, instant, books.late, products.start, products.column, products.mass,
-            products.damped, equation.inertia.pairs, weight, terms.velocity, terms.displacement, self._internal,
-            equation.state.reference_force, self._frame, load, residual, self._then, books.own, books.work, x,
-            at.q, at.v, at.a,
+            products.damped, weight, self._rows, self._internal, equation.state.reference_force, self._frame, load,
+            residual, self._then, books.own, books.work, x, at.q, at.v, at.a,
         )  # fmt: skip
         q, v, a, jerk = rows[:4]
         forces, now = None, NONE

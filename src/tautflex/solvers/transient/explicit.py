@@ -12,7 +12,7 @@ from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
-from tautflex.solvers.transient.accuracy.books import NONE, STRESS, Books, write_books
+from tautflex.solvers.transient.accuracy.books import FRAME, INERTIA, NONE, STRESS, Books, write_books
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.stability import largest_eigenvalue
 from tautflex.solvers.transient.state import MotionState, MotionTerms
@@ -21,8 +21,6 @@ from tautflex.solvers.transient.state import MotionState, MotionTerms
 _CHECK_INTERVAL, _STRESS_GROWTH = 100, 1.1
 # Stiffness that changes from step to step can feed energy into steps close to the limit (parametric excitation).
 _STIFFENED_SHARE = 0.5
-# Factors of (increment, velocity, acceleration) in the velocity and in the acceleration that balance.
-_OF_VELOCITY, _OF_ACCELERATION = np.eye(3)[1:]
 # Step sizes whose factors are kept.
 _MOST_FACTORS = 16
 
@@ -113,20 +111,21 @@ class ExplicitStepper:
         terms = self.equation.motion_terms(segment.motion(at.time + size))
         a = self._acceleration(force, q, half, at.a, terms, size)
         end = MotionState(at.time + size, q, half + 0.5 * size * a, a, internal=force)
-        end.books = self._books(at, end, move, terms, size)
+        end.books = self._books(at, end, terms, size)
         if self.equation.restressed:
             end.books.work[STRESS] += self.equation.restressing_work(at, end, segment.end)
         return end, NewtonOutcome(q, bool(np.isfinite(a).all()), history=[size / self._limit])
 
-    def _books(self, at: MotionState, end: MotionState, move: Array, terms: MotionTerms, size: float) -> Books:
+    def _books(self, at: MotionState, end: MotionState, terms: MotionTerms, size: float) -> Books:
         """Books at the end of a step, where all forces balance."""
-        equation, products, own = self.equation, self.equation.products, np.empty((5, move.size))
-        none = np.zeros_like(move)
+        equation, own, none = self.equation, np.empty((5, end.q.size)), np.zeros_like(end.q)
+        inertia = equation.inertia
+        own[INERTIA] = equation.products.mass_product(end.a)
+        own[FRAME] = terms.load + inertia.apply(terms.velocity, end.v) + inertia.apply(terms.displacement, end.q)
+        instants = size, size, at.books.late
         work = write_books(
-            products.start, products.column, products.mass, products.damped, equation.inertia.pairs, 1.0,
-            _OF_ACCELERATION, _OF_VELOCITY, terms.velocity, terms.displacement, end.internal, none, terms.load,
-            equation.applied(end.q), none, NONE, move, at.q, end.v, end.a, end.q, (size, size, at.books.late),
-            at.books.own, at.books.work, own, NONE,
+            equation.products.damped, 1.0, end.internal, none, equation.applied(end.q), none, NONE, at.q, end.q,
+            instants, at.books.own, at.books.work, own, NONE,
         )  # fmt: skip
         return Books(work, own)
 

@@ -9,12 +9,11 @@ order for all kinds: the trapezoidal rule for Newmark's method, the mid-point ru
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from tautflex.mechanics.products import add_pair_products
-from tautflex.numeric import Array, Indices, Places, jit
+from tautflex.numeric import Array, jit
 
 NONE = np.zeros((0, 0))
 INERTIA, INTERNAL, DAMPING, FRAME, LOAD, STRESS, RIGID = range(7)
@@ -44,10 +43,8 @@ class Books(NamedTuple):
 
 @jit
 def write_books(
-    start: Indices, column: Places, mass: Array, damped: bool, pairs: Any, weight: float, inertia: Array,
-    velocity: Array, gyroscopic: Array, displacement: Array, internal: Array, reference: Array, frame: Array,
-    load: Array, residual: Array, then: Array, x: Array, q: Array, v: Array, a: Array, end: Array,
-    instants: tuple[float, float, float], before: Array, done: Array, own: Array, now: Array,
+    damped: bool, weight: float, internal: Array, reference: Array, load: Array, residual: Array, then: Array,
+    place: Array, end: Array, instants: tuple[float, float, float], before: Array, done: Array, own: Array, now: Array,
 ) -> Array:  # fmt: skip
     """Fill in the forces of a stage by kind, shape (5, size); return the work done since the start of the run.
 
@@ -55,41 +52,29 @@ def write_books(
 
     Parameters
     ----------
-    start, column, mass, damped, pairs
-        Mass in compressed rows, whether there is damping, parts of the `PairProducts` of the frame's forces.
+    damped
+        Whether there is damping.
     weight
         Of the forces at the evaluation instant, beside those at the start.
-    inertia, velocity
-        Factors of (x, v, a) in the inertia's acceleration and in the velocity, shape (3,).
-    gyroscopic, displacement, frame, load
-        Matrices Z of the frame's forces and the rest of them, and loads, at the evaluation instant.
-    internal, reference, residual
-        Internal force, what of it the reference carries, and all forces together.
+    internal, reference, load
+        Internal force, what of it the reference carries, and load, at the evaluation instant, shape (size,).
+    residual
+        All forces together.
     then
         Forces by kind that are weighed at the start, shape (5, size); else empty.
-    x, q, v, a, end
-        Increment to the evaluation instant, what it starts from, and the displacement at the end, shape (size,).
+    place, end
+        Displacement at the start and at the end.
     instants
         Of the equilibrium and of the end after the start, and of the equilibrium before after that [s].
     before, done
         Forces of that by kind, (0, 0) behind a jump, and the work until the start.
     own, now
-        Forces of this equilibrium and those at its evaluation instant alone, which are filled in if they differ.
+        Forces of this equilibrium, with inertia and those of the frame at the evaluation instant filled in, and those
+        of that instant alone where they differ.
     """
-    size, other = x.size, 1.0 - weight
-    acceleration, speed, place = np.empty(size), np.empty(size), np.empty(size)
+    size, other = place.size, 1.0 - weight
     for i in range(size):
-        acceleration[i] = inertia[0] * x[i] + inertia[1] * v[i] + inertia[2] * a[i]
-        speed[i] = velocity[0] * x[i] + velocity[1] * v[i] + velocity[2] * a[i]
-        place[i] = q[i] + x[i]
-        own[INTERNAL, i], own[FRAME, i], own[LOAD, i] = internal[i] - reference[i], frame[i], -load[i]
-    for i in range(size):
-        total = 0.0
-        for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
-            total += mass[k] * acceleration[column[k]]
-        own[INERTIA, i] = total
-    add_pair_products(pairs, gyroscopic, 1.0, speed, own[FRAME])
-    add_pair_products(pairs, displacement, 1.0, place, own[FRAME])
+        own[INTERNAL, i], own[LOAD, i] = internal[i] - reference[i], -load[i]
     if then.size:
         for kind in (INERTIA, INTERNAL, FRAME, LOAD):
             for i in range(size):
@@ -99,17 +84,18 @@ def write_books(
     for i in range(size):
         rest = own[INERTIA, i] + own[INTERNAL, i] + own[FRAME, i] + own[LOAD, i]
         own[DAMPING, i] = residual[i] - rest if damped else 0.0
-        if then.size:
-            now[DAMPING, i] = (own[DAMPING, i] - other * then[DAMPING, i]) / weight
-    middle, share, work = 0.5 * instants[1], 1.0, done.copy()
-    if before.size:
-        share = (middle - instants[2]) / (instants[0] - instants[2])
-    for kind in range(5):
-        last, first = 0.0, 0.0
+    if then.size:
         for i in range(size):
-            last += own[kind, i] * (end[i] - q[i])
+            now[DAMPING, i] = (own[DAMPING, i] - other * then[DAMPING, i]) / weight
+    work, share, (instant, last, late) = done.copy(), 1.0, instants
+    if before.size:
+        share = (0.5 * last - late) / (instant - late)
+    for kind in range(5):
+        here, there = 0.0, 0.0
+        for i in range(size):
+            here += own[kind, i] * (end[i] - place[i])
         if before.size:
             for i in range(size):
-                first += before[kind, i] * (end[i] - q[i])
-        work[kind] += share * last + (1.0 - share) * first
+                there += before[kind, i] * (end[i] - place[i])
+        work[kind] += share * here + (1.0 - share) * there
     return work
