@@ -27,9 +27,9 @@ def begin_step(
     for what it adds to the residual, shape (3, size), the matrix Z of the latter, ``M(Z) increment``, and the norms of
     the first, of the weighted load and of ``diagonal * q``.
     """
-    size, rows = q.size, np.zeros((3, q.size))
+    size, rows = q.size, np.empty((3, q.size))
     weight, inertia_v, inertia_a, velocity_v, velocity_a, velocity_d = coefficients
-    acceleration, velocity, known, moving = np.empty(size), np.empty(size), rows[0], rows[1]
+    acceleration, velocity, known = np.empty(size), np.empty(size), np.empty(size)
     load_square, stiff_square = 0.0, 0.0
     for i in range(size):
         acceleration[i] = inertia_v * v[i] + inertia_a * a[i]
@@ -42,11 +42,11 @@ def begin_step(
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
             total += mass[k] * acceleration[column[k]] + damping[k] * velocity[column[k]]
         known[i] += total
-        moving[i] = -known[i]
+    rows[1] = known
     add_pair_products(pairs, gyroscopic, 1.0, velocity, known)
     add_pair_products(pairs, displacement, weight, q, known)
     for i in range(size):
-        moving[i] += known[i]
+        rows[0, i], rows[1, i] = known[i], known[i] - rows[1, i]
     # Gyroscopic and K_T forces are both M(Z) times something, so one product serves the increment.
     turning = weight * (velocity_d * gyroscopic + displacement)
     return rows, turning, np.sqrt(np.sum(known * known)), np.sqrt(load_square), np.sqrt(stiff_square)
@@ -69,10 +69,10 @@ def assemble_residual(
         internal += f * f
         inertia += part * part
         residual[i] = f + part + known[i]
-        turned[i] = -residual[i]
+    turned[:] = residual
     add_pair_products(pairs, turning, 1.0, x, residual)
     for i in range(x.size):
-        turned[i] += residual[i]
+        turned[i] = residual[i] - turned[i]
     return residual, np.sqrt(np.sum(residual * residual)), np.sqrt(internal), np.sqrt(inertia)
 
 
