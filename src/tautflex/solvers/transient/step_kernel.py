@@ -130,6 +130,7 @@ def end_of_step(
     for i in range(d.size):
         end[0, i] += q[i]
         end[3, i] = (end[2, i] - a[i]) / size
+    for i in range(d.size):
         acceleration[i] = c[0] * d[i] + c[1] * v[i] + c[2] * a[i]
         own[FRAME, i] = frame[i] + factor * (rows[1, i] + rows[2, i])
     for i in range(d.size):
