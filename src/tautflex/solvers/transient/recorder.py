@@ -102,7 +102,8 @@ class Recorder:
             products.mass, probes.rows, self._numbers, self._probe,
         )  # fmt: skip
         self._fields: list[tuple[float, Array, NDArray[np.int8]]] = []
-        self._watch, self._motion = CompressionWatch(equation.system), MotionWatch(equation.system)
+        self._watch = CompressionWatch(equation.system)
+        self._motion = MotionWatch(equation.system, equation.inputs)
         self._count = 0
 
     def store(self, at: MotionState, segment: Segment) -> None:
