@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tautflex.mechanics.membrane import StressSurvey
+from tautflex.mechanics.membrane import STORED, StressSurvey
 from tautflex.mechanics.products import MassDamping
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array, Indices
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.polynomial.forces import total_force
 from tautflex.solvers.transient.accuracy.compression import CompressionWatch
-from tautflex.solvers.transient.recorder import stress_scalars
+from tautflex.solvers.variables import SCALARS
 
 # Windows of a run; each is checked where its coordinates store most energy.
 _WINDOWS = 8
@@ -65,10 +65,10 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
         unbalanced += system.inertia.apply(run.problem.coupling.displacement_weight(motion), q)
         unbalanced += run.problem.coupling.load(motion, moments) - run.inputs.given.load(time)
         unbalanced -= sum(item.force(q) for item in run.inputs.given.followers(time))
-        film = survey.membrane()
         pushed = max(pushed, run.inputs.left_out(time, eta[row], q))
-        scalars.append(stress_scalars(survey, film))
-        watch.see(time, film, survey.cables)
+        found = survey.stresses()
+        scalars.append(found[:STORED])
+        watch.see(time, found.tolist())
         left.append(0.5 * float(unbalanced @ solver.solve(unbalanced)))
     truncated = np.array(left) / max(float(energy.max(initial=0.0)), 1e-300)
     warnings = list(watch.warnings())
@@ -82,7 +82,8 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
             f"pressure: film that turns and stretches changes its force by {pushed:.1%} more than the reduced model "
             "has, which takes it as linear about rest; simulate the full state"
         )
-    named = {name: np.array([each[name] for each in scalars]) for name in (scalars[0] if scalars else ())}
+    numbers = np.array(scalars).reshape(-1, STORED).T
+    named = dict(zip(list(SCALARS)[-STORED:], numbers, strict=True))
     return Checked(chosen, named, truncated, warnings)
 
 
