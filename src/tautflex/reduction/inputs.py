@@ -193,7 +193,7 @@ class ReducedInputs:
     def doubts(self, end: float, beta: float) -> list[str]:
         """Sentences on inputs of a run to ``end`` [s] whose answer is taken as instantaneous although it is not.
 
-        A stress changes the stiffness at once, its answer by K2 only after a time: that of its own motion, 1 / frequency,
+        Stress changes stiffness at once, its answer by K2 only after a time, that of its own motion, 1 / frequency,
         and of stiffness damping, beta [s]. ``change of u K2 / K (time) (frequency of the coordinates)`` is then wrong.
         """
         if not self.columns or not self.answers.any():
