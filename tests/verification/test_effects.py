@@ -333,6 +333,7 @@ def test_cables_that_cannot_be_driven_are_named():
     state = tf.equip(state, [push])
     with pytest.raises(tf.InputError, match="expected numbers >= -10 at t = 0 s"):
         tf.simulate(state, inputs=[push], time_step=1e-3, end_time=2e-3)
+    assert tf.TensionGroup([0], -10.0).prepare(state.system).values(0.0) == [-10.0]
     slack = tf.CableSection(tf.Material(1e9, 1000.0), 1e-5, law="slack")
     model = tf.Model.from_mesh(
         state.model.nodes, cables=state.model.cables, cable=slack, cable_tension=1.0, supports=state.model.supports

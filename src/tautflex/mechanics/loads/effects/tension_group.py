@@ -27,6 +27,7 @@ from tautflex.structure.model import Model
 from tautflex.text import brief
 
 COMMANDS = ("tension", "length")
+_ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
@@ -87,8 +88,9 @@ class TensionGroup(Effect):
         per_unit, unit, lowest = share * stiffness, "m", -np.inf
         if self.command == "tension":
             pulled = share > 0.0
-            # Cables cannot push.
-            per_unit, unit, lowest = share, "N", -float(np.min(tension[pulled] / share[pulled]))
+            # Cables cannot push; the rest is round-off.
+            least = float(np.min(tension[pulled] / share[pulled]))
+            per_unit, unit, lowest = share, "N", -least - _ROUND_OFF * abs(least)
         columns = cable_columns(system, chosen, per_unit[:, None])
         known = self.change, "change", (f"{self.command} [{unit}]",), lowest, columns
         return ReeledCables(*known, system, self.command, chosen, share, stiffness)
@@ -127,7 +129,7 @@ class TensionGroup(Effect):
             largest = tension.max()
             if self.share == "equal" or largest <= 0.0:
                 return np.ones(len(tension))
-            return tension / largest
+            return np.maximum(tension, 0.0) / largest
         share = checks.float_array("share", self.share, (len(tension),))
         if share.min() < 0.0 or not share.any():
             raise InputError(f"share: expected numbers >= 0, one at least > 0, got {share.tolist()}; correct them")
