@@ -181,8 +181,6 @@ def test_bad_runs(antenna):
         tf.simulate(rom, tf.FreeHub(10.0, np.eye(3)), **STOP)
     with pytest.raises(tf.UnsupportedError, match="adaptive"):
         tf.simulate(rom, maneuver, adaptive=tf.Adaptive(1e-4), **STOP)
-    with pytest.raises(tf.UnsupportedError, match="change of tension"):
-        tf.simulate(rom, maneuver, inputs=[tf.CableTension(0.1)], **STOP)
     with pytest.raises(tf.InputError, match="stable step"):
         tf.simulate(rom, maneuver, method=tf.CentralDifference(), **{**STOP, "time_step": 0.1})
 

@@ -35,6 +35,8 @@ from tautflex.reduction.polynomial.strains import stress_energies, stress_loads
 
 # Pressures of the same distribution but for round-off.
 _ALIKE = 1e-14
+# Part of the stiffness that an answer may be late by, and instants at which inputs are looked at to know.
+_NOTABLE, _LOOKS = 0.02, 500
 
 
 def require_linear(inputs: InputSet) -> None:
@@ -52,11 +54,12 @@ def require_linear(inputs: InputSet) -> None:
             )
 
 
-def input_loads(inputs: InputSet) -> Array:
-    """Forces of unit linear inputs on the free unknowns, patterns and those of stresses at rest, shape (n, size)."""
+def input_loads(inputs: InputSet) -> tuple[Array, Array]:
+    """Forces of unit linear inputs on the free unknowns: patterns (n, size), and stresses at rest (n_s, size)."""
     require_linear(inputs)
-    loads = inputs.pattern.T
-    return loads - stress_loads(inputs.system, inputs.columns) if inputs.columns else loads
+    stressing = np.array([isinstance(item, StressChange) for item in inputs.linear for _ in item.labels], dtype=bool)
+    pulls = -stress_loads(inputs.system, inputs.columns) if inputs.columns else np.zeros((0, inputs.system.size))
+    return inputs.pattern.T[~stressing], pulls[stressing[: len(pulls)]]
 
 
 class ReducedInputs:
@@ -188,19 +191,42 @@ class ReducedInputs:
             return np.asarray(added)
         return np.asarray(added + np.einsum("tk,tk->t", u, q @ self.beta.T + 0.5 * u @ self._own))
 
-    def doubts(self) -> list[str]:
-        """Sentences on inputs whose answer is taken as instantaneous although it is not."""
-        rom, first, said = self._rom, 0, []
+    def doubts(self, end: float, beta: float) -> list[str]:
+        """Sentences on inputs of a run to ``end`` [s] whose answer is taken as instantaneous although it is not.
+
+        Stress changes stiffness at once, its answer by K2 only after a time, that of its own motion, 1 / frequency,
+        and of stiffness damping, beta [s]. ``change of u K2 / K (time) (frequency of the coordinates)`` is then wrong.
+        """
+        if not self.columns or not self.answers.any():
+            return []
+        rom, basis, first, said = self._rom, self._rom.basis, 0, []
+        pace = rom.fast_limit / 4.0
+        moving = basis.amplitude > 0.05 * basis.amplitude.max()
+        root = np.sqrt(rom.reference.energies(basis.kept[moving]))
+        step = 0.5 / pace
+        numbers = self.stresses(np.append(np.arange(0.0, end, max(step, end / _LOOKS)), end))
         for name, item in self.given.named:
             if not isinstance(item, StressChange):
                 continue
-            own, first = self.answers[first : first + item.count], first + item.count
-            slowest, limit = apart(rom.state, rom.reference, own)[1].min(initial=np.inf), rom.fast_limit
-            if slowest < limit:
+            own = slice(first, first + item.count)
+            first += item.count
+            change = np.abs(numbers[1:, own] - numbers[:-1, own]).max(initial=0.0)
+            motion = (numbers[:, own] - numbers[:1, own]) @ self.answers[own]
+            largest = motion[np.argmax(np.abs(motion).max(axis=1))]
+            if change == 0.0 or not largest.any():
+                continue
+            slowest = float(apart(rom.state, rom.reference, largest[None])[1].min())
+            delay = 1.0 / slowest + beta
+            share = change / np.abs(numbers[:, own] - numbers[:1, own]).max()
+            table = np.zeros((basis.kept.shape[0],) * 2)
+            table[np.triu_indices(len(table))] = share * (rom.second_degree @ largest)
+            matrix = (table + table.T)[np.ix_(moving, moving)] / np.outer(root, root)
+            wrong = float(np.abs(np.linalg.eigvalsh(matrix)).max()) * pace * delay
+            if slowest < rom.fast_limit or wrong > _NOTABLE:
                 said.append(
-                    f"inputs: the structure answers {name} at {slowest / (2.0 * np.pi):.3g} Hz, which the reduced "
-                    f"model takes as at once, as from {limit / (2.0 * np.pi):.3g} Hz on; give the inputs to "
-                    "reduce(..., inputs=[...]), which makes slow answers coordinates"
+                    f"inputs: the structure answers {name} in {delay:.2g} s, which the reduced model takes as at once: "
+                    f"{wrong:.0%} of the stiffness for that long; give the inputs to reduce(..., inputs=[...]), which "
+                    "makes the answers coordinates"
                 )
         return said
 

@@ -18,6 +18,8 @@ from tautflex.solvers.static.prestress import PrestressedState
 
 # Answers that keep less than this part of their strain energy beside the basis are in it.
 _INSIDE = 1e-12
+# So many stresses have coordinates of their own at most.
+_FEW = 8
 
 
 def static_answers(solver: ReferenceSolver, basis: BasisVectors, loads: Array) -> Array:
@@ -41,18 +43,26 @@ def fast_limit(solver: ReferenceSolver, basis: BasisVectors) -> float:
     return basis.fast or fast_frequency(solver.energies(basis.kept), basis.amplitude)
 
 
-def with_slow_answers(state: PrestressedState, basis: BasisVectors, loads: Array) -> BasisVectors:
-    """Basis whose coordinates include what answers loads (n, size) too slowly to follow at once."""
+def with_answers(state: PrestressedState, basis: BasisVectors, pushes: Array, pulls: Array) -> BasisVectors:
+    """Basis whose coordinates include what answers inputs too slowly to follow at once.
+
+    ``pushes`` are forces (n, size), ``pulls`` those of stresses (n_s, size). A stress and that of its answer cancel in
+    part, up to a hundred times what is left, so that a small delay of the answer counts: a few of them become
+    coordinates however fast they are.
+    """
     solver, mass = ReferenceSolver(state), state.system.inertia.mass_matrix
     limit = fast_limit(solver, basis)
-    motions, pace = apart(state, solver, static_answers(solver, basis, loads))
-    slow = motions[pace < limit]
+    few = pulls if len(pulls) <= _FEW else pulls[:0]
+    known, _ = apart(state, solver, static_answers(solver, basis, few))
+    others = static_answers(solver, basis, np.concatenate([pushes, pulls[len(few) :]]))
+    motions, pace = apart(state, solver, others - others @ solver.multiply(known).T @ known)
+    slow = np.concatenate([known, motions[pace < limit]])
     if not len(slow):
         return replace(basis, fast=limit)
     kept = ritz(state, np.concatenate([basis.kept, slow]))
-    # A slow answer is worth as much energy as the coordinate with most of it.
+    # An answer is worth as much energy as the coordinate with most of it.
     worth = float(np.sqrt((solver.energies(basis.kept) * basis.amplitude**2).max()))
     parts = np.concatenate([basis.kept * basis.amplitude[:, None], worth * slow]) @ (mass @ kept.T)
     derivatives = basis.derivatives - basis.derivatives @ solver.multiply(slow).T @ slow
-    text = f"{basis.description}, {len(slow)} slow answers to inputs"
+    text = f"{basis.description}, {len(slow)} answers to inputs"
     return BasisVectors(kept, derivatives, np.sqrt(np.sum(parts**2, axis=0)), text, limit)

@@ -74,7 +74,8 @@ class ReducedRun:
         self._work = new_work(rom.size, self._method.tangents)
         self._march = march_explicit if self._explicit else march
         self._halvings = 0
-        self.warnings = [*problem.doubts, *self.inputs.doubts()]
+        beta = float(problem.damping.matrix(rom.state.linear).stiffness)
+        self.warnings = [*problem.doubts, *self.inputs.doubts(problem.count * problem.time_step, beta)]
         self.books = ReducedBooks(rom, self.arrays, self.inputs, problem.time_error)
         self.first: Energies | None = None
         self.first_stored = self.largest = 0.0

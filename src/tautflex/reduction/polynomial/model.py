@@ -15,7 +15,7 @@ from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.numeric import Array, within_arithmetic
-from tautflex.reduction.bases.answers import with_slow_answers
+from tautflex.reduction.bases.answers import with_answers
 from tautflex.reduction.bases.modal_basis import ModalBasis
 from tautflex.reduction.bases.vectors import Basis, BasisVectors
 from tautflex.reduction.inputs import input_loads
@@ -168,8 +168,8 @@ def reduce(
         Stress fields with less than this part of the strongest one's energy are left out (of the static derivatives'
         damping, a hundred times as much); 0 keeps all.
     inputs
-        Inputs of the runs to come: what answers them too slowly to follow at once, such as film on soft tendons under a
-        change of their tension, becomes a coordinate. Runs may have others.
+        Inputs of the runs to come: what answers up to eight numbers of tension and temperature, and what answers others
+        too slowly to follow at once, becomes coordinates. Runs may have others, whose answers are instantaneous.
 
     Returns
     -------
@@ -196,7 +196,7 @@ def reduce(
     refuse_drifting(state)
     loads = input_loads(InputSet(state.system, inputs))
     vectors = basis.vectors(state)
-    if len(loads):
-        vectors = with_slow_answers(state, vectors, loads)
+    if inputs:
+        vectors = with_answers(state, vectors, *loads)
     projection = project(state, vectors)
     return ReducedModel(state, vectors, projection, clock.perf_counter() - began, weak_field)
