@@ -110,6 +110,15 @@ def test_a_pd_loop_turns_the_hub(state):
     np.testing.assert_array_equal(run.data.time.values, run.data.sample_time.values)
 
 
+def test_laws_that_need_a_model_get_that_of_the_plant(state):
+    """A regulator with an estimator turns a hub and stops it there."""
+    sensors = {"attitude": tf.Attitude(noise=1e-6), "rate": tf.Rate(noise=1e-6)}
+    driven = plant(state, {"torque": tf.HubTorque("xyz")}, sensors, interval=0.02, time_step=0.01)
+    law = tf.LQG(tolerances={"attitude": 1e-3}, efforts={"torque": 0.5}, modes=4)
+    run = tf.close_loop(driven, law, tf.Slew(angle=0.01, duration=1.0), end_time=4.0)
+    np.testing.assert_allclose(run.data.measurement.values[-1], [0.01, 0.0, 0.0, 0.0, 0.0, 0.0], atol=2e-4)
+
+
 def test_restarts_and_seeds(state):
     sensors = {"rate": tf.Rate(noise=1e-5, delay=0.015), "film": tf.Displacement([[0.3, 0.1]], noise=1e-7)}
     drive = {"lag": 0.03, "delay": 0.02, "rate": 5.0}
