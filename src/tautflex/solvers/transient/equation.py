@@ -274,7 +274,7 @@ class StepNumbers:
         # Damping in proportion to stiffness resists in the axes of the reference: it does not turn with the structure.
         self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.products.matrix.stiffness)
         inertia, velocity = scheme.inertia, scheme.velocity
-        ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration, inertia)
+        ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration, inertia, velocity)
         self.end = np.array([(part.d, part.v, part.a) for part in ends])
         self.known = np.array([scheme.weight, inertia.v, inertia.a, velocity.v, velocity.a, velocity.d])
         self.linear = equation.products.combined(inertia.d, scheme.weight * velocity.d)
@@ -365,8 +365,8 @@ class StepForces:
         load = self._input + self._followed if self._followers else self._input
         rows, work = end_of_step(
             self.numbers.end, self.size, instant, books.late, products.start, products.column, products.mass,
-            products.damped, weight, self._rows, self._internal, equation.state.reference_force, self._frame, load,
-            residual, self._then, books.own, books.work, x, at.q, at.v, at.a,
+            products.damping, products.vectors, products.coefficients, weight, self._rows, self._internal,
+            equation.state.reference_force, self._frame, load, self._then, books.own, books.work, x, at.q, at.v, at.a,
         )  # fmt: skip
         q, v, a, jerk = rows[:4]
         forces, now = None, NONE

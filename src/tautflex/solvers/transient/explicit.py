@@ -13,7 +13,7 @@ from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.remembering import Remembering
-from tautflex.solvers.transient.accuracy.books import FRAME, INERTIA, NONE, STRESS, Books, write_books
+from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, NONE, STRESS, Books, write_books
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.stability import largest_eigenvalue
 from tautflex.solvers.transient.state import MotionState, MotionTerms
@@ -124,12 +124,23 @@ class ExplicitStepper(Remembering):
         equation, own, none = self.equation, np.empty((5, end.q.size)), np.zeros_like(end.q)
         inertia = equation.inertia
         own[INERTIA] = equation.products.mass_product(end.a)
+        own[DAMPING] = equation.products.damping_product(end.v)
         own[FRAME] = terms.load + inertia.apply(terms.velocity, end.v) + inertia.apply(terms.displacement, end.q)
         instants = size, size, at.books.late
         work = write_books(
-            equation.products.damped, 1.0, end.internal, none, equation.applied(end.q), none, NONE, at.q, end.q,
-            instants, at.books.own, at.books.work, own, NONE,
-        )  # fmt: skip
+            1.0,
+            end.internal,
+            none,
+            equation.applied(end.q),
+            NONE,
+            at.q,
+            end.q,
+            instants,
+            at.books.own,
+            at.books.work,
+            own,
+            NONE,
+        )
         return Books(work, own)
 
     def _stable_at(self, q: Array, size: float) -> bool:

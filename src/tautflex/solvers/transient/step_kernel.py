@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from tautflex.mechanics.kernel import add_forces
-from tautflex.mechanics.products import add_pair_products
+from tautflex.mechanics.products import add_low_rank, add_pair_products
 from tautflex.numeric import Array, Indices, Places, jit
-from tautflex.solvers.transient.accuracy.books import FRAME, INERTIA, write_books
+from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, write_books
 
 
 @jit
@@ -109,20 +109,22 @@ def first_guess(reach: float, v: Array, a: Array, jerk: Array) -> Array:
 @jit
 def end_of_step(
     coefficients: Array, size: float, instant: float, late: float, start: Indices, column: Places, mass: Array,
-    damped: bool, weight: float, rows: Array, internal: Array, reference: Array, frame: Array, load: Array,
-    residual: Array, then: Array, before: Array, done: Array, d: Array, q: Array, v: Array, a: Array,
+    damping: Array, vectors: Array, strengths: Array, weight: float, rows: Array, internal: Array, reference: Array,
+    frame: Array, load: Array, then: Array, before: Array, done: Array, d: Array, q: Array, v: Array, a: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
     """State at the end of a step and its books, see `write_books`.
 
     ``coefficients`` holds the factors of (d, v, a) in displacement, velocity and acceleration at the end and in the
-    inertia's acceleration, shape (4, 3); ``rows`` are those of `begin_step`, and ``frame`` is what the moving frame
+    inertia's acceleration and the velocity, shape (5, 3); ``damping`` in compressed rows has beside it the ``vectors``
+    with their ``strengths``; ``rows`` are those of `begin_step`, and ``frame`` is what the moving frame
     adds beside them.
 
     Returns displacement, velocity, acceleration and jerk, then the forces of the step by kind, and where these mix two
     instants those at the last one, shape (9 or 14, unknowns); and the work since the start of the run.
     """
-    end, acceleration = np.empty((14 if then.size else 9, d.size)), np.empty(d.size)
-    own, c, factor = end[4:9], coefficients[3], 1.0 / weight
+    end, rates = np.empty((14 if then.size else 9, d.size)), np.empty((2, d.size))
+    own, c, s, factor = end[4:9], coefficients[3], coefficients[4], 1.0 / weight
+    acceleration, speed = rates
     for row in range(3):
         share, target = coefficients[row], end[row]
         for i in range(d.size):
@@ -132,14 +134,16 @@ def end_of_step(
         end[3, i] = (end[2, i] - a[i]) / size
     for i in range(d.size):
         acceleration[i] = c[0] * d[i] + c[1] * v[i] + c[2] * a[i]
+        speed[i] = s[0] * d[i] + s[1] * v[i] + s[2] * a[i]
         own[FRAME, i] = frame[i] + factor * (rows[1, i] + rows[2, i])
     for i in range(d.size):
-        total = 0.0
+        first, second = 0.0, 0.0
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
-            total += mass[k] * acceleration[column[k]]
-        own[INERTIA, i] = total
-    work = write_books(
-        damped, weight, internal, reference, load, residual, then, q, end[0], (instant, size, late), before, done, own,
-        end[9:],
-    )  # fmt: skip
+            j = column[k]
+            first += mass[k] * acceleration[j]
+            second += damping[k] * speed[j]
+        own[INERTIA, i], own[DAMPING, i] = first, second
+    add_low_rank(vectors, strengths, 1.0, speed, own[DAMPING])
+    instants = instant, size, late
+    work = write_books(weight, internal, reference, load, then, q, end[0], instants, before, done, own, end[9:])
     return end, work

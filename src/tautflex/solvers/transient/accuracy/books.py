@@ -43,23 +43,17 @@ class Books(NamedTuple):
 
 @jit
 def write_books(
-    damped: bool, weight: float, internal: Array, reference: Array, load: Array, residual: Array, then: Array,
-    place: Array, end: Array, instants: tuple[float, float, float], before: Array, done: Array, own: Array, now: Array,
+    weight: float, internal: Array, reference: Array, load: Array, then: Array, place: Array, end: Array,
+    instants: tuple[float, float, float], before: Array, done: Array, own: Array, now: Array,
 ) -> Array:  # fmt: skip
     """Fill in the forces of a stage by kind, shape (5, size); return the work done since the start of the run.
 
-    Damping is what the others leave of the residual: one walk through a matrix less.
-
     Parameters
     ----------
-    damped
-        Whether there is damping.
     weight
         Of the forces at the evaluation instant, beside those at the start.
     internal, reference, load
         Internal force, what of it the reference carries, and load, at the evaluation instant, shape (size,).
-    residual
-        All forces together.
     then
         Forces by kind that are weighed at the start, shape (5, size); else empty.
     place, end
@@ -69,24 +63,18 @@ def write_books(
     before, done
         Forces of that by kind, (0, 0) behind a jump, and the work until the start.
     own, now
-        Forces of this equilibrium, with inertia and those of the frame at the evaluation instant filled in, and those
-        of that instant alone where they differ.
+        Forces of this equilibrium, with inertia, damping and the frame's at the evaluation instant filled in, and
+        those of that instant alone where they differ.
     """
     size, other = place.size, 1.0 - weight
     for i in range(size):
         own[INTERNAL, i], own[LOAD, i] = internal[i] - reference[i], -load[i]
     if then.size:
-        for kind in (INERTIA, INTERNAL, FRAME, LOAD):
+        for kind in range(5):
             for i in range(size):
                 now[kind, i] = own[kind, i]
                 if kind != INERTIA:
                     own[kind, i] = weight * own[kind, i] + other * then[kind, i]
-    for i in range(size):
-        rest = own[INERTIA, i] + own[INTERNAL, i] + own[FRAME, i] + own[LOAD, i]
-        own[DAMPING, i] = residual[i] - rest if damped else 0.0
-    if then.size:
-        for i in range(size):
-            now[DAMPING, i] = (own[DAMPING, i] - other * then[DAMPING, i]) / weight
     work, share, (instant, last, late) = done.copy(), 1.0, instants
     if before.size:
         share = (0.5 * last - late) / (instant - late)
