@@ -21,7 +21,7 @@ from tautflex.control.laws.shaped_reference import ShapedReference
 from tautflex.control.laws.stiffness_switching import StiffnessSwitching
 from tautflex.control.laws.tension_damping import TensionDamping
 from tautflex.control.riccati import bryson_weights, kalman_filter, regulator
-from tautflex.control.signals import Reference
+from tautflex.control.signals import Channel, LoopSpec, Reference
 from tautflex.errors import InputError
 from tautflex.motion.shaping import sampled_shaper, shaper_impulses
 from verification.linear_plants import closed, modal_plant, radius, run_bilinear, spec_of
@@ -251,6 +251,11 @@ def test_pd_on_a_rigid_hub_is_an_oscillator():
     law = PD(5.0, 2.0)
     matrices = law.matrices(spec_of(plant, 1e-3))
     np.testing.assert_array_equal(matrices.D, [[-5.0, -2.0, 0.0, 5.0, 2.0, 0.0], [0.0] * 6])
+    three = LoopSpec((Channel("attitude", "rad", 3), Channel("rate", "rad/s", 3)), (Channel("torque", "N m"),), 1e-3, 3)
+    about_y = PD(5.0, 2.0, attitude="attitude[1]", rate="rate[1]").matrices(three).D[0]
+    assert {k: value for k, value in enumerate(about_y) if value} == {1: -5.0, 4: -2.0, 7: 5.0, 10: 2.0}
+    with pytest.raises(InputError, match=r"^torque: expected 3, as many numbers as of attitude 'attitude', got 1"):
+        law.matrices(three)
     assert radius(closed(plant.discretize(1e-3), matrices)) < 1.0
 
 
