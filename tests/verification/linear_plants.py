@@ -58,19 +58,6 @@ def spec_of(plant: LinearPlant, interval: float, noise: float = 0.0) -> LoopSpec
     return LoopSpec(seen, tuple(Channel(label, "N") for label in plant.inputs), interval, plant.axes, plant)
 
 
-def closed(plant: LinearPlant, law) -> np.ndarray:
-    """Matrix of a loop of a discrete plant and a linear law on (x, last command, law)."""
-    n, m = plant.B.shape
-    b, d = law.B[:, : len(plant.outputs)], law.D[:, : len(plant.outputs)]
-    look = np.concatenate([plant.C, plant.D, np.zeros((len(plant.outputs), len(law.A)))], axis=1)
-    command = d @ look
-    command[:, n + m :] += law.C
-    top = np.concatenate([plant.A, np.zeros((n, m + len(law.A)))], axis=1) + plant.B @ command
-    own = b @ look
-    own[:, n + m :] += law.A
-    return np.concatenate([top, command, own])
-
-
 def radius(matrix: np.ndarray) -> float:
     """Largest size of an eigenvalue."""
     return float(np.abs(np.linalg.eigvals(matrix)).max())

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.io import loadmat
 from scipy.linalg import solve_continuous_are
 
+from tautflex.control.estimate import loop_matrix
 from tautflex.control.law import FunctionLaw, added, law_of
 from tautflex.control.laws.imsc import IndependentModalControl
 from tautflex.control.laws.lqg import LQG
@@ -21,10 +22,10 @@ from tautflex.control.laws.shaped_reference import ShapedReference
 from tautflex.control.laws.stiffness_switching import StiffnessSwitching
 from tautflex.control.laws.tension_damping import TensionDamping
 from tautflex.control.riccati import bryson_weights, kalman_filter, regulator
-from tautflex.control.signals import Reference
+from tautflex.control.signals import Channel, LoopSpec, Reference
 from tautflex.errors import InputError
 from tautflex.motion.shaping import sampled_shaper, shaper_impulses
-from verification.linear_plants import closed, modal_plant, radius, run_bilinear, spec_of
+from verification.linear_plants import modal_plant, radius, run_bilinear, spec_of
 
 INTERVAL = 0.01
 THREE = (
@@ -119,13 +120,30 @@ def test_poles_of_the_loop_are_those_of_regulator_and_filter():
         *np.linalg.eigvals(discrete.A @ (np.eye(6) - noise @ discrete.C)),
         *[0.0] * 4,  # the last command, of the plant and of the law
     ]
-    poles = np.linalg.eigvals(closed(discrete, matrices))
+    poles = np.linalg.eigvals(loop_matrix(discrete, matrices))
     left = list(poles)
     for pole in expected:
         near = int(np.argmin(np.abs(np.array(left) - pole)))
         # Four of them in one place are apart by the fourth root of round-off.
         assert abs(left.pop(near) - pole) < (1e-7 if pole else 1e-3)
-    assert radius(closed(discrete, matrices)) < 1.0
+    assert radius(loop_matrix(discrete, matrices)) < 1.0
+
+
+def test_a_law_that_does_not_know_a_mode_must_leave_it_stable():
+    """A strong law of one mode drives the second one up; its loop with the plant of all modes does grow."""
+    plant, efforts = on_hub(), {"torque": 1.0, "u0": 1e-2}
+    spec = spec_of(plant, INTERVAL, noise=1e-6)
+    growing = []
+    for tolerance in (1.0, 1e-2, 1e-4, 1e-6):
+        law = LQG({"attitude": tolerance, "y0": tolerance}, efforts, modes=1, coordinate_noise=1e-2)
+        growing.append(radius(loop_matrix(plant.discretize(INTERVAL), law.matrices(spec))) >= 1.0)
+        if growing[-1]:
+            with pytest.raises(InputError, match=r"^modes: .*all 2 coordinates grows .*spillover.*raise modes"):
+                law.start(spec)
+        else:
+            law.start(spec)
+    assert growing[0] is False
+    assert growing[-1] is True
 
 
 def test_regulator_of_a_measured_state_is_the_gain():
@@ -180,7 +198,7 @@ def test_positive_position_feedback_at_its_limit(ratio, verification_row):
     assert law.limit(plant) == pytest.approx(1.0 / static, rel=1e-12)
     blind = replace(spec_of(plant, 0.002), model=None)
     discrete = plant.discretize(0.002)
-    largest = radius(closed(discrete, law.matrices(blind)))
+    largest = radius(loop_matrix(discrete, law.matrices(blind)))
     verification_row(
         f"PPF at {ratio} of its static limit", "stable" if ratio < 1.0 else "unstable", largest, "spectral radius"
     )
@@ -251,7 +269,12 @@ def test_pd_on_a_rigid_hub_is_an_oscillator():
     law = PD(5.0, 2.0)
     matrices = law.matrices(spec_of(plant, 1e-3))
     np.testing.assert_array_equal(matrices.D, [[-5.0, -2.0, 0.0, 5.0, 2.0, 0.0], [0.0] * 6])
-    assert radius(closed(plant.discretize(1e-3), matrices)) < 1.0
+    three = LoopSpec((Channel("attitude", "rad", 3), Channel("rate", "rad/s", 3)), (Channel("torque", "N m"),), 1e-3, 3)
+    about_y = PD(5.0, 2.0, attitude="attitude[1]", rate="rate[1]").matrices(three).D[0]
+    assert {k: value for k, value in enumerate(about_y) if value} == {1: -5.0, 4: -2.0, 7: 5.0, 10: 2.0}
+    with pytest.raises(InputError, match=r"^torque: expected 3, as many numbers as of attitude 'attitude', got 1"):
+        law.matrices(three)
+    assert radius(loop_matrix(plant.discretize(1e-3), matrices)) < 1.0
 
 
 def test_modal_gains_solve_their_riccati_equations():

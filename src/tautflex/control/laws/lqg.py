@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tautflex.control.estimate import kalman_estimator, steady_reference
-from tautflex.control.law import LawMatrices, LinearLaw
-from tautflex.control.laws.lqr import of_all
+from tautflex.control.law import LawMatrices, LinearLaw, LinearMemory
+from tautflex.control.laws.lqr import of_all, started
 from tautflex.control.laws.optimal import Filtered
 from tautflex.control.riccati import regulator
 from tautflex.control.signals import LoopSpec
@@ -21,6 +21,10 @@ class LQG(Filtered, LinearLaw):
     """
 
     __repr__ = brief
+
+    def start(self, spec: LoopSpec) -> LinearMemory:
+        """At rest; a law of fewer modes than the model has must leave the others stable."""
+        return started(self, spec)
 
     def matrices(self, spec: LoopSpec) -> LawMatrices:
         """Filter, then the gain; the state is that of the filter and the last command."""

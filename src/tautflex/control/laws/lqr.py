@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from tautflex.control.estimate import direct_estimator, steady_reference
-from tautflex.control.law import LawMatrices, LinearLaw
+from tautflex.control.estimate import direct_estimator, refuse_spillover, steady_reference
+from tautflex.control.law import LawMatrices, LinearLaw, LinearMemory
 from tautflex.control.laws.optimal import Optimal
 from tautflex.control.riccati import regulator
 from tautflex.control.signals import LoopSpec
@@ -26,6 +27,10 @@ class LQR(Optimal, LinearLaw):
 
     __repr__ = brief
 
+    def start(self, spec: LoopSpec) -> LinearMemory:
+        """At rest; a law of fewer modes than the model has must leave the others stable."""
+        return started(self, spec)
+
     def matrices(self, spec: LoopSpec) -> LawMatrices:
         """State by least squares, then the gain."""
         plant, used = self.design(spec)
@@ -39,6 +44,14 @@ class LQR(Optimal, LinearLaw):
         gain = regulator(estimator.plant, self.weights(estimator.plant)).gain
         state, command = steady_reference(plant, self.feedforward)
         return of_all(estimator.with_gain(gain, gain @ state + command), used, len(spec.commanded))
+
+
+def started(law: Any, spec: LoopSpec) -> LinearMemory:
+    """Memory of an optimal law before the first measurement, its loop with all modes looked at."""
+    memory: LinearMemory = LinearLaw.start(law, spec)
+    if law.modes is not None:
+        refuse_spillover(spec, memory.matrices, type(law).__name__)
+    return memory
 
 
 def of_all(law: LawMatrices, used: Indices, commands: int) -> LawMatrices:

@@ -37,8 +37,8 @@ class PD(LinearLaw):
     damping_ratios
         Their damping ratios, in [0, 1), one for all or one each.
     attitude, rate, torque
-        Names of the sensors of attitude and rate, and of the actuator. About three axes angles are rotation vectors:
-        their difference is the error as long as it is small.
+        Names of the sensors of attitude and rate, and of the actuator, or of one axis of each, as ``"rate[0]"``. About
+        three axes angles are rotation vectors: their difference is the error as long as it is small.
 
     Raises
     ------
@@ -73,13 +73,20 @@ class PD(LinearLaw):
         """Gains, behind the shaper."""
         places = spec.measurement("attitude", self.attitude), spec.measurement("rate", self.rate)
         torque, axes, seen = spec.command("torque", self.torque), spec.axes, len(spec.measured)
-        for name, found in (("attitude", places[0]), ("rate", places[1]), ("torque", torque)):
-            if len(found) != axes or not axes:
+        whole = spec.measurement("attitude", self.attitude.partition("[")[0])
+        if not len(whole) == axes > 0:
+            raise InputError(
+                f"attitude: expected one number for each of the {axes} axes of the hub, got {len(whole)} of "
+                f"{self.attitude!r}; PD turns a free hub: give the plant one, and an Attitude()"
+            )
+        each = places[0] - whole[0]
+        for name, found in (("rate", places[1]), ("torque", torque)):
+            if len(found) != len(each):
                 raise InputError(
-                    f"{name}: expected one number for each of the {axes} axes of the hub, got {len(found)}; PD turns a "
-                    "free hub, give the plant one, and sensors and actuator of all its axes"
+                    f"{name}: expected {len(each)}, as many numbers as of attitude {self.attitude!r}, got {len(found)} "
+                    f"of {getattr(self, name)!r}; name one axis of each, such as 'attitude[0]' and 'rate[0]', or all"
                 )
-        gain, each = np.zeros((len(spec.commanded), seen + 3 * axes)), np.arange(axes)
+        gain = np.zeros((len(spec.commanded), seen + 3 * axes))
         for number, (value, place) in enumerate(zip((self.stiffness, self.damping), places, strict=True)):
             gain[torque, place] = -value
             gain[torque, seen + number * axes + each] = value
