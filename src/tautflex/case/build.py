@@ -68,7 +68,7 @@ def build_model(case: Case) -> Model:
 
 def _meshed_model(case: Case, file: str, cable: CableSection | None, beam: BeamSection | None, **stated: Any) -> Model:
     """Structure whose mesh comes from a file; tensions of cables by their direction."""
-    mesh = read_mesh(file, case.mesh.names, unit_length=case.mesh.unit_length or 1.0)
+    mesh = read_mesh(file, case.mesh.names, unit_length=case.mesh.unit_length or 1.0, step=case.mesh.step)
     for kind, section, table in (("cables", cable, "cables"), ("beams", beam, "frame")):
         count = len(getattr(mesh, kind))
         if count and section is None:

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tautflex import checks
-from tautflex.errors import MeshError
+from tautflex.errors import InputError, MeshError
 from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup, Support
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, require_section
-from tautflex.structure.mesh import blend_by_direction, check_connected, check_elements, check_joints
+from tautflex.structure.mesh import blend_by_direction, check_elements, check_joints, connected_pieces
 from tautflex.structure.numbering import Numbering
 from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6, Shape, surface_shape
 from tautflex.text import card, count
@@ -79,7 +79,7 @@ class Model(Numbering):
         beam_axial_force
             Given initial axial force, tension positive [N], scalar or shape (b,).
         beam_orientation
-            Direction whose part normal to a beam is its local z axis, shape (3,).
+            Direction whose part normal to a beam is its local z axis, shape (3,) or (b, 3).
         supports
             Held nodes.
         prestress_mode
@@ -118,7 +118,7 @@ class Model(Numbering):
             if not len(elements):
                 continue
             values = checks.spread(load, initial, len(elements))[:, None]
-            direction = checks.vector3("beam_orientation", orientation)
+            direction = _directions("beam_orientation", orientation, len(elements))
             groups.append(ElementGroup(require_section(name, given, kind), LINE2, elements, values, direction))
         held, stated = checks.several("supports", supports, Support, _SUPPORT), prestress_mode is not None
         return cls(points, tuple(groups), held, "uniform" if prestress_mode is None else prestress_mode, stated)
@@ -132,9 +132,22 @@ class Model(Numbering):
             name = f"{group.section.kind if group.shape.dimension == 1 else group.shape.domain}s"
             check_elements(name, group.shape, self.nodes, group.connectivity)
         check_joints([(group.shape, group.connectivity) for group in self.surfaces])
-        check_connected(len(self.nodes), [group.connectivity for group in self.groups])
+        pieces = connected_pieces(len(self.nodes), [group.connectivity for group in self.groups])
         for support in self.supports:
             checks.indices("supports", support.nodes, len(self.nodes), error=MeshError)
+        self._require_held(pieces)
+
+    def _require_held(self, piece: Indices) -> None:
+        """One piece may be free; of several, each must be held."""
+        sizes = np.bincount(piece)
+        for number in np.argsort(sizes, kind="stable") if len(sizes) > 1 else ():
+            free = self.freedom_of(piece == number)
+            if free:
+                raise MeshError(
+                    f"mesh: expected one connected structure, or pieces that are all held, got {len(sizes)} pieces, "
+                    f"one of which ({sizes[number]} node(s), e.g. node {int(np.flatnonzero(piece == number)[0])}) has "
+                    f"{free} rigid motions free; merge duplicate nodes, join the pieces, or hold each of them"
+                )
 
     def __repr__(self) -> str:
         elements = [
@@ -231,6 +244,17 @@ class Model(Numbering):
                 factor = blend_by_direction(self.nodes, group.connectivity, scale_x, scale_y)[:, None]
             groups.append(replace(group, initial=group.initial * factor))
         return replace(self, groups=tuple(groups))
+
+
+def _directions(name: str, value: ArrayLike, count: int) -> Array:
+    """One direction for all elements, shape (3,), or one for each, shape (count, 3); none of length 0."""
+    if checks.numbers(name, value).ndim != 2:
+        return checks.vector3(name, value)
+    each = checks.float_array(name, value, (count, 3))
+    short = np.flatnonzero(np.linalg.norm(each, axis=1) == 0.0)
+    if short.size:
+        raise InputError(f"{name}: expected directions, got one of length 0 for element {short[0]}; give each a length")
+    return each
 
 
 def _surface_elements(

@@ -113,7 +113,8 @@ class Mesh(Section):
 
     With ``file`` (Gmsh, Abaqus or Nastran) film, cables, frame and supports come from its groups; the case states
     sections and tensions only, a cable's tension by its direction. ``names`` gives roles to groups whose names
-    do not tell them.
+    do not tell them. ``step`` is left out where the file has one step (Abaqus) or subcase (Nastran), or one that asks
+    for frequencies, or all have the same supports.
     """
 
     divisions: tuple[Count, Count] = key("numbers of cells along x and y, integers >= 1", default=(20, 10))
@@ -123,6 +124,7 @@ class Mesh(Section):
     element: Surface = key("shape of the film's elements", "triangle6", "triangle3")
     file: str | None = key("mesh file (.msh, .inp, .bdf)", "antenna.msh", None, strict=True)
     unit_length: Positive | None = key("length of the file's unit [m]", 0.001, None)
+    step: Count | None = key("step or subcase of the file whose supports hold, from 1", 2, None)
     names: dict[str, Literal["membrane", "cable", "beam", "clamped", "pinned", "support", "ignore"]] | None = key(
         "roles of groups in the file", {"skin": "membrane"}, None
     )
@@ -139,7 +141,7 @@ class Mesh(Section):
             if self.file is not None and name in self.model_fields_set:
                 text = f"{name}: expected no value beside file = {show(self.file)}, got {show(getattr(self, name))}"
                 raise ValueError(f"{text}; remove one of the two")
-        for name in ("unit_length", "names"):
+        for name in ("unit_length", "step", "names"):
             if self.file is None and getattr(self, name) is not None:
                 text = f"{name}: expected no value without file, got {show(getattr(self, name))}"
                 raise ValueError(f"{text}; add file, or remove it")

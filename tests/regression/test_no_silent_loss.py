@@ -1,0 +1,169 @@
+"""Every line of a deck counts: without it, twice, or with a field changed the mesh is another or the reader speaks.
+
+Left alone are numbers of elements, which are labels, and in the tables of docs/meshes.md what has no effect.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import tautflex as tf
+
+pytestmark = pytest.mark.campaign
+
+NASTRAN = """SPC = 7
+BEGIN BULK
+GRDSET,,,,,,,456
+CORD2R,3,,0.,0.,1.,0.,.5,2.
+,1.,1.,1.
+CORD2C,5,3,0.,0.,0.,0.,.25,1.
+,1.,.5,0.
+CORD1R,6,1,2,3
+GRID,1,,0.,0.,0.,,0
+GRID,2,,1.,0.,0.
+GRID,3,,1.,1.,0.
+GRID,4,5,1.,90.,.5
+GRID,5,3,1.5,.5,.25
+GRID,6,6,1.,2.5,.75,,3
+GRID,11,,3.,0.,0.,3
+GRID,12,,4.,.5,0.,5
+GRID,13,,5.,.5,.5
+=,*(1),=,*(1.),*(.5),=,==
+=(2)
+GRID,99,,3.,7.,8.
+CQUAD4,1,1,1,2,3,5
+CTRIA3,2,2,3,4,5
+CROD,3,3,2,11
+CTUBE,4,4,3,6
+CONROD,5,4,6
+BAROR,,9,,,.3,1.,.2
+CBAR,6,,11,12
+CBAR,7,8,12,13,.5,1.,2.
+CBAR,8,8,13,14,99
+CBEAM,9,8,14,15,1.,2.,3.,BGG
+CBAR,10,8,15,16,1.,2.,3.
+SPCADD,7,21,22
+SPC1,21,123,1,2,3,4,5,6,+A
+SPC1,22,123,11,THRU,13
++A,14,15
+SPC,22,16,126,0.,15,5
+"""
+
+ABAQUS = """*PART, NAME=Wing
+*NODE, NSET=every
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.1
+4, 0., 1., 0.
+5, 2.5, 0.2, 0.3
+*ELEMENT, TYPE=M3D4, ELSET=skin
+1, 1, 2, 3, 4
+*ELEMENT, TYPE=T3D2, ELSET=stay
+2, 3, 5
+*ELEMENT, TYPE=B31, ELSET=spar
+3, 2, 5
+*BEAM SECTION, ELSET=spar, SECTION=RECT
+0.1, 0.1
+0., 1., 2.
+*NSET, NSET=root
+1, 4
+*NSET, NSET=ends, GENERATE
+2, 4, 1
+*ELSET, ELSET=lines
+stay, 3
+*END PART
+*ASSEMBLY, NAME=all
+*INSTANCE, NAME=right, PART=Wing
+1., 2., 3.
+0., 0., 0., 1., 1., 0., 90.
+*END INSTANCE
+*INSTANCE, NAME=left, PART=Wing
+-1., -2., -3.
+*END INSTANCE
+*NSET, NSET=roots, INSTANCE=right
+root
+*NSET, NSET=roots
+left.root, left.2
+*END ASSEMBLY
+*BOUNDARY, AMPLITUDE=a
+right.5, 1, 2
+*STEP
+*STATIC
+*BOUNDARY, OP=NEW
+roots, ENCASTRE
+left.ends, 3
+*END STEP
+*STEP
+*FREQUENCY
+*BOUNDARY
+right.5, YSYMM
+right.3, 2, 4
+*END STEP
+"""
+# Lines without effect: dimensions of sections, ends of blocks that others end, conditions that OP=NEW takes away.
+IDLE = {
+    ".bdf": {"BEGIN BULK"},
+    ".inp": {"0.1, 0.1", "*END PART", "*END INSTANCE", "*ASSEMBLY, NAME=all", "*END ASSEMBLY", "*END STEP", "*STATIC"}
+    | {"*BOUNDARY, AMPLITUDE=a", "right.5, 1, 2"},
+}
+LABELLED = ("CQUAD4", "CTRIA3", "CROD", "CTUBE", "CONROD", "CBAR", "CBEAM")
+
+
+def fingerprint(path, text: str) -> object:
+    """All that a mesh says; None if the reader speaks."""
+    path.write_text(text, encoding="utf-8")
+    try:
+        mesh = tf.read_mesh(path)
+    except tf.MeshError:
+        return None
+    arrays = [mesh.nodes, mesh.triangles, mesh.quads, mesh.cables, mesh.beams, mesh.beam_orientation]
+    groups = {name: {k: v.tolist() for k, v in parts.items()} for name, parts in mesh.groups.items()}
+    held = [(node, one.directions) for one in mesh.supports for node in one.nodes]
+    return [np.round(array, 12).tolist() for array in arrays], groups, sorted(held)
+
+
+def changed(line: str, suffix: str) -> Iterator[str]:
+    """The line with one of its fields changed."""
+    parts = line.split(",")
+    label = parts[0] in LABELLED or (suffix == ".inp" and len(parts) > 2 and parts[0].isdigit() and "." not in line)
+    start = 1 if suffix == ".bdf" or line.startswith("*") else 0
+    for place in range(start, len(parts)):
+        number = re.fullmatch(r"(.*?)([-+]?\d*\.?\d+|\d+\.)(\D*)", parts[place])
+        if number is None or (label and place == (1 if suffix == ".bdf" else 0)):
+            continue
+        value = float(number[2])
+        new = f"{value + 0.375:g}" if "." in number[2] else str(int(value) + 1)
+        yield ",".join([*parts[:place], f"{number[1]}{new}{number[3]}", *parts[place + 1 :]])
+
+
+@pytest.mark.parametrize(("suffix", "deck"), [(".bdf", NASTRAN), (".inp", ABAQUS)])
+def test_no_line_is_lost_in_silence(suffix, deck, tmp_path, verification_row):
+    path = tmp_path / f"deck{suffix}"
+    whole = fingerprint(path, deck)
+    assert whole is not None
+    lines, silent, tried = deck.splitlines(), [], 0
+    for number, line in enumerate(lines):
+        if line in IDLE[suffix]:
+            continue
+        for new in ([], *([one] for one in changed(line, suffix))):
+            tried += 1
+            if fingerprint(path, "\n".join([*lines[:number], *new, *lines[number + 1 :], ""])) == whole:
+                silent.append((line, new))
+    assert silent == []
+    verification_row(f"decks ({suffix}) without a line or with a field changed: silent losses", 0, 0, f"{tried} decks")
+
+
+@pytest.mark.parametrize(("suffix", "deck"), [(".bdf", NASTRAN), (".inp", ABAQUS)])
+@pytest.mark.parametrize("word", ["NONSENSE", "RBE2,9,1,123456,2", "MPC\nBEAM, 1, 2", "CELAS1,9,1,1,1,2,1", "MASS"])
+def test_no_word_is_lost_in_silence(suffix, deck, word, tmp_path):
+    assert fingerprint(tmp_path / f"deck{suffix}", deck) is not None
+    first = word if suffix == ".bdf" else f"*{word}"
+    lines = deck.splitlines()
+    for number in range(2, len(lines), 5):
+        if suffix == ".bdf" or lines[number].startswith("*"):
+            text = "\n".join([*lines[:number], first, *lines[number:], ""])
+            assert fingerprint(tmp_path / f"deck{suffix}", text) is None
