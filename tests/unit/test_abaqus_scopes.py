@@ -220,3 +220,34 @@ def test_files_within_files(tmp_path, read):
             read(f"*INCLUDE, INPUT={wrong}\n")
     with pytest.raises(MeshError, match="depth of 10"):
         read("*INCLUDE, INPUT=mesh.inp\n")
+
+
+BODIES = "*ELEMENT, TYPE=MASS, ELSET=payload\n8, 2\n*ELEMENT, TYPE=ROTARYI, ELSET=wheel\n9, 2\n"
+VALUES = "*MASS, ELSET=payload\n2.5\n*ROTARY INERTIA, ELSET=wheel\n0.1, 0.2, 0.3\n"
+
+
+def test_point_masses(read):
+    """In every instance, the inertia turned with it: by a quarter about z it changes axes."""
+    text = TWO.replace("180.", "90.").replace("*BEAM", BODIES + VALUES + "*BEAM")
+    bodies = read(text).masses
+    assert [(one.node, one.mass) for one in bodies] == [(1, 2.5), (1, 0.0), (5, 2.5), (5, 0.0)]
+    np.testing.assert_allclose(bodies[1].tensor, np.diag([0.1, 0.2, 0.3]), atol=1e-15)
+    np.testing.assert_allclose(bodies[3].tensor, np.diag([0.2, 0.1, 0.3]), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (BODIES, "of every point element, got none of 2"),
+        (BODIES + VALUES.replace("2.5", "2.5, 1."), "expected one line with a mass"),
+        (BODIES + VALUES.replace("0.3", "0.3, 0.1"), "principal moments"),
+        (BODIES + VALUES.replace("ELSET=wheel", "ELSET=payload"), "elements of TYPE=ROTARYI"),
+        (BODIES + VALUES.replace("ELSET=payload", "ELSET=skin"), "elements of TYPE=MASS"),
+        (BODIES + VALUES.replace("ELSET=payload", "ELSET=payload, ALPHA=0.1"), "got 'ALPHA'"),
+        (BODIES.replace("9, 2", "9, 2, 3") + VALUES, "expected number and 1 nodes"),
+    ],
+)
+def test_point_masses_that_are_refused(text, words, read):
+    with pytest.raises(MeshError) as caught:
+        read(FLAT + text)
+    assert words in str(caught.value)

@@ -257,3 +257,72 @@ def test_films_that_bend_are_asked_for(tmp_path):
     assert len(tf.read_mesh(path, {"pid1": "membrane"}).quads) == 1
     path.write_text(FILM + "PSHELL,1,1,1.-4\n", encoding="utf-8")
     assert len(tf.read_mesh(path).quads) == 1
+
+
+MAST = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.,5\nCBAR,1,1,1,2\nCORD2R,5,,0.,0.,0.,0.,0.,1.\n,0.,1.,0.\n"
+TENSOR = np.array([[0.5, -0.01, -0.02], [-0.01, 0.6, -0.03], [-0.02, -0.03, 0.7]])
+QUARTER = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # axes of system 5 as rows
+
+
+@pytest.mark.parametrize(
+    ("cards", "mass", "inertia", "offset"),
+    [
+        ("CONM2,9,2,,2.5\n", 2.5, 0.0 * TENSOR, [0.0, 0.0, 0.0]),
+        ("CONM2,9,2,,2.5,.1,.2,.3\n,.5,.01,.6,.02,.03,.7\n", 2.5, TENSOR, [0.1, 0.2, 0.3]),
+        ("CONM2,9,2,-1,2.5,.1,.2,.3\n,.5,.01,.6,.02,.03,.7\n", 2.5, TENSOR, [-0.9, 0.2, 0.3]),
+        ("CONM2,9,2,5,2.5,.1,.2,.3\n,.5,.01,.6,.02,.03,.7\n", 2.5, QUARTER.T @ TENSOR @ QUARTER, [-0.2, 0.1, 0.3]),
+        ("CONM2,9,2,,2.5\nPARAM,WTMASS,.1\n", 0.25, 0.0 * TENSOR, [0.0, 0.0, 0.0]),
+        (
+            "CMASS2,1,2.5,2,1\nCMASS2,2,2.5,2,2\nCMASS2,3,2.5,2,3\nCMASS1,4,7,2,4\nPMASS,7,.5,8,.25\n",
+            2.5,
+            np.diag([0.0, 0.5, 0.0]),
+            [0.0, 0.0, 0.0],
+        ),
+        (
+            "CONM1,9,2,5,2.,0.,2.,0.,0.\n,2.,0.,-.6,.4,1.3,.6,0.,-.2\n,-.04,1.2,-.4,.2,0.,-.06,-.12,1.1\n",
+            2.0,
+            QUARTER.T @ (np.diag([1.3, 1.2, 1.1]) - 2.0 * np.diag([0.13, 0.10, 0.05])) @ QUARTER,
+            [-0.2, 0.1, 0.3],
+        ),
+    ],
+)
+def test_point_masses(cards, mass, inertia, offset, tmp_path):
+    """Offsets and inertias in their systems; CONM1 is of the same body about the grid point: -m (x y) = -.04 ..."""
+    (tmp_path / "mast.bdf").write_text(MAST + cards, encoding="utf-8")
+    (body,) = tf.read_mesh(tmp_path / "mast.bdf").masses
+    assert (body.node, body.mass) == (1, pytest.approx(mass))
+    np.testing.assert_allclose(body.tensor, inertia, atol=1e-14)
+    np.testing.assert_allclose(body.arm, offset, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("cards", "words"),
+    [
+        ("CMASS2,1,2.5,2,1\n", "the same mass along all three directions, got [2.5, 0.0, 0.0]"),
+        ("CMASS2,1,2.5,2,1,1,1\n", "field 6 to be blank"),
+        ("CMASS1,1,7,2,1\n", "expected a PMASS 7"),
+        ("CMASS2,1,2.5,2,7\n", "component from 1 to 6"),
+        ("CONM2,9,7,,2.5\n", "existing grid point, got 7"),
+        ("CONM2,9,2,6,2.5\n", "coordinate system, got 6"),
+        ("CONM2,9,2,,-2.5\n", "mast.bdf: line 6 ('CONM2'): mass: expected a number >= 0"),
+        ("CONM2,9,2,,2.5\nPARAM,WTMASS,0.\n", "a factor > 0"),
+        ("CONM1,9,2,,2.,1.,2.\n", "matrix of a rigid body"),
+        ("GRID,3,,2.,0.,0.\nCONM2,9,3,,2.5\n", "at a node of an element"),
+        ("CONM2,9,2,,1.,,,,1.\n", "field 9 to be blank"),
+    ],
+)
+def test_point_masses_that_are_refused(cards, words, tmp_path):
+    (tmp_path / "mast.bdf").write_text(MAST + cards, encoding="utf-8")
+    with pytest.raises(MeshError) as caught:
+        tf.read_mesh(tmp_path / "mast.bdf")
+    assert words in str(caught.value)
+
+
+def test_units_of_masses(tmp_path):
+    (tmp_path / "mast.bdf").write_text(MAST + "CONM2,9,2,,2.5,.1\n,.5,,.6,,,.7\n", encoding="utf-8")
+    with pytest.raises(MeshError, match=r"expected unit_mass beside unit_length = 0.001"):
+        tf.read_mesh(tmp_path / "mast.bdf", unit_length=1e-3)
+    (body,) = tf.read_mesh(tmp_path / "mast.bdf", unit_length=1e-3, unit_mass=1e3).masses
+    assert body.mass == pytest.approx(2.5e3)
+    np.testing.assert_allclose(body.arm, [1e-4, 0.0, 0.0])
+    np.testing.assert_allclose(np.diag(body.tensor), [0.5e-3, 0.6e-3, 0.7e-3])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import brentq
 
 import tautflex as tf
 
@@ -16,6 +17,14 @@ def beam_frequency(factor: float, length: float = 1.0) -> float:
     """Frequency of an Euler-Bernoulli beam of the mast's section [Hz]: factor / (2 pi L^2) sqrt(EI / m)."""
     stiffness = ALUMINIUM.youngs_modulus * TUBE.inertia_y / (ALUMINIUM.density * TUBE.area)
     return factor / (2.0 * np.pi * length**2) * float(np.sqrt(stiffness))
+
+
+def tip_mass_frequency(ratio: float) -> float:
+    """Cantilever with a tip mass of ``ratio`` times its own: 1 + cos cosh + ratio b (cos sinh - sin cosh) = 0."""
+    root = brentq(
+        lambda b: 1 + np.cos(b) * np.cosh(b) + ratio * b * (np.cos(b) * np.sinh(b) - np.sin(b) * np.cosh(b)), 0.1, 1.8
+    )
+    return beam_frequency(root**2)
 
 
 def frequencies(mesh: tf.MeshData, n: int = 2, **given: object) -> np.ndarray:

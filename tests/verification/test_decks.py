@@ -9,7 +9,7 @@ import tautflex as tf
 from regression import mesh_files
 from tautflex import MeshError
 from verification import decks
-from verification.decks import CLAMPED_CLAMPED, CLAMPED_FREE, TUBE, beam_frequency, frequencies
+from verification.decks import CLAMPED_CLAMPED, CLAMPED_FREE, TUBE, beam_frequency, frequencies, tip_mass_frequency
 
 EULER = "Euler-Bernoulli beam"
 
@@ -204,6 +204,26 @@ def test_ungrouped_surfaces_leave_no_holes(read):
     with pytest.raises(MeshError, match=r"group 'ungrouped': .*names=\{'ungrouped': 'membrane'\}"):
         read(".msh", deck(2))
     assert area(read(".msh", deck(2), names={"ungrouped": "membrane"})) == pytest.approx(5.0)
+
+
+PAYLOADS = {
+    "CONM2": (".bdf", decks.nastran(decks.HELD + "CONM2,90,11,,2.5\n")),
+    "CMASS1": (
+        ".bdf",
+        decks.nastran(decks.HELD + "PMASS,7,2.5\n" + "".join(f"CMASS1,{75 + k},7,11,{k}\n" for k in (1, 2, 3))),
+    ),
+    "MASS": (".inp", decks.abaqus("*Element, type=MASS, elset=payload\n901, 11\n*Mass, elset=payload\n2.5\n")),
+}
+
+
+@pytest.mark.parametrize("name", PAYLOADS)
+def test_payload_at_the_tip(name, read, verification_row):
+    """1.3147 Hz: 1 + cos b cosh b + (M / m L) b (cos b sinh b - sin b cosh b) = 0."""
+    mesh = read(*PAYLOADS[name])
+    found, wanted = frequencies(mesh)[0], tip_mass_frequency(2.5 / 0.27)
+    verification_row(f"deck, {name} of 2.5 kg at the tip [Hz]", wanted, found, "closed form")
+    assert found == pytest.approx(wanted, rel=1e-6)
+    assert mesh.model(beam=TUBE).mass == pytest.approx(2.77)
 
 
 REFUSED = {

@@ -13,6 +13,7 @@ from tautflex import checks
 from tautflex.errors import InputError, MeshError
 from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup, Support
+from tautflex.structure.masses import PointMass
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, require_section
 from tautflex.structure.mesh import blend_by_direction, check_elements, check_joints, connected_pieces
 from tautflex.structure.numbering import Numbering
@@ -20,6 +21,7 @@ from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6, Shape,
 from tautflex.text import card, count
 
 _SUPPORT = "Support.clamped([0])"
+_MASS = "PointMass(node, mass=2.5)"
 PRESTRESS_MODES = ("equilibrium", "uniform", "initial-strain")
 
 
@@ -32,6 +34,7 @@ class Model(Numbering):
 
     prestress_mode: str = "uniform"
     prestress_stated: bool = True
+    masses: tuple[PointMass, ...] = ()
 
     @classmethod
     def from_mesh(
@@ -52,6 +55,7 @@ class Model(Numbering):
         beam_axial_force: ArrayLike = 0.0,
         beam_orientation: ArrayLike = (0.0, 0.0, 1.0),
         supports: Sequence[Support] = (),
+        masses: Sequence[PointMass] = (),
         prestress_mode: str | None = None,
     ) -> Model:
         """Build a model from any film elements, cables and beams in space.
@@ -82,6 +86,8 @@ class Model(Numbering):
             Direction whose part normal to a beam is its local z axis, shape (3,) or (b, 3).
         supports
             Held nodes.
+        masses
+            Rigid bodies at nodes.
         prestress_mode
             ``"uniform"``: the given stresses are the state, their imbalance carried by the reference;
             ``"equilibrium"``: cable tensions are final, film and beams respond; ``"initial-strain"``: cables
@@ -121,11 +127,13 @@ class Model(Numbering):
             direction = _directions("beam_orientation", orientation, len(elements))
             groups.append(ElementGroup(require_section(name, given, kind), LINE2, elements, values, direction))
         held, stated = checks.several("supports", supports, Support, _SUPPORT), prestress_mode is not None
-        return cls(points, tuple(groups), held, "uniform" if prestress_mode is None else prestress_mode, stated)
+        bodies = checks.several("masses", masses, PointMass, _MASS)
+        return cls(points, tuple(groups), held, "uniform" if prestress_mode is None else prestress_mode, stated, bodies)
 
     def __post_init__(self) -> None:
         checks.one_of("prestress_mode", self.prestress_mode, PRESTRESS_MODES)
         checks.several("supports", self.supports, Support, _SUPPORT)
+        checks.several("masses", self.masses, PointMass, _MASS)
         checks.several("groups", self.groups, ElementGroup, "those that Model.from_mesh makes")
         checks.float_array("nodes", self.nodes, (None, 3), error=MeshError)
         for group in self.groups:
@@ -136,6 +144,13 @@ class Model(Numbering):
         for support in self.supports:
             checks.indices("supports", support.nodes, len(self.nodes), error=MeshError)
         self._require_held(pieces)
+        checks.indices("masses", [body.node for body in self.masses], len(self.nodes), error=MeshError)
+        for body in self.masses:
+            if body.turns and self.dof_offset[body.node + 1] - self.dof_offset[body.node] < 6:
+                raise MeshError(
+                    f"masses: expected a body without inertia and offset at node {body.node}, which no beam turns, got "
+                    f"inertia {body.tensor.tolist()} and offset {body.arm.tolist()}; place it on a beam"
+                )
 
     def _require_held(self, piece: Indices) -> None:
         """One piece may be free; of several, each must be held."""
@@ -158,10 +173,13 @@ class Model(Numbering):
         ]
         size = " x ".join(f"{side:.4g}" for side in np.ptp(self.nodes, axis=0))
         held = count(np.unique(np.concatenate([[], *(support.nodes for support in self.supports)])), "node")
+        carried = sum(body.mass for body in self.masses)
+        bodies = {"masses": f"{carried:.4g} kg in {len(self.masses)} of its nodes"} if self.masses else {}
         lines = {
             "nodes": len(self.nodes),
             "unknowns": len(self.free_dofs),
             "elements": ", ".join(elements),
+            **bodies,
             "size": f"{size} m",
             "mass": f"{self.mass:.4g} kg",
             "supports": f"{held} held" + (f", {self.rigid_freedom} rigid motions free" if self.rigid_freedom else ""),
@@ -226,8 +244,11 @@ class Model(Numbering):
     def mass(self) -> float:
         """Total mass [kg]."""
         return sum(
-            group.section.mass_per_measure * float(group.shape.measure(self.nodes[group.connectivity]).sum())
-            for group in self.groups
+            (
+                group.section.mass_per_measure * float(group.shape.measure(self.nodes[group.connectivity]).sum())
+                for group in self.groups
+            ),
+            float(sum(body.mass for body in self.masses)),
         )
 
     def with_pretension_scaled(self, scale_x: float, scale_y: float) -> Model:

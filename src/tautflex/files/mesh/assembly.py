@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.errors import MeshError
+from tautflex.errors import InputError, MeshError
 from tautflex.files.mesh import roles
 from tautflex.files.mesh.mesh_data import MeshData
 from tautflex.files.mesh.raw import KINDS, RawGroup, RawMesh, shorten
 from tautflex.numeric import Indices
 from tautflex.structure.groups import DIRECTIONS, Support
+from tautflex.structure.masses import PointMass
 from tautflex.structure.mesh import check_elements
 from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6
 
@@ -27,7 +28,12 @@ _PARTS = {
 }
 
 
-def assemble(raw: RawMesh, names: Mapping[str, str] | None = None, unit_length: float = 1.0) -> MeshData:
+def assemble(
+    raw: RawMesh,
+    names: Mapping[str, str] | None = None,
+    unit_length: float = 1.0,
+    unit_mass: float | None = None,
+) -> MeshData:
     """Give every element its role, leave out what has none, and number nodes anew.
 
     ``names`` are roles that the user states, by group; they come before the file's element types and names.
@@ -59,7 +65,7 @@ def assemble(raw: RawMesh, names: Mapping[str, str] | None = None, unit_length: 
     for group in left_out:  # last, because left out is left out, whatever other groups say
         for kind in KINDS:
             role[kind][group.of(kind)] = "ignore"
-    return _collect(raw, role, held, unit_length)
+    return _collect(raw, role, held, unit_length, unit_mass)
 
 
 def _require_no_doubt(raw: RawMesh, stated: Mapping[str, str]) -> None:
@@ -129,6 +135,7 @@ def _collect(
     role: Mapping[str, NDArray[np.str_]],
     held: list[tuple[str, Indices, tuple[str, ...]]],
     unit_length: float,
+    unit_mass: float | None,
 ) -> MeshData:
     chosen = {part: np.flatnonzero(role[kind] == wanted) for part, (kind, wanted) in _PARTS.items()}
     elements = {part: raw.elements[_PARTS[part][0]][rows] for part, rows in chosen.items()}
@@ -149,7 +156,30 @@ def _collect(
     orientation = np.where(np.isnan(raw.orientation), DEFAULT_ORIENTATION, raw.orientation)[chosen["beams"]]
     supports = _supports([(name, new["nodes"][rows], directions) for name, rows, directions in held])
     groups = _selections(raw, new)
-    return MeshData(nodes, **parts, supports=supports, groups=groups, beam_orientation=orientation)
+    masses = tuple(_bodies(raw, new["nodes"], unit_length, unit_mass))
+    return MeshData(nodes, **parts, supports=supports, groups=groups, beam_orientation=orientation, masses=masses)
+
+
+def _bodies(raw: RawMesh, new: Indices, unit_length: float, unit_mass: float | None) -> Iterator[PointMass]:
+    """Rigid bodies in SI units; what a body of no mass and inertia says is nothing."""
+    for body in raw.masses:
+        node = int(new[body.node])
+        if body.mass == 0.0 and not body.inertia.any():
+            continue
+        if node < 0:
+            raise MeshError(f"{body.where}: expected a point mass at a node of an element, got another; join it by one")
+        if unit_length != 1.0 and unit_mass is None:
+            raise MeshError(
+                f"{body.where}: expected unit_mass beside unit_length = {unit_length:g}, got none; state the file's "
+                "unit of mass in kg (1000 for t, mm, s)"
+            )
+        unit = unit_mass or 1.0
+        try:
+            yield PointMass(
+                node, unit * body.mass, unit * unit_length**2 * body.inertia, tuple(unit_length * body.offset)
+            )
+        except InputError as error:
+            raise MeshError(f"{body.where}: {error}") from None
 
 
 def _renumbering(rows: Indices, count: int) -> Indices:

@@ -11,6 +11,8 @@ from tautflex.files.mesh.raw import Numbering, integers
 from tautflex.files.mesh.second_order import WIDTHS
 from tautflex.numeric import Indices
 
+SHAPES = {**WIDTHS, "point1": 1}
+"""Number of nodes of the shapes that text files hold: those of meshes, and points, which have masses."""
 UNSTATED = (np.nan, np.nan, np.nan)
 """Orientation of a beam about which the file says nothing."""
 
@@ -21,9 +23,9 @@ class Gathered:
 
     node_numbers: list[int] = field(default_factory=list)
     positions: list[Sequence[float]] = field(default_factory=list)
-    elements: dict[str, list[Sequence[int]]] = field(default_factory=lambda: {shape: [] for shape in WIDTHS})
-    roles: dict[str, list[str]] = field(default_factory=lambda: {shape: [] for shape in WIDTHS})
-    words: dict[str, list[str]] = field(default_factory=lambda: {shape: [] for shape in WIDTHS})
+    elements: dict[str, list[Sequence[int]]] = field(default_factory=lambda: {shape: [] for shape in SHAPES})
+    roles: dict[str, list[str]] = field(default_factory=lambda: {shape: [] for shape in SHAPES})
+    words: dict[str, list[str]] = field(default_factory=lambda: {shape: [] for shape in SHAPES})
 
     def add(self, shape: str, role: str, numbers: Sequence[int], word: str) -> tuple[str, int]:
         """Add an element; its shape and its row among those of that. ``word`` is what the file calls it."""
@@ -37,9 +39,9 @@ class Gathered:
         return Numbering(what, integers(self.node_numbers))
 
     def element_rows(self) -> tuple[Numbering, Indices, Indices]:
-        """Numbering of all elements, and of each the place of its shape in `WIDTHS` and its row there."""
+        """Numbering of all elements, and of each the place of its shape in `SHAPES` and its row there."""
         numbers = [integers(row[0] for row in rows) for rows in self.elements.values()]
-        shape = np.repeat(np.arange(len(WIDTHS)), [len(own) for own in numbers])
+        shape = np.repeat(np.arange(len(SHAPES)), [len(own) for own in numbers])
         row = np.concatenate([np.arange(len(own)) for own in numbers])
         return Numbering("element", np.concatenate(numbers)), shape, row
 
@@ -48,5 +50,5 @@ class Gathered:
         found = {}
         for shape, rows in self.elements.items():
             what = ", ".join(dict.fromkeys(self.words[shape]))
-            found[shape] = nodes.rows(integers(rows).reshape(-1, 1 + WIDTHS[shape])[:, 1:], what or shape)
+            found[shape] = nodes.rows(integers(rows).reshape(-1, 1 + SHAPES[shape])[:, 1:], what or shape)
         return found

@@ -36,6 +36,20 @@ class RawGroup:
 
 
 @dataclass(frozen=True)
+class RawMass:
+    """Rigid body of a file: mass, inertia about its centre (3, 3), centre from its node (3,), in the file's units.
+
+    ``where`` is its place for messages, ``node`` the row of its node.
+    """
+
+    where: str
+    mass: float
+    inertia: Array
+    offset: Array
+    node: int = -1
+
+
+@dataclass(frozen=True)
 class RawMesh:
     """A file's mesh before its groups have a meaning.
 
@@ -54,6 +68,8 @@ class RawMesh:
         Named selections.
     typed
         Whether the format's element types decide about roles (Abaqus, Nastran) or its names do (Gmsh).
+    masses
+        Rigid bodies at nodes.
     """
 
     nodes: Array
@@ -62,6 +78,7 @@ class RawMesh:
     orientation: Array
     groups: tuple[RawGroup, ...]
     typed: bool
+    masses: tuple[RawMass, ...] = ()
 
 
 class Numbering:

@@ -42,6 +42,7 @@ def read_mesh(
     names: Mapping[str, str] | None = None,
     *,
     unit_length: float = 1.0,
+    unit_mass: float | None = None,
     step: int | None = None,
 ) -> MeshData:
     """Read a mesh of Gmsh (``.msh``), Abaqus (``.inp``) or Nastran (``.bdf``, ``.nas``, ``.dat``).
@@ -64,6 +65,9 @@ def read_mesh(
         properties and constraints are the groups ``pid<N>`` and ``spc<N>``.
     unit_length
         Length of the file's unit [m], 0.001 for a mesh in millimetres.
+    unit_mass
+        Mass of the file's unit [kg], needed where ``unit_length`` is given and the file has point masses: 1000 for
+        tonnes.
     step
         Step (Abaqus) or subcase (Nastran) whose supports hold, from 1. None takes the only one, the only one that asks
         for frequencies, or any if all have the same supports.
@@ -82,6 +86,8 @@ def read_mesh(
     source = checks.path("path", path)
     shown = shorten(str(source), 200).strip("'\"")
     checks.positive("unit_length", unit_length)
+    if unit_mass is not None:
+        checks.positive("unit_mass", unit_mass)
     if step is not None:
         checks.whole("step", step, 1)
     reader = READERS.get(source.suffix.lower())
@@ -89,6 +95,6 @@ def read_mesh(
         raise MeshError(f"{shown}: expected a mesh named {', '.join(READERS)}, got {shorten(source.suffix)}; rename it")
     content = read_bytes(source, shown, "mesh", LARGEST_FILE, "check its path", MeshError)
     try:
-        return assemble(reader(content, Folder(source), step), names, unit_length)
+        return assemble(reader(content, Folder(source), step), names, unit_length, unit_mass)
     except MeshError as error:
         raise MeshError(f"{shown}: {error}") from None

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import MeshError
-from tautflex.files.mesh.raw import CORNERS, KINDS, RawGroup, RawMesh
+from tautflex.files.mesh.raw import CORNERS, KINDS, RawGroup, RawMass, RawMesh
 from tautflex.numeric import Array, Indices
 
 WIDTHS = {"line2": 2, "line3": 3, "triangle3": 3, "triangle6": 6, "quad4": 4, "quad8": 8, "quad9": 9}
@@ -26,6 +26,7 @@ def simplified(
     orientation: Array,
     groups: Iterable[RawGroup],
     typed: bool,
+    masses: Iterable[RawMass] = (),
 ) -> RawMesh:
     """Mesh of triangles, quads and lines from the shapes of `WIDTHS`.
 
@@ -47,6 +48,8 @@ def simplified(
         Selections, their rows by shape.
     typed
         Whether the format's element types decide about roles.
+    masses
+        Rigid bodies at nodes.
 
     Raises
     ------
@@ -92,7 +95,7 @@ def simplified(
         moved.append(
             RawGroup(group.name, {k: np.concatenate(parts) for k, parts in rows.items()}, group.directions, group.doubt)
         )
-    return RawMesh(nodes, found, role, np.concatenate(split), tuple(moved), typed)
+    return RawMesh(nodes, found, role, np.concatenate(split), tuple(moved), typed, tuple(masses))
 
 
 def _halved(nodes: Array, quads: Indices) -> tuple[Array, Indices]:

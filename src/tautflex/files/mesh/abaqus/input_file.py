@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,14 +12,15 @@ from tautflex.errors import MeshError
 from tautflex.files.mesh.abaqus.conditions import Steps, held_groups
 from tautflex.files.mesh.abaqus.instances import Placement
 from tautflex.files.mesh.abaqus.keywords import WORDS
+from tautflex.files.mesh.abaqus.masses import body
 from tautflex.files.mesh.abaqus.scope import Scope
 from tautflex.files.mesh.abaqus.sections import beam_directions, node_axes
 from tautflex.files.mesh.abaqus.sets import Names
 from tautflex.files.mesh.abaqus.text import Block, blocks
-from tautflex.files.mesh.gathered import UNSTATED
+from tautflex.files.mesh.gathered import SHAPES, UNSTATED
 from tautflex.files.mesh.include import Folder
-from tautflex.files.mesh.raw import Budget, RawGroup, RawMesh, integers, require_coordinates, shorten
-from tautflex.files.mesh.second_order import WIDTHS, simplified
+from tautflex.files.mesh.raw import Budget, RawGroup, RawMass, RawMesh, integers, require_coordinates, shorten
+from tautflex.files.mesh.second_order import simplified
 from tautflex.numeric import Array, Indices
 
 
@@ -107,8 +108,8 @@ class _Whole:
             moved.append(placement.points(positions))
             require_coordinates(moved[-1], numbers)
         self.nodes = np.concatenate(moved)
-        self.elements: dict[str, list[Indices]] = {shape: [] for shape in WIDTHS}
-        self.roles: dict[str, list[str]] = {shape: [] for shape in WIDTHS}
+        self.elements: dict[str, list[Indices]] = {shape: [] for shape in SHAPES}
+        self.roles: dict[str, list[str]] = {shape: [] for shape in SHAPES}
         self._shape, self._row = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
         self._node_names: list[Names] = []
         self._element_names: list[Names] = []
@@ -118,7 +119,7 @@ class _Whole:
             nodes = scope.nodes("node")
             self._node_names.append(Names(nodes, first_node + np.arange(len(scope.node_numbers))))
             elements, shape, row = scope.element_rows()
-            counts = np.array([sum(len(part) for part in self.elements[name]) for name in WIDTHS])
+            counts = np.array([sum(len(part) for part in self.elements[name]) for name in SHAPES])
             self._shape.append(shape)
             self._row.append(row + counts[shape])
             self._element_names.append(Names(elements, first_element + np.arange(len(shape))))
@@ -149,13 +150,13 @@ class _Whole:
         """The mesh with its groups and the supports of a step."""
         shape, row = np.concatenate(self._shape), np.concatenate(self._row)
         elements = {
-            name: np.concatenate([np.zeros((0, WIDTHS[name]), np.int64), *parts])
+            name: np.concatenate([np.zeros((0, SHAPES[name]), np.int64), *parts])
             for name, parts in self.elements.items()
         }
         axes: dict[int, Array] = {}
         orientation = np.array([UNSTATED] * len(elements["line2"])).reshape(-1, 3)
         ends = self.nodes[elements["line2"]]
-        line = list(WIDTHS).index("line2")
+        line = list(SHAPES).index("line2")
         for placement, nodes, names in zip(self._placements, self._node_names, self._element_names, strict=True):
             for block in placement.blocks("transforms"):
                 axes |= node_axes(block, placement, nodes, self.nodes)
@@ -170,7 +171,26 @@ class _Whole:
             *held_groups(steps.in_force(step), self._node_names[0], axes, self._budget),
         ]
         roles = {name: np.array(own, dtype="<U8") for name, own in self.roles.items()}
-        return simplified(self.nodes, elements, roles, orientation, groups, typed=True)
+        masses = list(self._masses(shape, row, elements["point1"]))
+        return simplified(self.nodes, elements, roles, orientation, groups, True, masses)
+
+    def _masses(self, shape: Indices, row: Indices, points: Indices) -> Iterator[RawMass]:
+        """Bodies of all point elements; MeshError if one has none, or another kind than its type says."""
+        point, left = list(SHAPES).index("point1"), set(range(len(points)))
+        for placement, names in zip(self._placements, self._element_names, strict=True):
+            for block in placement.blocks("bodies"):
+                found = names.find(block.option("ELSET"), block.where)
+                own, role = row[found], "mass" if block.keyword == "MASS" else "inertia"
+                if (shape[found] != point).any() or any(self.roles["point1"][k] != role for k in own):
+                    kind = "MASS" if role == "mass" else "ROTARYI"
+                    raise MeshError(f"{block.where}: expected elements of TYPE={kind}, got others; correct the set")
+                left -= set(own.tolist())
+                for k in own:
+                    yield replace(body(block, placement), node=int(points[k, 0]))
+        if left:
+            raise MeshError(
+                f"expected *MASS or *ROTARY INERTIA of every point element, got none of {len(left)}; add it"
+            )
 
     def _groups(self, shape: Indices, row: Indices) -> Iterator[RawGroup]:
         """Groups of all sets; a name that several scopes use has the instance in front of it."""
@@ -188,4 +208,4 @@ class _Whole:
 
 
 def _by_shape(shape: Indices, row: Indices) -> dict[str, Indices]:
-    return {name: row[shape == place] for place, name in enumerate(WIDTHS) if (shape == place).any()}
+    return {name: row[shape == place] for place, name in enumerate(SHAPES) if (shape == place).any()}

@@ -14,6 +14,7 @@ WORDS = Words(
         "films, cables and beams by their type": "ELEMENT",
         "parts, placed as often as there are instances": "PART END_PART ASSEMBLY END_ASSEMBLY INSTANCE END_INSTANCE",
         "direction of the cross-section": "BEAM_SECTION BEAM_GENERAL_SECTION",
+        "point masses and principal inertias": "MASS ROTARY_INERTIA",
         "directions of supports": "TRANSFORM",
         "supports of the chosen step, OP=NEW included": "BOUNDARY STEP END_STEP FREQUENCY",
         "text": "INCLUDE HEADING",
@@ -54,10 +55,6 @@ WORDS = Words(
             "EMBEDDED_ELEMENT RELEASE FASTENER FASTENER_PROPERTY SHELL_TO_SOLID_COUPLING DISPLAY_BODY "
             "CYCLIC_SYMMETRY_MODEL NETWORK_MPC SUBMODEL",
             _JOIN,
-        ),
-        "point masses and inertias": (
-            "MASS ROTARY_INERTIA",
-            "spread the mass over the density of the elements there",
         ),
         "masses of other kinds": ("NONSTRUCTURAL_MASS", "add the mass to the density of the section"),
         "springs, dashpots and connectors": (

@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.abaqus.text import Block, fields
-from tautflex.files.mesh.gathered import Gathered
+from tautflex.files.mesh.gathered import SHAPES, Gathered
 from tautflex.files.mesh.numerals import natural, real
 from tautflex.files.mesh.raw import integers, shorten
-from tautflex.files.mesh.second_order import WIDTHS
 from tautflex.numeric import Indices
 
 
@@ -33,10 +32,10 @@ TYPES = {
     **dict.fromkeys(("S8", "S8R", "S8R5"), Layout("quad8", "shell")),
     **dict.fromkeys(("T3D2", "T3D2H"), Layout("line2", "cable")),
     **dict.fromkeys(("B31", "B31H", "B33", "B33H"), Layout("line2", "beam")),
+    "MASS": Layout("point1", "mass"),
+    "ROTARYI": Layout("point1", "inertia"),
 }
 _REFUSED = {
-    "MASS": "point masses are not read here; spread the mass over the density of the elements there",
-    "ROTARYI": "inertias of points are not read here; leave the element out",
     "SPRING": "springs are not read here; join the nodes by stiff beams",
     "DASHPOT": "dashpots are not read here; state the damping in the case",
     "CONN": "connectors are not read here; join the nodes by stiff beams",
@@ -53,9 +52,10 @@ class Scope(Gathered):
     sets: list[Block] = field(default_factory=list)
     sections: list[Block] = field(default_factory=list)
     transforms: list[Block] = field(default_factory=list)
+    bodies: list[Block] = field(default_factory=list)
 
     def read(self, block: Block) -> None:
-        """Read a block of nodes, elements, sets, beam sections or transformed directions."""
+        """Read a block of nodes, elements, sets, beam sections, transformed directions or masses."""
         if block.keyword == "NODE":
             self._read_nodes(block)
         elif block.keyword == "ELEMENT":
@@ -64,6 +64,8 @@ class Scope(Gathered):
             self.sets.append(block)
         elif block.keyword == "TRANSFORM":
             self.transforms.append(block)
+        elif block.keyword in ("MASS", "ROTARY INERTIA"):
+            self.bodies.append(block)
         else:
             self.sections.append(block)
 
@@ -93,7 +95,7 @@ class Scope(Gathered):
             wanted = f"expected an element type of {', '.join(TYPES)}, got {shorten(kind)}; {remedy}"
             known = next((text for word, text in _REFUSED.items() if kind.startswith(word)), wanted)
             raise MeshError(f"{block.where}: {known}")
-        count, own, parts = WIDTHS[layout.shape] + 1, list[int](), list[str]()
+        count, own, parts = SHAPES[layout.shape] + 1, list[int](), list[str]()
         for where, line in block.lines:
             parts += fields(line)
             if len(parts) < count and line.endswith(","):

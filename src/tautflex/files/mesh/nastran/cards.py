@@ -19,6 +19,9 @@ WORDS = Words(
         "cables": "CROD CONROD CTUBE",
         "beams with their orientation, `BAROR` and `BEAMOR` for blank fields": "CBAR CBEAM BAROR BEAMOR",
         "supports: the set that the case control selects": "SPC SPC1 SPCADD",
+        "point masses and inertias; of the parameters only their factor WTMASS": (
+            "CONM1 CONM2 CMASS1 CMASS2 PMASS PARAM"
+        ),
         "text": "INCLUDE ENDDATA",
     },
     idle={
@@ -27,7 +30,7 @@ WORDS = Words(
             "MATT2 MATT8 MATT9 MATHP MATPOR CREEP PLOTEL"
         ),
         "properties of elements that are refused themselves": (
-            "PELAS PELAST PBUSH PBUSH1D PBUSHT PGAP PMASS PDAMP PDAMP5 PDAMPT PVISC PSOLID PSHEAR PBEAM3 PBEND PFAST "
+            "PELAS PELAST PBUSH PBUSH1D PBUSHT PGAP PDAMP PDAMP5 PDAMPT PVISC PSOLID PSHEAR PBEAM3 PBEND PFAST "
             "PWELD PLSOLID PLPLANE PCOMPS"
         ),
         "loads and temperatures are yours to state": (
@@ -36,7 +39,7 @@ WORDS = Words(
             "TEMPP1 TEMPRB TIC QVECT QVOL QHBDY QBDY1 QBDY2 QBDY3"
         ),
         "solution, results and tables": (
-            "PARAM MDLPRM EIGRL EIGR EIGB EIGC EIGP FREQ FREQ1 FREQ2 FREQ3 FREQ4 FREQ5 TSTEP TSTEP1 TSTEPNL NLPARM "
+            "MDLPRM EIGRL EIGR EIGB EIGC EIGP FREQ FREQ1 FREQ2 FREQ3 FREQ4 FREQ5 TSTEP TSTEP1 TSTEPNL NLPARM "
             "NLPCI NLSTEP TABDMP1 TABLED1 TABLED2 TABLED3 TABLED4 TABLEM1 TABLEM2 TABLEM3 TABLEM4 TABLES1 TABLEST "
             "TABRND1 TABRNDG RANDPS RANDT1 SET1 SET2 SET3 ECHOON ECHOOFF SUPORT SUPORT1 DTI DTABLE"
         ),
@@ -71,13 +74,9 @@ WORDS = Words(
             _JOIN,
         ),
         "dampers": ("CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CVISC", "leave them out and state the damping in the case"),
-        "point masses and inertias": (
-            "CONM1 CONM2 CMASS1 CMASS2 CMASS3 CMASS4",
-            "spread the mass over the density of the elements there",
-        ),
         "masses of other kinds": (
-            "NSM NSM1 NSML NSML1 NSMADD",
-            "add the mass to the density of the section",
+            "CMASS3 CMASS4 NSM NSM1 NSML NSML1 NSMADD",
+            "add the mass to the density of the section, or write it as CONM2",
         ),
         "matrices and superelements": (
             "DMIG DMI DMIJ DMIJI DMIK DMIAX GENEL TF CSUPER CSUPEXT BEGIN EXTRN SEBULK SECONCT SEELT SEQGP SESET "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,10 +12,11 @@ from tautflex.files.mesh.nastran.cards import WORDS
 from tautflex.files.mesh.nastran.case_control import bulk_and_selection
 from tautflex.files.mesh.nastran.coordinates import Systems
 from tautflex.files.mesh.nastran.elements import Elements
+from tautflex.files.mesh.nastran.masses import MASSES, Masses
 from tautflex.files.mesh.nastran.supports import Supports, components, held_groups
 from tautflex.files.mesh.nastran.text import Card, cards, included
 from tautflex.files.mesh.numerals import natural, vector
-from tautflex.files.mesh.raw import RawMesh
+from tautflex.files.mesh.raw import RawMesh, integers
 from tautflex.files.mesh.second_order import simplified
 from tautflex.numeric import Array, Indices
 
@@ -58,7 +59,11 @@ def read_nastran(text: str, folder: Folder | None = None, step: int | None = Non
     ]
     roles = {shape: np.array(own, dtype="<U8") for shape, own in deck.elements.roles.items()}
     orientation = deck.elements.orientations(deck.point, deck.turned)
-    return simplified(points, connectivity, roles, orientation, groups, typed=True)
+    masses = [
+        replace(body, node=int(nodes.rows(integers([number]), body.where)[0]))
+        for number, body in deck.masses.bodies(deck.systems, deck.point, deck.axes)
+    ]
+    return simplified(points, connectivity, roles, orientation, groups, True, masses)
 
 
 @dataclass
@@ -67,6 +72,7 @@ class _Deck:
 
     elements: Elements = field(default_factory=Elements)
     supports: Supports = field(default_factory=Supports)
+    masses: Masses = field(default_factory=Masses)
     grid: dict[int, Card] = field(default_factory=dict)
     point_defaults: Card | None = None
 
@@ -89,6 +95,8 @@ class _Deck:
             self.systems.add(card)
         elif card.name.startswith("SPC"):
             self.supports.read(card)
+        elif card.name in MASSES:
+            self.masses.read(card)
         else:
             self.elements.read(card)
 
@@ -116,6 +124,7 @@ class _Deck:
 
     def axes(self, number: int) -> Array | None:
         """Directions of the displacement system of a grid point as rows, None where they are global."""
+        self.point(number, f"grid point {number}")
         card = self.grid[number]
         system = self._field(card, 6)
         if system in ("", "0"):
@@ -124,7 +133,6 @@ class _Deck:
 
     def turned(self, number: int, vector: Array, where: str) -> Array:
         """Vector of the displacement system of a grid point in basic coordinates."""
-        self.point(number, where)
         axes = self.axes(number)
         return vector if axes is None else np.asarray(vector @ axes)
 
