@@ -127,9 +127,7 @@ def test_wings_that_are_held_each(read, verification_row):
     wanted = beam_frequency(CLAMPED_FREE, 2.0)
     verification_row("deck, two wings: first four frequencies [Hz], all alike", wanted, found.max(), EULER)
     np.testing.assert_allclose(found, wanted, rtol=1e-3)
-    with pytest.raises(
-        MeshError, match=r"2 pieces, one of which \(3 node\(s\), e.g. node 3\) has 6 rigid motions free"
-    ):
+    with pytest.raises(MeshError, match=r"2 pieces, .* leave one \(3 node\(s\), e.g. node 3\) 6 rigid motions free"):
         read(".bdf", wings.replace("123456,1,11", "123456,1")).model(beam=TUBE)
 
 

@@ -159,9 +159,9 @@ class Model(Numbering):
             free = self.freedom_of(piece == number)
             if free:
                 raise MeshError(
-                    f"mesh: expected one connected structure, or pieces that are all held, got {len(sizes)} pieces, "
-                    f"one of which ({sizes[number]} node(s), e.g. node {int(np.flatnonzero(piece == number)[0])}) has "
-                    f"{free} rigid motions free; merge duplicate nodes, join the pieces, or hold each of them"
+                    f"mesh: expected one connected structure, got {len(sizes)} pieces, of which the supports leave one "
+                    f"({sizes[number]} node(s), e.g. node {int(np.flatnonzero(piece == number)[0])}) {free} rigid "
+                    "motions free; merge duplicate nodes, join the pieces with cables or beams, or hold each of them"
                 )
 
     def __repr__(self) -> str:
