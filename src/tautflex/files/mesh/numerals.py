@@ -13,13 +13,14 @@ from tautflex.numeric import Array
 
 # "1.5-3" is Nastran's short form of 1.5e-3, "1.5d-3" Fortran's.
 _REAL = re.compile(r"([+-]?(?:\d{1,40}\.?\d{0,40}|\.\d{1,40}))(?:[eEdD]?([+-]\d{1,4})|[eEdD](\d{1,4}))?", re.ASCII)
+_INTEGER = re.compile(r"\s*[+-]?\d{1,19}\s*", re.ASCII)
 _LARGEST = 2**62
 _LARGEST_LENGTH = 1e9
 
 
 def natural(text: str, where: str) -> int:
     """Read an integer from 1 to 2^62, or raise MeshError."""
-    if re.fullmatch(r"\s*[+-]?\d{1,19}\s*", text, re.ASCII) is None:
+    if _INTEGER.fullmatch(text) is None:
         raise MeshError(f"{where}: expected an integer, got {shorten(text)}; correct the line")
     value = int(text)
     if not 1 <= value <= _LARGEST:

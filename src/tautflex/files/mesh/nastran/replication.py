@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.numerals import real
@@ -15,8 +15,7 @@ _STEP = re.compile(r"\*\(?([^()]+)\)?")
 _MOST = 2_000_000
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(NamedTuple):
     """One line in fields: ``head`` is its first field, ``mark`` the name it gives the line that continues it."""
 
     head: str
@@ -59,7 +58,7 @@ def replicated(rows: Iterable[Row]) -> list[Row]:
 
 
 def _next(before: Row, pattern: Row) -> Row:
-    return replace(before, fields=list(_fields(before, pattern)), where=pattern.where)
+    return before._replace(fields=list(_fields(before, pattern)), where=pattern.where)
 
 
 def _fields(before: Row, pattern: Row) -> Iterator[str]:

@@ -11,6 +11,7 @@ from tautflex.files.mesh.include import Line
 from tautflex.files.mesh.nastran.replication import Row, replicated
 from tautflex.files.mesh.raw import shorten
 
+_END = re.compile(r"\s*enddata\b", re.IGNORECASE)
 _BEGINNING = re.compile(r"\s*include\b[\s,=]*", re.IGNORECASE)
 
 
@@ -66,8 +67,7 @@ def cards(lines: Iterable[Line]) -> Iterator[Card]:
         if row.continues:
             continue
         name = row.head.strip("*").upper()
-        fields: list[str] = []
-        line: int | None = number
+        fields, seen, line = list(row.fields), seen + 1, after.get(number)
         while line is not None:
             own = rows[line]
             fields += [""] * (-len(fields) % (4 if own.large else 8)) + own.fields
@@ -124,7 +124,7 @@ def _rows(lines: Iterable[Line]) -> Iterator[Row]:
         line = raw.partition("$")[0].rstrip().expandtabs(8)
         if not line.strip():
             continue
-        if re.match(r"\s*enddata\b", line, re.IGNORECASE):
+        if _END.match(line):
             return
         yield _row(line, where)
 
@@ -136,7 +136,9 @@ def _row(line: str, where: str) -> Row:
     first field, and are 4 instead of 8.
     """
     if "," in line:
-        parts = [word for part in line.split(",") for word in (part.split() or [""])]
+        parts = [part.strip() for part in line.split(",")]
+        if any(" " in part for part in parts):
+            parts = [word for part in parts for word in (part.split() or [""])]
     elif len(line[:8].split()) > 1 or re.match(r"=\(?\d", line):
         parts = line.split()
     else:
