@@ -66,7 +66,7 @@ class PointMass:
     def tensor(self) -> Array:
         """Inertia tensor about the centre of mass [kg m^2], shape (3, 3)."""
         given = checks.numbers("inertia", self.inertia)
-        return checks.float_array("inertia", given if given.ndim == 2 else given * np.eye(3), (3, 3))
+        return checks.float_array("inertia", given * np.eye(3) if given.shape in ((), (3,)) else given, (3, 3))
 
     @property
     def arm(self) -> Array:
