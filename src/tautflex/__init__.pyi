@@ -156,6 +156,7 @@ from .solvers.transient.simulate import simulate as simulate
 from .solvers.transient.status import Run as Run
 from .structure.groups import ElementGroup as ElementGroup
 from .structure.groups import Support as Support
+from .structure.masses import PointMass as PointMass
 from .structure.materials import BeamSection as BeamSection
 from .structure.materials import CableSection as CableSection
 from .structure.materials import Material as Material

@@ -26,6 +26,7 @@ sys.path.insert(0, str(Path(__file__).absolute().parents[1]))
 import tautflex as tf
 from regression import case_generator, mesh_files
 from regression.mutations import mutated
+from regression.rich_decks import ABAQUS, NASTRAN
 from regression.small_result import result_files
 from tautflex.case import parse_case, template
 from verification.builders import antenna
@@ -67,10 +68,10 @@ class Target:
     slow: float = SLOW
 
 
-def _meshes(*writers: Callable[..., str]) -> Callable[[], list[bytes]]:
+def _meshes(*writers: Callable[..., str], rich: str = "") -> Callable[[], list[bytes]]:
     def samples() -> list[bytes]:
         models = [antenna((0.59, 1.0), divisions) for divisions in ((2, 2), (4, 3))]
-        return [writer(model).encode() for model in models for writer in writers]
+        return [*(writer(model).encode() for model in models for writer in writers), *([rich.encode()] * bool(rich))]
 
     return samples
 
@@ -94,8 +95,8 @@ stress_y = 4e3
 
 TARGETS = {
     "case": Target(".toml", _cases, tf.load_case),
-    "abaqus": Target(".inp", _meshes(mesh_files.abaqus), read_mesh),
-    "nastran": Target(".bdf", _meshes(mesh_files.nastran), read_mesh),
+    "abaqus": Target(".inp", _meshes(mesh_files.abaqus, rich=ABAQUS), read_mesh),
+    "nastran": Target(".bdf", _meshes(mesh_files.nastran, rich=NASTRAN), read_mesh),
     "gmsh": Target(".msh", _meshes(mesh_files.msh), read_mesh),
     "runs": Target(".toml", case_generator.warm_up, case_generator.run, make=case_generator.generated, slow=10.0),
     "results": Target(".nc", result_files, tf.load, binary=True),

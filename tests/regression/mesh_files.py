@@ -66,7 +66,7 @@ def abaqus(model: Model) -> str:
 
 def nastran(model: Model) -> str:
     """Nastran bulk data in large, free and small fields; properties 1 film, 2 and 3 cables, 4 frame."""
-    lines = ["SOL 103", "CEND", "BEGIN BULK", "$ an antenna"]
+    lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "$ an antenna"]
     for k, position in enumerate(model.nodes.tolist(), start=1):
         x, y, z = (f"{value:.17g}" for value in position)
         lines.append(f"GRID,{k},,{x},{y},{z}" if k % 2 else f"GRID*,{k},,{x},{y}\n*,{z}")

@@ -142,3 +142,61 @@ def test_a_film_held_by_a_pinned_edge(tmp_path):
 def test_a_device_is_no_case():
     with pytest.raises(CaseError, match=r"expected a case file.*got a device"):
         tf.load_case("/dev/zero")
+
+
+MASSES = """
+[[masses]]
+near = [1.25, 0.75]
+mass = 2.5
+inertia = [0.1, 0.1, 0.2]
+[[masses]]
+node = 60
+mass = 0.25
+"""
+
+
+def test_masses_of_a_case(folder, capsys):
+    """At the frame's corner with an inertia, and on the film."""
+    plain = tf.build_model(parse_case(M2_TEMPLATE))
+    case = parse_case(M2_TEMPLATE + MASSES)
+    assert parse_case(case.to_toml()) == case
+    assert "2, 2.75 kg" in repr(case)
+    model = tf.build_model(case)
+    assert model.mass - plain.mass == pytest.approx(2.75)
+    np.testing.assert_allclose(model.nodes[model.masses[0].node], [1.25, 0.75, 0.0])
+    (folder / "masses.toml").write_text(without_geometry() + MASSES, encoding="utf-8")
+    assert main(["check", str(folder / "masses.toml"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["mass"] == pytest.approx(model.mass, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[[masses]]\nmass = 1.0\n", ["masses", "got neither"]),
+        ("[[masses]]\nnode = 1\nnear = [0.0, 0.0]\nmass = 1.0\n", ["masses", "give one"]),
+        ("[[masses]]\nnode = -1\nmass = 1.0\n", ["masses", "node"]),
+        ("[[masses]]\nnode = 1\nmass = -1.0\n", ["masses", "mass", "-1"]),
+        ("[[masses]]\nnode = 1\nmas = 1.0\n", ["masses", "mas"]),
+    ],
+)
+def test_masses_that_a_case_cannot_have(text, words):
+    with pytest.raises(CaseError) as caught:
+        parse_case(M2_TEMPLATE + text)
+    assert all(word in str(caught.value) for word in words), caught.value
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("node = 100000\nmass = 1.0", ["masses[0]", "node"]),
+        ("near = [9.0, 0.0]\nmass = 1.0", ["masses[0].near", "move it"]),
+        ("node = 1\ninertia = [1.0, -1.0, 1.0]", ["masses[0]", "inertia"]),
+        ("node = 1", ["masses[0]", "mass"]),
+        ("near = [0.0, 0.0]\nmass = 1.0\ninertia = 1.0", ["masses", "no beam turns"]),
+    ],
+)
+def test_masses_that_a_structure_cannot_have(text, words):
+    case = parse_case(f"{M2_TEMPLATE}\n[[masses]]\n{text}\n")
+    with pytest.raises(InputError) as caught:
+        tf.build_model(case)
+    assert all(word in str(caught.value) for word in words), caught.value

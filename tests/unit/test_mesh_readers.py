@@ -222,7 +222,9 @@ def test_boundary_conditions_of_abaqus(read):
 
 
 def test_parts_of_names_and_instances_of_abaqus(read):
-    text = INP.replace("*NODE", "*PART, NAME=a\n*NODE").replace("*NSET", "*END PART\n*INSTANCE, NAME=i, PART=a\n*NSET")
+    text = INP.replace("*NODE", "*PART, NAME=a\n*NODE").replace(
+        "*NSET", "*END PART\n*INSTANCE, NAME=i, PART=a\n*END INSTANCE\n*NSET"
+    )
     mesh = read(".inp", text.replace("\n4\n", "\ni.4\n"))
     assert mesh.supports[0].nodes == (3,)
 
@@ -261,7 +263,12 @@ def test_fields_of_nastran(read):
     mesh = read(".bdf", text.replace("SPC1,7,123,4", "SPC1,7,123,1,THRU,3\nSPC,7,4,6,0.0,1,45\nCBAR,3,9,1,2,0.,0.,1."))
     np.testing.assert_array_equal(mesh.nodes[[1, 3]], [[1.0, 0.0, 0.0], [2.0, 2.0, 0.0]])
     held = {support.directions: support.nodes for support in mesh.supports}
-    assert held == {("x", "y", "z"): (0, 1, 2), ("rz",): (3,), ("rx", "ry"): (0,), ("z", "rx", "ry"): (1,)}
+    assert held == {
+        ("x", "y", "z"): (1, 2),
+        ("rz",): (3,),
+        ("x", "y", "z", "rx", "ry"): (0,),
+        ("z", "rx", "ry"): (1,),
+    }
     assert mesh.beams.tolist() == [[0, 1]]
 
 
@@ -285,19 +292,18 @@ def test_what_is_no_integer(text):
 
 
 WRONG = {
-    "quad": (".inp", INP + "*ELEMENT, TYPE=S4\n9, 1, 2, 3, 4\n", ["'S4'", "M3D3", "3-node triangles"]),
-    "missing node": (".inp", INP.replace("1, 1, 2, 3", "1, 1, 2, 99"), ["triangles", "99", "define it"]),
+    "quad": (".inp", INP + "*ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 4\n", ["'C3D4'", "M3D3", "mesh the film"]),
+    "missing node": (".inp", INP.replace("1, 1, 2, 3", "1, 1, 2, 99"), ["M3D3", "99", "define it"]),
     "node twice": (".inp", INP.replace("2, 1, 0, 0", "1, 1, 0, 0"), ["node 1", "twice"]),
     "element twice": (".inp", INP.replace("2, 3, 4", "1, 3, 4"), ["element 1", "twice"]),
     "copied element": (".inp", INP.replace("1, 1, 2, 3", "1, 1, 2, 3\n9, 3, 1, 2"), ["triangles", "same nodes"]),
     "not a number": (".inp", INP.replace("1, 0, 0, 0", "1, nan, 0, 0"), ["line 2 (NODE)", "'nan'"]),
     "too large": (".inp", INP.replace("1, 0, 0, 0", "1, 1e999, 0, 0"), ["node 1", "inf"]),
     "no area": (".inp", INP.replace("3, 1, 1, 0", "3, 2, 0, 0"), ["degenerate", "nodes [0, 1, 2]"]),
-    "two pieces": (".inp", INP.replace("2, 3, 4", "2, 4, 5\n").replace("4, 2", "5, 9, 9, 9\n4, 2"), ["2 pieces"]),
-    "include": (".inp", "*INCLUDE, INPUT=/etc/passwd\n" + INP, ["INCLUDE", "flat"]),
-    "nodes elsewhere": (".inp", INP.replace("*NODE", "*NODE, INPUT=/etc/passwd"), ["INPUT", "one file"]),
-    "moved instance": (".inp", INP + "*INSTANCE, NAME=i, PART=p\n1., 0., 0.\n", ["instance"]),
-    "two parts": (".inp", "*PART, NAME=a\n*PART, NAME=b\n" + INP, ["PART", "second"]),
+    "include": (".inp", "*INCLUDE, INPUT=/etc/passwd\n" + INP, ["line 1", "in the folder", "'/etc/passwd'"]),
+    "nodes elsewhere": (".inp", INP.replace("*NODE", "*NODE, INPUT=/etc/passwd"), ["NODE", "in the folder"]),
+    "moved instance": (".inp", INP + "*INSTANCE, NAME=i, PART=p\n1., 0., 0.\n", ["INSTANCE", "'p'"]),
+    "parts without a place": (".inp", "*PART, NAME=a\n" + INP, ["instances"]),
     "unknown set": (".inp", INP + "*NSET, NSET=b\nnowhere\n", ["'nowhere'", "sets above"]),
     "set without name": (".inp", INP + "*NSET\n1\n", ["NSET=name"]),
     "moved support": (".inp", INP + "*BOUNDARY\n1, 1, 1, 0.5\n", ["displacement", "zero"]),
@@ -309,10 +315,10 @@ WRONG = {
         INP.replace("4, 2, 2, 0", "4, 2, 2, 0\n5, 9, 9, 9").replace("\n4\n", "\n5\n"),
         ["support"],
     ),
-    "quad card": (".bdf", BDF + "CQUAD4,9,1,1,2,3,4\n", ["CQUAD4", "CTRIA3"]),
+    "quad card": (".bdf", BDF + "CQUADX,9,1,1,2,3,4\n", ["CQUADX", "CTRIA3"]),
     "rigid card": (".bdf", BDF + "RBE2,9,1,123,2\n", ["RBE2"]),
-    "include card": (".bdf", BDF + "INCLUDE '/etc/passwd'\n", ["INCLUDE"]),
-    "local coordinates": (".bdf", BDF.replace("GRID,1,,", "GRID,1,5,"), ["coordinate system", "'5'", "basic"]),
+    "include card": (".bdf", BDF + "INCLUDE '/etc/passwd'\n", ["line 9", "in the folder", "'/etc/passwd'"]),
+    "local coordinates": (".bdf", BDF.replace("GRID,1,,", "GRID,1,5,"), ["coordinate system", "5", "CORD2R"]),
     "component 9": (".bdf", BDF.replace("7,123", "7,129"), ["123456", "'129'"]),
     "moved point": (".bdf", BDF + "SPC,1,1,1,0.5\n", ["displacement '0.5'"]),
     "continuation first": (".bdf", "+,1,2\n" + BDF.replace("BEGIN BULK\n", ""), ["continuation"]),
@@ -338,7 +344,7 @@ def test_wrong_files_are_one_line(suffix, text, words, read):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("1 2 2 1 1 1 2 3", "1 16 2 1 1 1 2 3 4 1 2 3 4", ["'skin'", "Quadrilateral", "order 1"]),
+        ("1 2 2 1 1 1 2 3", "1 21 2 1 1 1 2 3 4 1 2 3 4 1 2", ["Triangle 10", "order 1"]),
         ("$Elements\n3\n", "$Elements\n-5\n", ["mesh.msh"]),
         ("$Nodes\n4\n", "$Nodes\n999999999999\n", ["Gmsh"]),
         ("4 2 2 0", "4 nan 2 0", ["mesh.msh"]),

@@ -42,7 +42,7 @@ def test_disconnected_mesh():
     text = message(MeshError, lambda: film(nodes, [*TWO, [4, 5, 6]]))
     assert "expected one connected structure, got 2 pieces" in text
     assert "3 node(s), e.g. node 4" in text
-    assert "merge duplicate nodes or join the pieces with cables or beams" in text
+    assert "merge duplicate nodes, join the pieces with cables or beams, or hold each of them" in text
     # A cable that joins them is enough.
     joined = film(nodes, [*TWO, [4, 5, 6]], cables=[[2, 4]], cable=CABLE)
     assert len(joined.cables) == 1

@@ -23,7 +23,11 @@ LinearLaw LinearPlant LinearStructure LoopSpec Maneuver Method OneStageMethod Pa
 RateFormula ReducedModel ReeledCables Reference RigidMotion Run Segment SensedMotion Sensor SensorRows Shape Stage
 StepScheme StressChange Stretch TensionOnly TimeInput UnitStep isoparametric_membrane register
 """
-ANY = {("MeshData", "groups"), ("read_mesh", "names")}  # parameters of which nothing is asked before they are used
+ANY = {
+    ("MeshData", "groups"),
+    ("MeshData", "beam_orientation"),
+    ("read_mesh", "names"),
+}  # parameters of which nothing is asked before they are used
 
 
 class Wrong:
@@ -53,7 +57,7 @@ def things(tmp_path_factory):
         "cables": [[1, 5], [2, 6]], "cable": rope, "cable_tension": 1.0,
         "beams": [[6, 7]], "beam": tf.BeamSection(material, 1e-4, 1e-9, 1e-9, 2e-9), "beam_axial_force": 0.0,
         "beam_orientation": (0, 0, 1), "prestress_mode": "uniform",
-        "supports": [tf.Support.clamped((0, 1, 2, 3, 5, 6))],
+        "supports": [tf.Support.clamped((0, 1, 2, 3, 5, 6))], "masses": [tf.PointMass(7, 0.1)],
     }  # fmt: skip
     hung = tf.solve_prestress(tf.Model.from_mesh(**mesh))
     modes, rom = tf.solve_modes(state, n=3), tf.reduce(state, tf.ModalBasis(count=2))
@@ -169,6 +173,8 @@ def doors(t):
                 "supports": (),
                 "groups": {},
                 "quads": np.zeros((0, 4), int),
+                "beam_orientation": None,
+                "masses": (),
             },
         ),
         "Modal": (tf.Modal, {"ratio": 0.01, "modes": 3}),
@@ -185,7 +191,13 @@ def doors(t):
         ),
         "Model": (
             tf.Model,
-            {"nodes": model.nodes, "groups": model.groups, "supports": model.supports, "prestress_mode": "uniform"},
+            {
+                "nodes": model.nodes,
+                "groups": model.groups,
+                "supports": model.supports,
+                "prestress_mode": "uniform",
+                "masses": (),
+            },
         ),
         "Model.from_mesh": (tf.Model.from_mesh, mesh),
         "Newmark": (tf.Newmark, {"gamma": 0.5, "beta": 0.25}),
@@ -196,6 +208,7 @@ def doors(t):
             {"coefficient": 1e-11, "field": 1.0, "region": (0.0, 1.0, 0.0, 1.0), "breaks": ()},
         ),
         "PiezoPair": (bound(tf.PiezoPair), {"beams": [0], "moment": 0.1, "axis": "y", "breaks": ()}),
+        "PointMass": (tf.PointMass, {"node": 0, "mass": 1.0, "inertia": 0.1, "offset": (0.1, 0.0, 0.0)}),
         "Pressure": (bound(tf.Pressure), {"pressure": 1.0, "breaks": ()}),
         "PressureLoad": (tf.PressureLoad, {"system": state.system, "pressure": 1.0}),
         "Rayleigh": (tf.Rayleigh, {"alpha": 0.1, "beta": 0.1}),
@@ -283,7 +296,10 @@ def doors(t):
         "maneuver_end": (tf.maneuver_end, {"run": run.data}),
         "membrane_states": (tf.membrane_states, {"source": state, "q": np.zeros(state.system.size)}),
         "pod": (tf.pod, {"data": run.data, "modes": 2, "mass": None, "energy": 0.9}),
-        "read_mesh": (tf.read_mesh, {"path": folder / "none.inp", "names": None, "unit_length": 1.0}),
+        "read_mesh": (
+            tf.read_mesh,
+            {"path": folder / "none.inp", "names": None, "unit_length": 1.0, "unit_mass": None, "step": None},
+        ),
         "reduce": (tf.reduce, {"state": state, "basis": tf.ModalBasis(count=2), "weak_field": 1e-5}),
         "run_case": (tf.run_case, {"case": case}),
         "save": (tf.save, {"dataset": run.data, "path": folder / "again.nc"}),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +11,7 @@ import numpy as np
 from tautflex import checks
 from tautflex.case.options import within
 from tautflex.case.schema import Case
+from tautflex.case.sections.inputs import nearest_node
 from tautflex.case.sections.structural import Cables, Frame
 from tautflex.errors import MeshError
 from tautflex.files.mesh import read_mesh
@@ -20,6 +23,7 @@ from tautflex.reduction.inputs import require_linear
 from tautflex.solvers.static.equip import equip
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
+from tautflex.structure.masses import PointMass
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.mesh import blend_by_direction
 from tautflex.structure.model import Model
@@ -44,6 +48,22 @@ def build_model(case: Case) -> Model:
         If geometry and mesh contradict each other, or a mesh file cannot be read or lacks what the case describes.
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
+    model = _bare_model(case)
+    return replace(model, masses=(*model.masses, *_bodies(case, model))) if case.masses else model
+
+
+def _bodies(case: Case, model: Model) -> Iterator[PointMass]:
+    """Bodies that the case itself places; CaseError if there is no such node."""
+    for number, given in enumerate(case.masses):
+        with within(f"masses[{number}]"):
+            node = given.node if given.near is None else nearest_node(model, np.array(given.near))
+            body = PointMass(checks.whole("node", node, 0), given.mass, given.inertia, given.offset)
+            checks.indices("node", [body.node], len(model.nodes))
+            yield body
+
+
+def _bare_model(case: Case) -> Model:
+    """Structure without the bodies that the case places."""
     film, mesh, cables, frame = case.membrane, case.mesh, case.cables, case.frame
     membrane = MembraneSection(
         Material(film.youngs_modulus, film.density, film.poisson_ratio), film.thickness, film.strain, film.law
@@ -69,7 +89,14 @@ def build_model(case: Case) -> Model:
 
 def _meshed_model(case: Case, file: str, cable: CableSection | None, beam: BeamSection | None, **stated: Any) -> Model:
     """Structure whose mesh comes from a file; tensions of cables by their direction."""
-    mesh = read_mesh(file, case.mesh.names, unit_length=case.mesh.unit_length or 1.0)
+    told = case.mesh
+    mesh = read_mesh(
+        file,
+        told.names,
+        unit_length=told.unit_length or 1.0,
+        unit_mass=told.unit_mass,
+        step=told.step,
+    )
     for kind, section, table in (("cables", cable, "cables"), ("beams", beam, "frame")):
         count = len(getattr(mesh, kind))
         if count and section is None:

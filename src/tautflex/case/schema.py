@@ -13,7 +13,7 @@ from tautflex.case.section import Section, key
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
 from tautflex.case.sections.maneuver import Maneuver
-from tautflex.case.sections.structural import Cables, Frame, Membrane, Mesh, Prestress
+from tautflex.case.sections.structural import Cables, Frame, Mass, Membrane, Mesh, Prestress
 from tautflex.structure.shapes import SHAPES
 from tautflex.text import card, shown
 
@@ -50,6 +50,7 @@ class Case(Section):
     cables: Cables | None = key("[cables] section", None, None)
     frame: Frame | None = key("[frame] section", None, None)
     mesh: Mesh = key("[mesh] section", default=Mesh())
+    masses: tuple[Mass, ...] = key("[[masses]] sections", default=())
     prestress: Prestress = key("[prestress] section", default=Prestress())
     maneuver: Annotated[SerializeAsAny[Maneuver], BeforeValidator(Maneuver.from_table)] = Field(
         default_factory=Maneuver, description="[maneuver] section"
@@ -72,15 +73,17 @@ class Case(Section):
     def to_toml(self) -> str:
         """Write the case as TOML text that `load_case` reads back to an equal case."""
         values = self.model_dump(mode="python", by_alias=True, exclude_none=True)
-        return tomli_w.dumps({name: value for name, value in values.items() if value != {}})
+        return tomli_w.dumps({name: value for name, value in values.items() if value not in ({}, ())})
 
     def __repr__(self) -> str:
         sections = self.model_dump(exclude_defaults=True, exclude_none=True)
         told = {
             name: ", ".join(f"{key} = {shown(value)}" for key, value in dict(keys).items())
             for name, keys in sections.items()
-            if name != "schema_number"
+            if name not in ("schema_number", "masses")
         }
+        if self.masses:
+            told["masses"] = f"{len(self.masses)}, {sum(body.mass for body in self.masses):.4g} kg"
         return card(self, told)
 
     __str__ = __repr__

@@ -10,14 +10,14 @@ from tautflex.numeric import Array
 def line_axes(ends: Array, direction: Array) -> tuple[Array, Array]:
     """Local axes as rows, the first along the element, shape (element, 3, 3), and lengths [m], shape (element,).
 
-    ``ends`` are the positions of both ends [m], shape (element, 2, 3). Local z is the part of ``direction`` normal to
-    the element; where it is parallel, global y is used instead.
+    ``ends`` are the positions of both ends [m], shape (element, 2, 3). Local z is the part of ``direction``, shape (3,)
+    or (element, 3), normal to the element; where it is parallel, global y is used instead.
     """
     span = ends[:, 1] - ends[:, 0]
     length = np.linalg.norm(span, axis=1)
     along = span / length[:, None]
     third = direction - np.sum(along * direction, axis=1)[:, None] * along
-    parallel = np.linalg.norm(third, axis=1) < 1e-6 * np.linalg.norm(direction)
+    parallel = np.linalg.norm(third, axis=1) < 1e-6 * np.linalg.norm(direction, axis=-1)
     third[parallel] = np.array([0.0, 1.0, 0.0]) - along[parallel, 1:2] * along[parallel]
     third /= np.linalg.norm(third, axis=1)[:, None]
     return np.stack([along, np.cross(third, along), third], axis=1), length

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csc_array, csr_array
 
-from tautflex.elements.block import ElementBlock
+from tautflex.elements.block import InertiaPoints
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.products import PairProducts, add_moments, add_pair_products
 from tautflex.numeric import Array, Indices, Places
@@ -103,13 +103,13 @@ class InertiaOperator:
 
     @classmethod
     def from_blocks(
-        cls, blocks: Sequence[ElementBlock], places: Sequence[Indices], pattern: SparsityPattern
+        cls, inertias: Sequence[InertiaPoints], places: Sequence[Indices], pattern: SparsityPattern
     ) -> InertiaOperator:
-        """Collect the mass points of blocks, whose unknowns have these places (element, dof) in the pattern."""
+        """Collect mass points of elements, whose unknowns have these places (element, dof) in the pattern."""
         first, zeroth = np.zeros((3, 3, pattern.size + 1)), np.zeros((3, pattern.size + 1))
         mass, moment, second = 0.0, np.zeros(3), np.zeros((3, 3))
-        for block, own in zip(blocks, places, strict=True):
-            points, where = block.inertia, np.ascontiguousarray(own.T).astype(np.uint32)
+        for points, own in zip(inertias, places, strict=True):
+            where = np.ascontiguousarray(own.T).astype(np.uint32)
             mass += float(points.mass.sum())
             moment += np.einsum("np,npk->k", points.mass, points.position)
             second += np.einsum("np,npk,npl->kl", points.mass, points.position, points.position)
@@ -120,8 +120,8 @@ class InertiaOperator:
         total = np.empty(pattern.entries + 1)
         for a, b in np.ndindex(3, 3):
             total.fill(0.0)
-            for block, where in zip(blocks, element_slots, strict=True):
-                _collect_products(block.inertia.mass, block.inertia.interpolation, where, a, b, total)
+            for points, where in zip(inertias, element_slots, strict=True):
+                _collect_products(points.mass, points.interpolation, where, a, b, total)
             slots[a].append(np.flatnonzero(total[:-1]).astype(np.int32))
             values[a].append(total[slots[a][b]])
         return cls(pattern, slots, values, first[:, :, :-1].copy(), zeroth[:, :-1].copy(), mass, moment, second)

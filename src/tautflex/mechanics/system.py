@@ -16,6 +16,8 @@ from tautflex.elements import ElementBlock, element_blocks
 from tautflex.elements.laws import Elastic
 from tautflex.mechanics.inertia import InertiaOperator, WeighedMoments
 from tautflex.mechanics.pattern import SparsityPattern
+from tautflex.mechanics.point_masses import KIND as BODIES
+from tautflex.mechanics.point_masses import BodyBlock, body_block
 from tautflex.mechanics.store import build_store
 from tautflex.mechanics.workspace import Workspace
 from tautflex.numeric import Array, Indices, Places
@@ -74,16 +76,22 @@ class StructuralSystem:
     @cached_property
     def inertia(self) -> InertiaOperator:
         """Inertia operator on the free unknowns."""
-        return self._inertia(self.blocks)
+        return self._inertia([*self.blocks, *self._bodies])
 
     def inertia_of(self, kind: str) -> InertiaOperator:
-        """Inertia operator of the blocks of one kind, on all free unknowns."""
-        return self._inertia([self.blocks[index] for index in self.block_index(kind)])
+        """Inertia operator of the blocks of one kind, or of the point masses, on all free unknowns."""
+        own = [self.blocks[index] for index in self.block_index(kind)]
+        return self._inertia([*own, *(self._bodies if kind == BODIES else ())])
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of element."""
-        return tuple(dict.fromkeys(block.kind for block in self.blocks))
+        """Kinds of element, ``"mass"`` for point masses last."""
+        return tuple(dict.fromkeys([*(block.kind for block in self.blocks), *([BODIES] if self._bodies else [])]))
+
+    @cached_property
+    def _bodies(self) -> tuple[BodyBlock, ...]:
+        """Point masses of the model, if it has some."""
+        return (body_block(self.model),) if self.model.masses else ()
 
     def material_stiffness(self) -> dict[str, Array]:
         """Stiffness of each kind of element at zero unknowns less the part of its stress, shapes (entries,).
@@ -95,7 +103,11 @@ class StructuralSystem:
         whole = self.workspace()
         stressed = self.with_initial_stress(self.stress(still), tuple(soft)).workspace()
         index = {kind: self.block_index(kind) for kind in self.kinds}
-        return {kind: whole.tangent(still, own) - stressed.tangent(still, own) for kind, own in index.items()}
+        none = np.zeros(self.pattern.entries)
+        return {
+            kind: whole.tangent(still, own) - stressed.tangent(still, own) if own else none
+            for kind, own in index.items()
+        }
 
     def load_moments(self, factors: Mapping[str, float]) -> WeighedMoments:
         """Load moments of all blocks, those of each kind times its factor."""
@@ -105,8 +117,11 @@ class StructuralSystem:
             loads += factors[kind] * np.concatenate([inertia.first_moment.reshape(9, -1), inertia.zeroth_moment])
         return WeighedMoments(loads)
 
-    def _inertia(self, blocks: Sequence[ElementBlock]) -> InertiaOperator:
-        return InertiaOperator.from_blocks(blocks, [self.place[block.dofs] for block in blocks], self.pattern)
+    def _inertia(self, blocks: Sequence[ElementBlock | BodyBlock]) -> InertiaOperator:
+        place = np.append(self.place, self.size)  # unknowns that do not exist are like held ones
+        return InertiaOperator.from_blocks(
+            [block.inertia for block in blocks], [place[block.dofs] for block in blocks], self.pattern
+        )
 
     @cached_property
     def store(self) -> tuple[NDArray[Any], ...]:

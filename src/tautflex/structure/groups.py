@@ -33,7 +33,7 @@ class ElementGroup:
         tension [N], shape (element, 1); beam axial force [N], shape (element, 1).
     orientation
         Direction that fixes the local axes: local x of a membrane is its projection on the film; local z of a
-        beam is its part normal to the beam.
+        beam is its part normal to the beam; shape (3,), of beams also (element, 3).
     """
 
     section: Section

@@ -164,8 +164,8 @@ def blend_by_direction(nodes: Array, lines: Indices, along_x: float, across: flo
     return along_x * weight + across * (1.0 - weight)
 
 
-def check_connected(node_count: int, connectivities: list[Indices]) -> None:
-    """Raise MeshError if a node belongs to no element or the elements form more than one piece."""
+def connected_pieces(node_count: int, connectivities: list[Indices]) -> Indices:
+    """Number of the connected piece that each node belongs to, shape (node,); MeshError if it belongs to none."""
     pairs = [np.stack([c[:, 0], c[:, k]]) for c in connectivities for k in range(1, c.shape[1]) if len(c)]
     if not pairs:
         raise MeshError("mesh: expected at least one element, got none; give triangles, cables or beams")
@@ -179,12 +179,4 @@ def check_connected(node_count: int, connectivities: list[Indices]) -> None:
             "remove unused nodes or connect them"
         )
     graph = coo_array((np.ones(rows.size), (rows, columns)), shape=(node_count, node_count))
-    pieces, label = connected_components(graph, directed=False)
-    if pieces > 1:
-        sizes = np.bincount(label)
-        smallest = int(np.argmin(sizes))
-        raise MeshError(
-            f"mesh: expected one connected structure, got {pieces} pieces (the smallest has {sizes[smallest]} "
-            f"node(s), e.g. node {int(np.flatnonzero(label == smallest)[0])}); merge duplicate nodes or join "
-            "the pieces with cables or beams"
-        )
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

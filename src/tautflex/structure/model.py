@@ -10,16 +10,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tautflex import checks
-from tautflex.errors import MeshError
+from tautflex.errors import InputError, MeshError
 from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup, Support
+from tautflex.structure.masses import PointMass
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, require_section
-from tautflex.structure.mesh import blend_by_direction, check_connected, check_elements, check_joints
+from tautflex.structure.mesh import blend_by_direction, check_elements, check_joints, connected_pieces
 from tautflex.structure.numbering import Numbering
 from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6, Shape, surface_shape
 from tautflex.text import card, count
 
 _SUPPORT = "Support.clamped([0])"
+_MASS = "PointMass(node, mass=2.5)"
 PRESTRESS_MODES = ("equilibrium", "uniform", "initial-strain")
 
 
@@ -32,6 +34,7 @@ class Model(Numbering):
 
     prestress_mode: str = "uniform"
     prestress_stated: bool = True
+    masses: tuple[PointMass, ...] = ()
 
     @classmethod
     def from_mesh(
@@ -52,6 +55,7 @@ class Model(Numbering):
         beam_axial_force: ArrayLike = 0.0,
         beam_orientation: ArrayLike = (0.0, 0.0, 1.0),
         supports: Sequence[Support] = (),
+        masses: Sequence[PointMass] = (),
         prestress_mode: str | None = None,
     ) -> Model:
         """Build a model from any film elements, cables and beams in space.
@@ -79,9 +83,11 @@ class Model(Numbering):
         beam_axial_force
             Given initial axial force, tension positive [N], scalar or shape (b,).
         beam_orientation
-            Direction whose part normal to a beam is its local z axis, shape (3,).
+            Direction whose part normal to a beam is its local z axis, shape (3,) or (b, 3).
         supports
             Held nodes.
+        masses
+            Rigid bodies at nodes.
         prestress_mode
             ``"uniform"``: the given stresses are the state, their imbalance carried by the reference;
             ``"equilibrium"``: cable tensions are final, film and beams respond; ``"initial-strain"``: cables
@@ -118,23 +124,45 @@ class Model(Numbering):
             if not len(elements):
                 continue
             values = checks.spread(load, initial, len(elements))[:, None]
-            direction = checks.vector3("beam_orientation", orientation)
+            direction = _directions("beam_orientation", orientation, len(elements))
             groups.append(ElementGroup(require_section(name, given, kind), LINE2, elements, values, direction))
         held, stated = checks.several("supports", supports, Support, _SUPPORT), prestress_mode is not None
-        return cls(points, tuple(groups), held, "uniform" if prestress_mode is None else prestress_mode, stated)
+        bodies = checks.several("masses", masses, PointMass, _MASS)
+        return cls(points, tuple(groups), held, "uniform" if prestress_mode is None else prestress_mode, stated, bodies)
 
     def __post_init__(self) -> None:
         checks.one_of("prestress_mode", self.prestress_mode, PRESTRESS_MODES)
         checks.several("supports", self.supports, Support, _SUPPORT)
+        checks.several("masses", self.masses, PointMass, _MASS)
         checks.several("groups", self.groups, ElementGroup, "those that Model.from_mesh makes")
         checks.float_array("nodes", self.nodes, (None, 3), error=MeshError)
         for group in self.groups:
             name = f"{group.section.kind if group.shape.dimension == 1 else group.shape.domain}s"
             check_elements(name, group.shape, self.nodes, group.connectivity)
         check_joints([(group.shape, group.connectivity) for group in self.surfaces])
-        check_connected(len(self.nodes), [group.connectivity for group in self.groups])
+        pieces = connected_pieces(len(self.nodes), [group.connectivity for group in self.groups])
         for support in self.supports:
             checks.indices("supports", support.nodes, len(self.nodes), error=MeshError)
+        self._require_held(pieces)
+        checks.indices("masses", [body.node for body in self.masses], len(self.nodes), error=MeshError)
+        for body in self.masses:
+            if body.turns and self.dof_offset[body.node + 1] - self.dof_offset[body.node] < 6:
+                raise MeshError(
+                    f"masses: expected a body without inertia and offset at node {body.node}, which no beam turns, got "
+                    f"inertia {body.tensor.tolist()} and offset {body.arm.tolist()}; place it on a beam"
+                )
+
+    def _require_held(self, piece: Indices) -> None:
+        """One piece may be free; of several, each must be held."""
+        sizes = np.bincount(piece)
+        for number in np.argsort(sizes, kind="stable") if len(sizes) > 1 else ():
+            free = self.freedom_of(piece == number)
+            if free:
+                raise MeshError(
+                    f"mesh: expected one connected structure, got {len(sizes)} pieces, of which the supports leave one "
+                    f"({sizes[number]} node(s), e.g. node {int(np.flatnonzero(piece == number)[0])}) {free} rigid "
+                    "motions free; merge duplicate nodes, join the pieces with cables or beams, or hold each of them"
+                )
 
     def __repr__(self) -> str:
         elements = [
@@ -145,10 +173,13 @@ class Model(Numbering):
         ]
         size = " x ".join(f"{side:.4g}" for side in np.ptp(self.nodes, axis=0))
         held = count(np.unique(np.concatenate([[], *(support.nodes for support in self.supports)])), "node")
+        carried = sum(body.mass for body in self.masses)
+        bodies = {"masses": f"{carried:.4g} kg in {len(self.masses)} of its nodes"} if self.masses else {}
         lines = {
             "nodes": len(self.nodes),
             "unknowns": len(self.free_dofs),
             "elements": ", ".join(elements),
+            **bodies,
             "size": f"{size} m",
             "mass": f"{self.mass:.4g} kg",
             "supports": f"{held} held" + (f", {self.rigid_freedom} rigid motions free" if self.rigid_freedom else ""),
@@ -213,8 +244,11 @@ class Model(Numbering):
     def mass(self) -> float:
         """Total mass [kg]."""
         return sum(
-            group.section.mass_per_measure * float(group.shape.measure(self.nodes[group.connectivity]).sum())
-            for group in self.groups
+            (
+                group.section.mass_per_measure * float(group.shape.measure(self.nodes[group.connectivity]).sum())
+                for group in self.groups
+            ),
+            float(sum(body.mass for body in self.masses)),
         )
 
     def with_pretension_scaled(self, scale_x: float, scale_y: float) -> Model:
@@ -231,6 +265,17 @@ class Model(Numbering):
                 factor = blend_by_direction(self.nodes, group.connectivity, scale_x, scale_y)[:, None]
             groups.append(replace(group, initial=group.initial * factor))
         return replace(self, groups=tuple(groups))
+
+
+def _directions(name: str, value: ArrayLike, count: int) -> Array:
+    """One direction for all elements, shape (3,), or one for each, shape (count, 3); none of length 0."""
+    if checks.numbers(name, value).ndim != 2:
+        return checks.vector3(name, value)
+    each = checks.float_array(name, value, (count, 3))
+    short = np.flatnonzero(np.linalg.norm(each, axis=1) == 0.0)
+    if short.size:
+        raise InputError(f"{name}: expected directions, got one of length 0 for element {short[0]}; give each a length")
+    return each
 
 
 def _surface_elements(

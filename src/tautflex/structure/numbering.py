@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tautflex.numeric import Array, Indices
+from tautflex.numeric import Array, Indices, Mask
 from tautflex.structure.groups import DIRECTIONS, ElementGroup, Support
 
 
@@ -91,7 +91,12 @@ class Numbering:
     @property
     def rigid_freedom(self) -> int:
         """Number of independent rigid motions that the supports leave free."""
+        return self.freedom_of(np.full(len(self.nodes), True))
+
+    def freedom_of(self, nodes: Mask) -> int:
+        """The same of a piece of the structure, given as a flag for each node, shape (node,)."""
         motions = self.rigid_motions / max(1.0, float(np.abs(self.nodes).max()))
-        held = motions[self.fixed_dofs]
+        own = np.repeat(nodes, np.diff(self.dof_offset))
+        held = motions[self.fixed_dofs[own[self.fixed_dofs]]]
         rank = int(np.linalg.matrix_rank(held, tol=1e-9)) if held.size else 0
-        return int(np.linalg.matrix_rank(motions, tol=1e-9)) - rank
+        return int(np.linalg.matrix_rank(motions[own], tol=1e-9)) - rank

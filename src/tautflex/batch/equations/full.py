@@ -57,7 +57,7 @@ class FullPlant:
                 "reduce(state) first"
             )
         self.state, self.size, self.pairs = state, system.size, 8
-        self.kinds = tuple(dict.fromkeys(block.kind for block in system.blocks))
+        self.kinds = system.kinds
         fields = prestress_fields(state)
         self.blocks, self.places = system.blocks, system.row_places
         self.stresses = [

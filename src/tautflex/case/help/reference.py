@@ -19,6 +19,7 @@ from tautflex.case.tables import TimeTableKeys
 from tautflex.errors import CaseError
 
 _RANGE = re.compile(r"(?<=, )[<>]=? ?\d+(?:[./]\d+)?|in [\[(][^\])]*[\])]")
+_TITLES = {"inputs": "[inputs.NAME]", "masses": "[[masses]]"}
 _NAMES = {float: "number", int: "integer", bool: "true or false", str: "text", type(None): ""}
 
 
@@ -61,7 +62,7 @@ def reference(name: str | None = None) -> list[SectionEntry]:
 
 
 def _entries(name: str, field: FieldInfo) -> Iterator[SectionEntry]:
-    section, title = _section(field), f"[{name}]" if name != "inputs" else "[inputs.NAME]"
+    section, title = _section(field), _TITLES.get(name, f"[{name}]")
     assert section is not None
     if not issubclass(section, Chosen):
         yield SectionEntry(title, _about(section), _keys(section))

@@ -73,7 +73,7 @@ class _Nodes(Chosen):
     def placed(self, model: Model) -> Any:
         if self.near is not None:
             points = np.atleast_2d(np.asarray(self.near, dtype=float))
-            return self.build(nodes=tuple(_nearest(model, point) for point in points))
+            return self.build(nodes=tuple(nearest_node(model, point) for point in points))
         if self.side is not None:
             return self.build(nodes=_nodes_of_side(model, self.side))
         return self.build()
@@ -95,7 +95,7 @@ class _Cables(Chosen):
         return self.build(cables=_cables_of_side(model, self.side))
 
 
-def _nearest(model: Model, point: Array) -> int:
+def nearest_node(model: Model, point: Array) -> int:
     """Node nearest to a point (x, y) of the plane z = 0, or (x, y, z)."""
     place = np.zeros(3)
     place[: len(point)] = point

@@ -8,13 +8,14 @@ from pydantic import (
     BeforeValidator,
     Field,
     SerializerFunctionWrapHandler,
+    Strict,
     field_validator,
     model_serializer,
     model_validator,
 )
 
 from tautflex.case.messages import problem, show
-from tautflex.case.section import Count, Flag, NonNegative, Number, Positive, Section, Words, key
+from tautflex.case.section import Count, Flag, NonNegative, Number, Positive, Section, Vector, Words, key
 from tautflex.structure.materials import LAW_NAMES
 from tautflex.structure.shapes import SHAPES
 
@@ -113,7 +114,8 @@ class Mesh(Section):
 
     With ``file`` (Gmsh, Abaqus or Nastran) film, cables, frame and supports come from its groups; the case states
     sections and tensions only, a cable's tension by its direction. ``names`` gives roles to groups whose names
-    do not tell them.
+    do not tell them. ``step`` is left out where the file has one step (Abaqus) or subcase (Nastran), or one that asks
+    for frequencies, or all have the same supports.
     """
 
     divisions: tuple[Count, Count] = key("numbers of cells along x and y, integers >= 1", default=(20, 10))
@@ -123,6 +125,8 @@ class Mesh(Section):
     element: Surface = key("shape of the film's elements", "triangle6", "triangle3")
     file: str | None = key("mesh file (.msh, .inp, .bdf)", "antenna.msh", None, strict=True)
     unit_length: Positive | None = key("length of the file's unit [m]", 0.001, None)
+    unit_mass: Positive | None = key("mass of the file's unit [kg]; beside unit_length and point masses", 1000.0, None)
+    step: Count | None = key("step or subcase of the file whose supports hold, from 1", 2, None)
     names: dict[str, Literal["membrane", "cable", "beam", "clamped", "pinned", "support", "ignore"]] | None = key(
         "roles of groups in the file", {"skin": "membrane"}, None
     )
@@ -139,7 +143,7 @@ class Mesh(Section):
             if self.file is not None and name in self.model_fields_set:
                 text = f"{name}: expected no value beside file = {show(self.file)}, got {show(getattr(self, name))}"
                 raise ValueError(f"{text}; remove one of the two")
-        for name in ("unit_length", "names"):
+        for name in ("unit_length", "unit_mass", "step", "names"):
             if self.file is None and getattr(self, name) is not None:
                 text = f"{name}: expected no value without file, got {show(getattr(self, name))}"
                 raise ValueError(f"{text}; add file, or remove it")
@@ -151,6 +155,25 @@ class Mesh(Section):
         values: dict[str, Any] = serialize(self)
         left_out = () if self.file is None else ("divisions", "pattern", "element")
         return {key: value for key, value in values.items() if key not in left_out}
+
+
+class Mass(Section):
+    """Rigid body at a node: a payload, a feed, a tip mass. With inertia or offset the node must carry a beam."""
+
+    node: Annotated[int, Strict(), Field(ge=0)] | None = key("number of the node, from 0", 12, None)
+    near: tuple[Number, Number] | Vector | None = key("point whose nearest node carries it [m]", (1.25, 0.75), None)
+    mass: NonNegative = key("mass [kg]", 2.5, 0.0)
+    inertia: NonNegative | Vector | tuple[Vector, Vector, Vector] = key(
+        "inertia about its centre of mass [kg m^2]: one number, principal moments, or a tensor", (0.1, 0.1, 0.2), 0.0
+    )
+    offset: Vector = key("centre of mass from the node [m]", (0.0, 0.0, 0.1), (0.0, 0.0, 0.0))
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if (self.node is None) == (self.near is None):
+            got = "neither" if self.node is None else f"node = {self.node} and near = {show(self.near)}"
+            raise ValueError(f"near: expected a point near a node, or its number under node, got {got}; give one")
+        return self
 
 
 class Prestress(Section):

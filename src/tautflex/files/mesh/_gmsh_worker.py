@@ -14,9 +14,10 @@ from contextlib import suppress
 from typing import Any
 
 NO_GMSH, REFUSED = 3, 4
-POINT, LINE, LINE3 = 15, 1, 8
-SURFACES = {"triangle": (2, 3), "curved": (9, 6), "quad": (3, 4)}  # Gmsh's type and number of nodes; curved: six nodes
-OWN = ((POINT,), (LINE, LINE3), tuple(kind for kind, _ in SURFACES.values()), ())  # by dimension
+POINT = 15
+LINES = {"line2": (1, 2), "line3": (8, 3)}  # Gmsh's type and number of nodes
+SURFACES = {"triangle3": (2, 3), "triangle6": (9, 6), "quad4": (3, 4), "quad8": (16, 8), "quad9": (10, 9)}
+OWN = ((POINT,), tuple(k for k, _ in LINES.values()), tuple(k for k, _ in SURFACES.values()), ())  # by dimension
 
 
 def main(mesh: str, target: str, most_bytes: int, most_seconds: int) -> int:
@@ -60,19 +61,19 @@ def limit(most_bytes: int, most_seconds: int) -> None:
 def collect(gmsh: Any, np: Any) -> dict[str, Any]:
     """Nodes, lines, surface elements and physical groups of the current model as arrays.
 
-    A line with a node in its middle becomes two, the second under the negative of its number. Groups come as their
-    names, and for each a slice of one array of element numbers (node numbers for groups of points). Elements of other
-    types are counted by group, so that the reader can name them.
+    Groups come as their names, and for each a slice of one array of element numbers (node numbers for groups of
+    points). Elements of other types are named by group, and the surfaces among them for the whole file.
     """
     numbers, positions, _ = gmsh.model.mesh.getNodes(includeBoundary=False, returnParametricCoord=False)
     arrays = {"node_numbers": numbers.astype(np.int64), "nodes": positions.reshape(-1, 3)}
-    for name, (kind, count) in {"line": (LINE, 2), "line3": (LINE3, 3), **SURFACES}.items():
+    for name, (kind, count) in {**LINES, **SURFACES}.items():
         tags, ends = gmsh.model.mesh.getElementsByType(kind)
         arrays[f"{name}_numbers"] = tags.astype(np.int64)
-        arrays[f"{name}s"] = ends.astype(np.int64).reshape(-1, count)
-    tags, ends = arrays.pop("line3_numbers"), arrays.pop("line3s")
-    arrays["line_numbers"] = np.concatenate([arrays["line_numbers"], tags, -tags])
-    arrays["lines"] = np.concatenate([arrays["lines"], ends[:, [0, 2]], ends[:, [2, 1]]])
+        arrays[name] = ends.astype(np.int64).reshape(-1, count)
+    kinds = [kind for kind in gmsh.model.mesh.getElementTypes(2) if kind not in OWN[2]]
+    arrays["other_surfaces"] = np.array(
+        [gmsh.model.mesh.getElementProperties(kind)[0] for kind in kinds], dtype=np.str_
+    )
     names, dimensions, members, others = [], [], [], []
     for dimension, tag in gmsh.model.getPhysicalGroups():
         names.append(
@@ -97,8 +98,7 @@ def group_members(gmsh: Any, np: Any, dimension: int, tag: int) -> tuple[Any, st
         kinds, tags, nodes = gmsh.model.mesh.getElements(dimension, entity)
         for kind, numbers, ends in zip(kinds, tags, nodes, strict=True):
             if kind in OWN[dimension]:
-                own = (ends if dimension == 0 else numbers).astype(np.int64)
-                members += [own, -own] if kind == LINE3 else [own]
+                members.append((ends if dimension == 0 else numbers).astype(np.int64))
             else:
                 foreign.add(str(gmsh.model.mesh.getElementProperties(kind)[0]))
     return np.concatenate(members), ", ".join(sorted(foreign))

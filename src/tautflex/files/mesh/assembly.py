@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tautflex.errors import MeshError
+from tautflex.errors import InputError, MeshError
 from tautflex.files.mesh import roles
 from tautflex.files.mesh.mesh_data import MeshData
 from tautflex.files.mesh.raw import KINDS, RawGroup, RawMesh, shorten
 from tautflex.numeric import Indices
 from tautflex.structure.groups import DIRECTIONS, Support
-from tautflex.structure.mesh import check_connected, check_elements
+from tautflex.structure.masses import PointMass
+from tautflex.structure.mesh import check_elements
 from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6
 
+DEFAULT_ORIENTATION = (0.0, 0.0, 1.0)  # that of Model.from_mesh
 _CHOICES = {"triangles": ("membrane",), "quads": ("membrane",), "lines": ("cable", "beam")}
 # Elements of a structure: where they come from, and the role that makes them such.
 _PARTS = {
@@ -26,7 +28,12 @@ _PARTS = {
 }
 
 
-def assemble(raw: RawMesh, names: Mapping[str, str] | None = None, unit_length: float = 1.0) -> MeshData:
+def assemble(
+    raw: RawMesh,
+    names: Mapping[str, str] | None = None,
+    unit_length: float = 1.0,
+    unit_mass: float | None = None,
+) -> MeshData:
     """Give every element its role, leave out what has none, and number nodes anew.
 
     ``names`` are roles that the user states, by group; they come before the file's element types and names.
@@ -37,6 +44,7 @@ def assemble(raw: RawMesh, names: Mapping[str, str] | None = None, unit_length: 
         If a group has no role, an element two, or what remains is no mesh.
     """
     stated = roles.stated_roles(names, [group.name for group in raw.groups])
+    _require_no_doubt(raw, stated)
     role = {kind: np.full(len(raw.elements[kind]), "", dtype="<U8") for kind in KINDS}
     held: list[tuple[str, Indices, tuple[str, ...]]] = []
     left_out = []
@@ -57,15 +65,28 @@ def assemble(raw: RawMesh, names: Mapping[str, str] | None = None, unit_length: 
     for group in left_out:  # last, because left out is left out, whatever other groups say
         for kind in KINDS:
             role[kind][group.of(kind)] = "ignore"
-    return _collect(raw, role, held, unit_length)
+    return _collect(raw, role, held, unit_length, unit_mass)
+
+
+def _require_no_doubt(raw: RawMesh, stated: Mapping[str, str]) -> None:
+    """Raise MeshError if several groups are left of which the file does not tell which one holds."""
+    doubtful = {g.name: g.doubt for g in raw.groups if g.doubt and g.name.strip().casefold() not in stated}
+    if len(doubtful) > 1:
+        first, *others = doubtful
+        raise MeshError(
+            f"groups {', '.join(doubtful)}: expected {doubtful[first]}, got none; state it, or leave out all but one "
+            f"with names = {{{others[0]} = 'ignore'}}"
+        )
 
 
 def _role(raw: RawMesh, group: RawGroup) -> str | None:
     """Role of a group without a stated one: what the file holds, what the name says."""
     if group.directions:
         return "clamped"
-    named = roles.role_of_name(group.name)
+    named = roles.role_of_name(group.name.rpartition(".")[2] if raw.typed else group.name)
     has_elements = any(len(group.of(kind)) for kind in KINDS)
+    if raw.typed and named == "membrane" and _all_shells(raw, group):
+        return named
     if not has_elements or raw.typed:  # other node sets and, where types decide, element sets are mere selections
         return named if named in roles.SUPPORTS and (len(group.of("nodes")) or has_elements) else None
     if named is None:
@@ -89,10 +110,22 @@ def _assign(role: NDArray[np.str_], rows: Indices, new: str, kind: str, name: st
     role[rows] = new
 
 
+def _all_shells(raw: RawMesh, group: RawGroup) -> bool:
+    rows = [raw.roles[kind][group.of(kind)] for kind in KINDS]
+    return bool(np.all(np.concatenate(rows) == "shell")) and any(len(own) for own in rows)
+
+
 def _fill(raw: RawMesh, role: dict[str, NDArray[np.str_]]) -> None:
     """Elements without a stated role get what their type says; a file without surfaces in groups is all film."""
-    role["lines"] = np.where(role["lines"] == "", raw.line_roles, role["lines"])
-    if raw.typed or not any(len(group.of("triangles")) + len(group.of("quads")) for group in raw.groups):
+    for kind in KINDS:
+        role[kind] = np.where(role[kind] == "", raw.roles[kind], role[kind])
+        for group in raw.groups:
+            if np.any(role[kind][group.of(kind)] == "shell"):
+                raise MeshError(
+                    f"group {shorten(group.name)}: expected membranes, got shells, whose bending stiffness is not read "
+                    f"here; take them as membranes with names = {{{shorten(group.name)}: 'membrane'}}"
+                )
+    if not raw.typed and not any(len(group.of("triangles")) + len(group.of("quads")) for group in raw.groups):
         for kind in ("triangles", "quads"):
             role[kind][role[kind] == ""] = "membrane"
 
@@ -102,6 +135,7 @@ def _collect(
     role: Mapping[str, NDArray[np.str_]],
     held: list[tuple[str, Indices, tuple[str, ...]]],
     unit_length: float,
+    unit_mass: float | None,
 ) -> MeshData:
     chosen = {part: np.flatnonzero(role[kind] == wanted) for part, (kind, wanted) in _PARTS.items()}
     elements = {part: raw.elements[_PARTS[part][0]][rows] for part, rows in chosen.items()}
@@ -119,9 +153,33 @@ def _collect(
     triangle = TRIANGLE6 if parts["triangles"].shape[1] == 6 else TRIANGLE3
     for part, shape in {"triangles": triangle, "quads": QUAD4, "cables": LINE2, "beams": LINE2}.items():
         check_elements(part, shape, nodes, parts[part])
-    check_connected(len(nodes), list(parts.values()))
+    orientation = np.where(np.isnan(raw.orientation), DEFAULT_ORIENTATION, raw.orientation)[chosen["beams"]]
     supports = _supports([(name, new["nodes"][rows], directions) for name, rows, directions in held])
-    return MeshData(nodes, **parts, supports=supports, groups=_selections(raw, new))
+    groups = _selections(raw, new)
+    masses = tuple(_bodies(raw, new["nodes"], unit_length, unit_mass))
+    return MeshData(nodes, **parts, supports=supports, groups=groups, beam_orientation=orientation, masses=masses)
+
+
+def _bodies(raw: RawMesh, new: Indices, unit_length: float, unit_mass: float | None) -> Iterator[PointMass]:
+    """Rigid bodies in SI units; what a body of no mass and inertia says is nothing."""
+    for body in raw.masses:
+        node = int(new[body.node])
+        if body.mass == 0.0 and not body.inertia.any():
+            continue
+        if node < 0:
+            raise MeshError(f"{body.where}: expected a point mass at a node of an element, got another; join it by one")
+        if unit_length != 1.0 and unit_mass is None:
+            raise MeshError(
+                f"{body.where}: expected unit_mass beside unit_length = {unit_length:g}, got none; state the file's "
+                "unit of mass in kg (1000 for t, mm, s)"
+            )
+        unit = unit_mass or 1.0
+        try:
+            yield PointMass(
+                node, unit * body.mass, unit * unit_length**2 * body.inertia, tuple(unit_length * body.offset)
+            )
+        except InputError as error:
+            raise MeshError(f"{body.where}: {error}") from None
 
 
 def _renumbering(rows: Indices, count: int) -> Indices:

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from tautflex.errors import MeshError, MissingExtraError
 from tautflex.files.mesh._gmsh_worker import NO_GMSH, REFUSED
-from tautflex.files.mesh.raw import KINDS, Numbering, RawGroup, RawMesh, require_coordinates, shorten
+from tautflex.files.mesh.raw import Numbering, RawGroup, RawMesh, require_coordinates, shorten
+from tautflex.files.mesh.second_order import WIDTHS, simplified
 from tautflex.numeric import Indices
 
 SECONDS = 120
@@ -30,6 +31,10 @@ SECONDS = 120
 _BASE_BYTES = 2**30
 _BYTES_PER_BYTE = 50
 _HEADER = re.compile(rb"\$MeshFormat[ \t]*\r?\n[ \t]*([24])(\.\d{1,3})?[ \t]+[01][ \t]+\d{1,2}[ \t]*\r?\n")
+
+UNGROUPED = "ungrouped"
+"""Group of the surfaces that no physical group has."""
+_EXPECTED = "expected triangles of 3 or 6 nodes, quadrilaterals of 4, 8 or 9"
 
 INSTALL = "pip install 'tautflex[mesh]'"
 LIBRARIES = "libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1"
@@ -98,17 +103,18 @@ def _loaded(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _raw_mesh(arrays: dict[str, NDArray[Any]]) -> RawMesh:
-    _join_triangles(arrays)
-    for count, values in [("node_numbers", "nodes"), *((f"{kind[:-1]}_numbers", kind) for kind in KINDS)]:
+    for count, values in [("node_numbers", "nodes"), *((f"{shape}_numbers", shape) for shape in WIDTHS)]:
         order = np.argsort(arrays[count], kind="stable")  # Gmsh keeps them by entity, its users by number
         arrays[count], arrays[values] = arrays[count][order], arrays[values][order]
     require_coordinates(arrays["nodes"], arrays["node_numbers"])
+    if len(arrays["other_surfaces"]):
+        raise MeshError(f"{_EXPECTED}, got {', '.join(arrays['other_surfaces'])}; mesh with order 1 or 2")
     nodes = Numbering("node", arrays["node_numbers"])
     # format 2 repeats an element for every group it is in: keep one, let all numbers point to it
     unique, rows, numbers = {}, {}, {}
-    for kind in KINDS:
-        unique[kind], rows[kind] = _without_copies(nodes.rows(arrays[kind], kind))
-        numbers[kind] = arrays[f"{kind[:-1]}_numbers"]
+    for shape in WIDTHS:
+        unique[shape], rows[shape] = _without_copies(nodes.rows(arrays[shape], shape))
+        numbers[shape] = arrays[f"{shape}_numbers"]
     groups, start = [], 0
     for name, dimension, size, others in zip(
         arrays["group_names"], arrays["group_dimensions"], arrays["group_sizes"], arrays["group_others"], strict=True
@@ -117,29 +123,30 @@ def _raw_mesh(arrays: dict[str, NDArray[Any]]) -> RawMesh:
         start += size
         if others and dimension > 0:
             raise MeshError(
-                f"group {shorten(name)}: expected triangles of 3 or 6 nodes, quadrilaterals of 4, or lines, got "
-                f"{others}; mesh with order 1, or triangles with order 2, and give volumes no physical group"
+                f"group {shorten(name)}: {_EXPECTED}, or lines of 2 or 3, got {others}; mesh with order 1 or 2, and "
+                "give volumes no physical group"
             )
         if dimension == 0:
             found = {"nodes": np.unique(nodes.rows(members, str(name)))}
         else:
-            found = {kind: np.unique(rows[kind][np.isin(numbers[kind], members)]) for kind in KINDS}
+            found = {shape: np.unique(rows[shape][np.isin(numbers[shape], members)]) for shape in WIDTHS}
         groups.append(RawGroup(str(name), found))
-    roles = np.full(len(unique["lines"]), "", dtype="<U8")
-    return RawMesh(arrays["nodes"], unique, roles, tuple(groups), typed=False)
+    rest = _ungrouped(unique, groups)
+    roles = {shape: np.full(len(own), "", dtype="<U8") for shape, own in unique.items()}
+    lines = len(unique["line2"]) + len(unique["line3"])
+    return simplified(arrays["nodes"], unique, roles, np.full((lines, 3), np.nan), [*groups, *rest], typed=False)
 
 
-def _join_triangles(arrays: dict[str, NDArray[Any]]) -> None:
-    """Put triangles of three or of six nodes into one array; MeshError if there are both."""
-    curved, numbers = arrays.pop("curveds"), arrays.pop("curved_numbers")
-    if not len(curved):
-        return
-    if len(arrays["triangles"]):
-        raise MeshError(
-            f"expected triangles of one order, got {len(arrays['triangles'])} of 3 and {len(curved)} of 6 nodes; "
-            "mesh the whole film with the same order"
-        )
-    arrays["triangles"], arrays["triangle_numbers"] = curved, numbers
+def _ungrouped(elements: dict[str, Indices], groups: list[RawGroup]) -> list[RawGroup]:
+    """Group of the surfaces that are in none although others are: left out they would be holes."""
+    surfaces = [shape for shape in WIDTHS if not shape.startswith("line")]
+    if not any(len(group.of(shape)) for group in groups for shape in surfaces):
+        return []
+    rest = {
+        shape: np.setdiff1d(np.arange(len(elements[shape])), np.concatenate([group.of(shape) for group in groups]))
+        for shape in surfaces
+    }
+    return [RawGroup(UNGROUPED, rest)] if any(len(rows) for rows in rest.values()) else []
 
 
 def _without_copies(connectivity: Indices) -> tuple[Indices, Indices]:

@@ -12,6 +12,7 @@ from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import Support
+from tautflex.structure.masses import PointMass
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
 from tautflex.structure.model import Model
 from tautflex.text import brief
@@ -34,6 +35,11 @@ class MeshData:
     groups
         For each name in the file the rows it selects, e.g. ``groups["cables_x"]["cables"]``; the keys are those of
         ``triangles``, ``quads``, ``cables``, ``beams`` and ``nodes`` that the group has.
+    beam_orientation
+        Direction whose part normal to each beam is its local z axis, as the file states it, shape (b, 3); where it
+        states none, that of `Model.from_mesh`.
+    masses
+        Rigid bodies at nodes.
     """
 
     nodes: Array
@@ -43,6 +49,8 @@ class MeshData:
     supports: tuple[Support, ...] = ()
     groups: Mapping[str, Mapping[str, Indices]] = field(default_factory=dict)
     quads: Indices = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
+    beam_orientation: Array | None = None
+    masses: tuple[PointMass, ...] = ()
     __repr__ = brief
 
     def values(self, kind: str, by_group: Mapping[str, float]) -> Array:
@@ -97,7 +105,8 @@ class MeshData:
         membrane, cable, beam
             Section of each kind that the mesh has.
         **given
-            Prestress, orientations, prestress mode; ``supports`` replaces the supports of the file.
+            Prestress, orientations, prestress mode; ``supports``, ``masses`` and ``beam_orientation``
+            replace those of the file.
 
         Raises
         ------
@@ -106,6 +115,8 @@ class MeshData:
         InputError
             If a section is missing or a value is unusable.
         """
+        if self.beam_orientation is not None:
+            given = {"beam_orientation": self.beam_orientation, **given}
         return Model.from_mesh(
             self.nodes,
             triangles=self.triangles,
@@ -115,5 +126,5 @@ class MeshData:
             cable=cable,
             beams=self.beams,
             beam=beam,
-            **{"supports": self.supports, **given},
+            **{"supports": self.supports, "masses": self.masses, **given},
         )

@@ -3,24 +3,41 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+
+import numpy as np
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.raw import shorten
+from tautflex.numeric import Array
 
 # "1.5-3" is Nastran's short form of 1.5e-3, "1.5d-3" Fortran's.
 _REAL = re.compile(r"([+-]?(?:\d{1,40}\.?\d{0,40}|\.\d{1,40}))(?:[eEdD]?([+-]\d{1,4})|[eEdD](\d{1,4}))?", re.ASCII)
+_INTEGER = re.compile(r"\s*[+-]?\d{1,19}\s*", re.ASCII)
 _LARGEST = 2**62
+_LARGEST_LENGTH = 1e9
 
 
 def natural(text: str, where: str) -> int:
     """Read an integer from 1 to 2^62, or raise MeshError."""
-    if re.fullmatch(r"\s*[+-]?\d{1,19}\s*", text, re.ASCII) is None:
+    if _INTEGER.fullmatch(text) is None:
         raise MeshError(f"{where}: expected an integer, got {shorten(text)}; correct the line")
     value = int(text)
     if not 1 <= value <= _LARGEST:
         expected = "a number >= 1" if value < 1 else "an integer up to 2^62"
         raise MeshError(f"{where}: expected {expected}, got {value}; correct the line or renumber the mesh")
     return value
+
+
+def vector(texts: Sequence[str], where: str) -> Array:
+    """Read numbers below 1e9, blank being 0, of which products and rotations stay finite."""
+    values = [real(text, where) for text in texts]
+    large = [value for value in values if not abs(value) <= _LARGEST_LENGTH]
+    if large:
+        raise MeshError(
+            f"{where}: expected finite numbers below {_LARGEST_LENGTH:g}, got {large[0]:g}; correct the line"
+        )
+    return np.array(values)
 
 
 def real(text: str, where: str) -> float:

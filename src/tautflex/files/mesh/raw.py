@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,26 +11,42 @@ from numpy.typing import NDArray
 from tautflex.errors import MeshError
 from tautflex.numeric import Array, Indices
 
-KINDS = ("triangles", "quads", "lines")
-_CORNERS = {"triangles": 3, "quads": 4, "lines": 2}
+CORNERS = {"triangles": 3, "quads": 4, "lines": 2}
+KINDS = tuple(CORNERS)
 _LARGEST_COORDINATE = 1e9  # [m]; squares and products of any two lengths stay finite
 _LARGEST_EXPANSION = 50_000_000
 
 
 @dataclass(frozen=True)
 class RawGroup:
-    """Named selection in a file: rows of ``"nodes"`` and of each kind of elements.
+    """Named selection in a file: rows of ``"nodes"`` and of each kind (or, before that, shape) of elements.
 
-    ``directions`` are those that the file itself holds at these nodes; empty if it says nothing.
+    ``directions`` are those that the file itself holds at these nodes; empty if it says nothing. ``doubt`` is why the
+    file alone does not tell what the group is: an error, unless the user's names tell.
     """
 
     name: str
     rows: Mapping[str, Indices]
     directions: tuple[str, ...] = ()
+    doubt: str = ""
 
     def of(self, kind: str) -> Indices:
         """Rows of one kind."""
         return self.rows.get(kind, np.zeros(0, dtype=np.int64))
+
+
+@dataclass(frozen=True)
+class RawMass:
+    """Rigid body of a file: mass, inertia about its centre (3, 3), centre from its node (3,), in the file's units.
+
+    ``where`` is its place for messages, ``node`` the row of its node.
+    """
+
+    where: str
+    mass: float
+    inertia: Array
+    offset: Array
+    node: int = -1
 
 
 @dataclass(frozen=True)
@@ -43,53 +59,26 @@ class RawMesh:
         Positions in the unit of the file, shape (node, 3).
     elements
         Rows of ``nodes`` for each of `KINDS`, shapes (t, 3) or (t, 6), (q, 4) and (l, 2).
-    line_roles
-        What the element type says about each line, shape (l,): ``"cable"``, ``"beam"``, or ``""`` where the format
-        does not distinguish them and the name of the group decides.
+    roles
+        What the element type says about each element of a kind, shapes (element,): ``"membrane"``, ``"cable"``,
+        ``"beam"``, ``"shell"`` for a surface that also bends, or ``""`` where the name of the group decides.
+    orientation
+        Direction of each line's local z axis as a beam, nan if the file states none, shape (l, 3).
     groups
         Named selections.
     typed
         Whether the format's element types decide about roles (Abaqus, Nastran) or its names do (Gmsh).
+    masses
+        Rigid bodies at nodes.
     """
 
     nodes: Array
     elements: Mapping[str, Indices]
-    line_roles: NDArray[np.str_]
+    roles: Mapping[str, NDArray[np.str_]]
+    orientation: Array
     groups: tuple[RawGroup, ...]
     typed: bool
-
-
-@dataclass
-class Gathered:
-    """Nodes and elements of a text file as they come, each element its number before those of its nodes."""
-
-    node_numbers: list[int] = field(default_factory=list)
-    positions: list[Sequence[float]] = field(default_factory=list)
-    elements: dict[str, list[Sequence[int]]] = field(default_factory=lambda: {kind: [] for kind in KINDS})
-    line_roles: list[str] = field(default_factory=list)
-
-    def add(self, role: str, numbers: Sequence[int]) -> tuple[str, int]:
-        """Add an element of a role; its kind, and its row in that."""
-        kind = "triangles" if role == "membrane" else "lines"
-        self.elements[kind].append(numbers)
-        if kind == "lines":
-            self.line_roles.append(role)
-        return kind, len(self.elements[kind]) - 1
-
-    def numbered(self, node: str) -> tuple[Numbering, Numbering]:
-        """Numberings of nodes, which the format calls so, and of elements: triangles, then lines."""
-        elements = [numbers[0] for kind in KINDS for numbers in self.elements[kind]]
-        return Numbering(node, integers(self.node_numbers)), Numbering("element", integers(elements))
-
-    def mesh(self, nodes: Numbering, groups: Iterable[RawGroup], words: Mapping[str, str]) -> RawMesh:
-        """All of it; ``words`` are what the format calls the kinds of elements."""
-        positions = np.array(self.positions, dtype=float).reshape(-1, 3)
-        require_coordinates(positions, integers(self.node_numbers))
-        elements = {
-            kind: nodes.rows(integers(rows).reshape(-1, 1 + _CORNERS[kind])[:, 1:], words.get(kind, kind))
-            for kind, rows in self.elements.items()
-        }
-        return RawMesh(positions, elements, np.array(self.line_roles, dtype="<U8"), tuple(groups), typed=True)
+    masses: tuple[RawMass, ...] = ()
 
 
 class Numbering:

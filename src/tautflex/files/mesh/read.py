@@ -11,37 +11,49 @@ from tautflex.files.content import read_bytes
 from tautflex.files.mesh.abaqus import read_abaqus
 from tautflex.files.mesh.assembly import assemble
 from tautflex.files.mesh.gmsh import read_gmsh
+from tautflex.files.mesh.include import LARGEST_FILE, Folder
 from tautflex.files.mesh.mesh_data import MeshData
 from tautflex.files.mesh.nastran import read_nastran
 from tautflex.files.mesh.raw import RawMesh, shorten
 
-_LARGEST_FILE = 200_000_000
+Reader = Callable[[bytes, Folder, int | None], RawMesh]
 
 
-def _text(reader: Callable[[str], RawMesh]) -> Callable[[bytes], RawMesh]:
-    return lambda content: reader(content.decode("latin-1"))  # comments may be in any encoding, the rest is ASCII
+def _text(reader: Callable[[str, Folder, int | None], RawMesh]) -> Reader:
+    # Comments may be in any encoding, the rest is ASCII.
+    return lambda content, folder, step: reader(content.decode("latin-1"), folder, step)
 
 
-READERS: dict[str, Callable[[bytes], RawMesh]] = {
-    ".msh": read_gmsh,
+def _gmsh(content: bytes, folder: Folder, step: int | None) -> RawMesh:
+    if step is not None:
+        raise MeshError(f"expected no step of a Gmsh mesh, which has none, got {step}; remove it")
+    return read_gmsh(content)
+
+
+READERS: dict[str, Reader] = {
+    ".msh": _gmsh,
     ".inp": _text(read_abaqus),
-    ".bdf": _text(read_nastran),
-    ".nas": _text(read_nastran),
-    ".dat": _text(read_nastran),
+    **dict.fromkeys((".bdf", ".nas", ".dat"), _text(read_nastran)),
 }
 
 
 def read_mesh(
-    path: str | os.PathLike[str], names: Mapping[str, str] | None = None, *, unit_length: float = 1.0
+    path: str | os.PathLike[str],
+    names: Mapping[str, str] | None = None,
+    *,
+    unit_length: float = 1.0,
+    unit_mass: float | None = None,
+    step: int | None = None,
 ) -> MeshData:
     """Read a mesh of Gmsh (``.msh``), Abaqus (``.inp``) or Nastran (``.bdf``, ``.nas``, ``.dat``).
 
     Groups are understood by their names: one that begins with ``membrane`` or ``film``, ``cable``, ``beam`` or
     ``frame`` holds elements of that kind; ``support``, ``clamped`` or ``fixed`` nodes held in all six directions,
     ``pinned`` nodes held in three; ``ignore`` what shall be left out. Gmsh: physical groups, of any dimension for
-    supports; surfaces in a file without named surfaces are the membrane, elements in no group are left out. Abaqus and
-    Nastran: element types decide (S3, M3D3, CTRIA3: membrane; T3D2, CROD: cable; B31, B33, CBAR, CBEAM: beam), names
-    of sets only about supports, beside ``*BOUNDARY``, ``SPC`` and ``SPC1``.
+    supports; surfaces in a file without named surfaces are the membrane. Abaqus and Nastran: element types decide
+    (M3D3, M3D4, CTRIA3, CQUAD4: membrane; T3D2, CROD: cable; B31, B33, CBAR, CBEAM: beam), names of sets only about
+    supports, beside ``*BOUNDARY``, ``SPC`` and ``SPC1``, and about shells (S3, S4), which are membranes only when
+    named so. What a reader does not know, and what would change the structure if left out, is refused.
 
     Parameters
     ----------
@@ -53,6 +65,12 @@ def read_mesh(
         properties and constraints are the groups ``pid<N>`` and ``spc<N>``.
     unit_length
         Length of the file's unit [m], 0.001 for a mesh in millimetres.
+    unit_mass
+        Mass of the file's unit [kg], needed where ``unit_length`` is given and the file has point masses: 1000 for
+        tonnes.
+    step
+        Step (Abaqus) or subcase (Nastran) whose supports hold, from 1. None takes the only one, the only one that asks
+        for frequencies, or any if all have the same supports.
 
     Returns
     -------
@@ -68,11 +86,15 @@ def read_mesh(
     source = checks.path("path", path)
     shown = shorten(str(source), 200).strip("'\"")
     checks.positive("unit_length", unit_length)
+    if unit_mass is not None:
+        checks.positive("unit_mass", unit_mass)
+    if step is not None:
+        checks.whole("step", step, 1)
     reader = READERS.get(source.suffix.lower())
     if reader is None:
         raise MeshError(f"{shown}: expected a mesh named {', '.join(READERS)}, got {shorten(source.suffix)}; rename it")
-    content = read_bytes(source, shown, "mesh", _LARGEST_FILE, "check its path", MeshError)
+    content = read_bytes(source, shown, "mesh", LARGEST_FILE, "check its path", MeshError)
     try:
-        return assemble(reader(content), names, unit_length)
+        return assemble(reader(content, Folder(source), step), names, unit_length, unit_mass)
     except MeshError as error:
         raise MeshError(f"{shown}: {error}") from None

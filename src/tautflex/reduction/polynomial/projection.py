@@ -69,13 +69,13 @@ def project(state: PrestressedState, basis: BasisVectors) -> Projection:
     system, vectors = state.system, np.concatenate([basis.kept, basis.derivatives])
     higher = higher_degrees(system, basis.kept, vectors)
     none = [np.zeros_like(stress) for stress in system.initial_stress]
-    elastic = {kind: _stiffness(system, vectors, none, kind) for kind in higher}
+    elastic = {kind: _stiffness(system, vectors, none, kind) for kind in system.kinds}
     stress = {
         name: _stiffness(system, vectors, field)
         for name, field in prestress_fields(state).items()
         if any(np.any(part) for part in field)
     }
-    inertia = {kind: project_moments(system.inertia_of(kind), vectors) for kind in higher}
+    inertia = {kind: project_moments(system.inertia_of(kind), vectors) for kind in system.kinds}
     return Projection(len(basis.kept), elastic, higher, stress, inertia)
 
 

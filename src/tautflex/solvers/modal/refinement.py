@@ -51,7 +51,7 @@ def with_quadratic_triangles(state: PrestressedState) -> PrestressedState | None
         held = len(model.nodes) + np.flatnonzero(np.isin(ends, support.nodes).all(axis=1))
         supports.append(Support((*support.nodes, *held.tolist()), support.directions))
     nodes = np.concatenate([model.nodes, model.nodes[ends].mean(axis=1)])
-    system = StructuralSystem.from_model(Model(nodes, tuple(groups), tuple(supports), "uniform"))
+    system = StructuralSystem.from_model(Model(nodes, tuple(groups), tuple(supports), "uniform", masses=model.masses))
     stress = [block.rows_of(given) for block, given in zip(system.blocks, state.system.initial_stress, strict=True)]
     system = system.with_initial_stress(stress)
     return PrestressedState(system, system.force(np.zeros(system.size))[0], 0.0, 0.0, 0)

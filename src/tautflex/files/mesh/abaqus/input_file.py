@@ -1,0 +1,211 @@
+"""An Abaqus or CalculiX input file as a mesh."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from tautflex.errors import MeshError
+from tautflex.files.mesh.abaqus.conditions import Steps, held_groups
+from tautflex.files.mesh.abaqus.instances import Placement
+from tautflex.files.mesh.abaqus.keywords import WORDS
+from tautflex.files.mesh.abaqus.masses import body
+from tautflex.files.mesh.abaqus.scope import Scope
+from tautflex.files.mesh.abaqus.sections import beam_directions, node_axes
+from tautflex.files.mesh.abaqus.sets import Names
+from tautflex.files.mesh.abaqus.text import Block, blocks
+from tautflex.files.mesh.gathered import SHAPES, UNSTATED
+from tautflex.files.mesh.include import Folder
+from tautflex.files.mesh.raw import Budget, RawGroup, RawMass, RawMesh, integers, require_coordinates, shorten
+from tautflex.files.mesh.second_order import simplified
+from tautflex.numeric import Array, Indices
+
+
+def read_abaqus(text: str, folder: Folder | None = None, step: int | None = None) -> RawMesh:
+    """Read the mesh of an Abaqus or CalculiX input file.
+
+    Sets are groups under their names, ``instance.name`` where several have the same one; elements without ELSET are
+    in one of the name of their type.
+
+    Parameters
+    ----------
+    text
+        The file.
+    folder
+        Where included files are.
+    step
+        Number of the step whose supports hold; None for the only one, or the only one that asks for frequencies.
+
+    Raises
+    ------
+    MeshError
+        If a line is wrong, or would change the structure and is not read.
+    """
+    content = _Content()
+    for block in blocks(text, folder or Folder()):
+        if WORDS.is_read(block.keyword, block.where):
+            content.read(block)
+    return _Whole(content.placements()).mesh(content.steps, step)
+
+
+@dataclass
+class _Content:
+    """What the blocks read so far have brought, and where the next one belongs."""
+
+    outside: Scope = field(default_factory=Scope)
+    parts: dict[str, Scope] = field(default_factory=dict)
+    instances: list[tuple[Block, Scope]] = field(default_factory=list)
+    steps: Steps = field(default_factory=Steps)
+    current: Scope | None = None
+
+    def read(self, block: Block) -> None:
+        if block.keyword == "PART":
+            block.require_options("NAME")
+            name = block.option("NAME")
+            if not name or name.casefold() in self.parts:
+                raise MeshError(f"{block.where}: expected a part of a new name, got {shorten(name)}; rename it")
+            self.current = self.parts[name.casefold()] = Scope(name=name)
+        elif block.keyword == "INSTANCE":
+            self.current = Scope(name=block.option("NAME"))
+            self.instances.append((block, self.current))
+        elif block.keyword in ("END PART", "END INSTANCE", "ASSEMBLY", "END ASSEMBLY"):
+            self.current = None
+        elif block.keyword in ("BOUNDARY", "STEP", "END STEP", "FREQUENCY"):
+            if self.current is not None:
+                raise MeshError(f"{block.where}: expected this outside of parts and instances; move it behind them")
+            self.steps.read(block)
+        elif block.keyword not in ("HEADING", "INCLUDE"):
+            (self.current or self.outside).read(block)
+
+    def placements(self) -> list[Placement]:
+        """What stands outside, then every instance."""
+        if self.parts and not self.instances:
+            raise MeshError("expected instances of the parts, got none; add an assembly, or export a flat input file")
+        found = [Placement.at_rest(self.outside)]
+        for block, own in self.instances:
+            part = self.parts.get(block.option("PART").casefold())
+            found.append(Placement.of_instance(block, part, own))
+        names = Counter(placement.name.casefold() for placement in found)
+        twice = [name for name, count in names.items() if count > 1]
+        if twice:
+            raise MeshError(f"instance {shorten(twice[0])}: defined twice; give each instance its own name")
+        return found
+
+
+class _Whole:
+    """All placements as one mesh: nodes, elements by shape, and the names of both in each."""
+
+    def __init__(self, placements: list[Placement]) -> None:
+        self._placements, self._budget = placements, Budget()
+        moved = []
+        for placement in placements:
+            positions = np.array(placement.scope.positions, dtype=float).reshape(-1, 3)
+            numbers = integers(placement.scope.node_numbers)
+            require_coordinates(positions, numbers)
+            moved.append(placement.points(positions))
+            require_coordinates(moved[-1], numbers)
+        self.nodes = np.concatenate(moved)
+        self.elements: dict[str, list[Indices]] = {shape: [] for shape in SHAPES}
+        self.roles: dict[str, list[str]] = {shape: [] for shape in SHAPES}
+        self._shape, self._row = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+        self._node_names: list[Names] = []
+        self._element_names: list[Names] = []
+        first_node = first_element = 0
+        for placement in placements:
+            scope = placement.scope
+            nodes = scope.nodes("node")
+            self._node_names.append(Names(nodes, first_node + np.arange(len(scope.node_numbers))))
+            elements, shape, row = scope.element_rows()
+            counts = np.array([sum(len(part) for part in self.elements[name]) for name in SHAPES])
+            self._shape.append(shape)
+            self._row.append(row + counts[shape])
+            self._element_names.append(Names(elements, first_element + np.arange(len(shape))))
+            for name, connectivity in scope.connectivity(nodes).items():
+                self.elements[name].append(connectivity + first_node)
+                self.roles[name] += scope.roles[name]
+            first_node += len(scope.node_numbers)
+            first_element += len(shape)
+        self._read_sets()
+
+    def _read_sets(self) -> None:
+        """Sets of the instances, then those outside, which may be made of them."""
+        inner = [placement.name.casefold() for placement in self._placements[1:]]
+        for names in (self._node_names, self._element_names):
+            names[0].instances = dict(zip(inner, names[1:], strict=True))
+        for k in [*range(1, len(self._placements)), 0]:
+            placement = self._placements[k]
+            for names, parts in (
+                (self._node_names[k], placement.scope.node_parts),
+                (self._element_names[k], placement.scope.element_parts),
+            ):
+                for name, numbers in parts:
+                    names.add_numbers(name, numbers)
+            for block in placement.blocks("sets"):
+                (self._node_names if block.keyword == "NSET" else self._element_names)[k].read(block, self._budget)
+
+    def mesh(self, steps: Steps, step: int | None) -> RawMesh:
+        """The mesh with its groups and the supports of a step."""
+        shape, row = np.concatenate(self._shape), np.concatenate(self._row)
+        elements = {
+            name: np.concatenate([np.zeros((0, SHAPES[name]), np.int64), *parts])
+            for name, parts in self.elements.items()
+        }
+        axes: dict[int, Array] = {}
+        orientation = np.array([UNSTATED] * len(elements["line2"])).reshape(-1, 3)
+        ends = self.nodes[elements["line2"]]
+        line = list(SHAPES).index("line2")
+        for placement, nodes, names in zip(self._placements, self._node_names, self._element_names, strict=True):
+            for block in placement.blocks("transforms"):
+                axes |= node_axes(block, placement, nodes, self.nodes)
+            for block in placement.blocks("sections"):
+                if block.option("ELSET") not in names:
+                    continue  # the section of no element
+                found = names.find(block.option("ELSET"), block.where)
+                lines = row[found[shape[found] == line]]
+                orientation[lines] = beam_directions(block, placement, ends[lines])
+        groups = [
+            *self._groups(shape, row),
+            *held_groups(steps.in_force(step), self._node_names[0], axes, self._budget),
+        ]
+        roles = {name: np.array(own, dtype="<U8") for name, own in self.roles.items()}
+        masses = list(self._masses(shape, row, elements["point1"]))
+        return simplified(self.nodes, elements, roles, orientation, groups, True, masses)
+
+    def _masses(self, shape: Indices, row: Indices, points: Indices) -> Iterator[RawMass]:
+        """Bodies of all point elements; MeshError if one has none, or another kind than its type says."""
+        point, left = list(SHAPES).index("point1"), set(range(len(points)))
+        for placement, names in zip(self._placements, self._element_names, strict=True):
+            for block in placement.blocks("bodies"):
+                found = names.find(block.option("ELSET"), block.where)
+                own, role = row[found], "mass" if block.keyword == "MASS" else "inertia"
+                if (shape[found] != point).any() or any(self.roles["point1"][k] != role for k in own):
+                    kind = "MASS" if role == "mass" else "ROTARYI"
+                    raise MeshError(f"{block.where}: expected elements of TYPE={kind}, got others; correct the set")
+                left -= set(own.tolist())
+                for k in own:
+                    yield replace(body(block, placement), node=int(points[k, 0]))
+        if left:
+            raise MeshError(
+                f"expected *MASS or *ROTARY INERTIA of every point element, got none of {len(left)}; add it"
+            )
+
+    def _groups(self, shape: Indices, row: Indices) -> Iterator[RawGroup]:
+        """Groups of all sets; a name that several scopes use has the instance in front of it."""
+        scopes = [
+            {name.casefold() for names in both for name, _ in names.items()}
+            for both in zip(self._node_names, self._element_names, strict=True)
+        ]
+        times = Counter(name for scope in scopes for name in scope)
+        for placement, nodes, elements in zip(self._placements, self._node_names, self._element_names, strict=True):
+            for names, of_nodes in ((elements, False), (nodes, True)):
+                for name, rows in names.items():
+                    long = placement.name and times[name.casefold()] > 1
+                    found = {"nodes": rows} if of_nodes else _by_shape(shape[rows], row[rows])
+                    yield RawGroup(f"{placement.name}.{name}" if long else name, found)
+
+
+def _by_shape(shape: Indices, row: Indices) -> dict[str, Indices]:
+    return {name: row[shape == place] for place, name in enumerate(SHAPES) if (shape == place).any()}

@@ -1,0 +1,80 @@
+"""The keywords of Abaqus and CalculiX: read, without effect, refused."""
+
+from __future__ import annotations
+
+from tautflex.files.mesh.words import Words
+
+_JOIN = "join the nodes by stiff beams, or merge them"
+_LIST = "write nodes, elements and sets out, as the preprocessor's flat input file does"
+
+WORDS = Words(
+    "keyword",
+    read={
+        "nodes and sets": "NODE NSET ELSET",
+        "films, cables and beams by their type": "ELEMENT",
+        "parts, placed as often as there are instances": "PART END_PART ASSEMBLY END_ASSEMBLY INSTANCE END_INSTANCE",
+        "direction of the cross-section": "BEAM_SECTION BEAM_GENERAL_SECTION",
+        "point masses and principal inertias": "MASS ROTARY_INERTIA",
+        "directions of supports": "TRANSFORM",
+        "supports of the chosen step, OP=NEW included": "BOUNDARY STEP END_STEP FREQUENCY",
+        "text": "INCLUDE HEADING",
+    },
+    idle={
+        "sections and materials are yours to state": (
+            "MEMBRANE_SECTION SHELL_SECTION SOLID_SECTION SHELL_GENERAL_SECTION MATERIAL ELASTIC DENSITY EXPANSION "
+            "PLASTIC DAMPING HYPERELASTIC VISCOELASTIC CONDUCTIVITY SPECIFIC_HEAT DEPVAR USER_MATERIAL ORIENTATION "
+            "NO_COMPRESSION NO_TENSION HOURGLASS_STIFFNESS TRANSVERSE_SHEAR_STIFFNESS SECTION_POINTS "
+            "BEAM_SECTION_GENERATE CONSTANTS FAIL_STRESS FAIL_STRAIN"
+        ),
+        "loads, temperatures and histories are yours to state": (
+            "CLOAD DLOAD DSLOAD TEMPERATURE FIELD AMPLITUDE CFLUX DFLUX FILM RADIATE PRE-TENSION_SECTION BASE_MOTION "
+            "BASELINE_CORRECTION PSD-DEFINITION SPECTRUM"
+        ),
+        "steps and their control": (
+            "STATIC BUCKLE DYNAMIC MODAL_DYNAMIC STEADY_STATE_DYNAMICS RANDOM_RESPONSE RESPONSE_SPECTRUM "
+            "COMPLEX_FREQUENCY HEAT_TRANSFER COUPLED_TEMPERATURE-DISPLACEMENT UNCOUPLED_TEMPERATURE-DISPLACEMENT VISCO "
+            "NO_ANALYSIS CONTROLS MODAL_DAMPING GLOBAL_DAMPING SELECT_EIGENMODES TIME_POINTS SOLUTION_TECHNIQUE SOLVER "
+            "STEADY_STATE SENSITIVITY FIXED_MASS_SCALING VARIABLE_MASS_SCALING"
+        ),
+        "results": (
+            "OUTPUT NODE_OUTPUT ELEMENT_OUTPUT ENERGY_OUTPUT CONTACT_OUTPUT MODAL_OUTPUT NODE_PRINT EL_PRINT NODE_FILE "
+            "EL_FILE CONTACT_PRINT CONTACT_FILE ENERGY_PRINT ENERGY_FILE MODAL_PRINT MODAL_FILE SECTION_PRINT "
+            "SECTION_FILE MONITOR PREPRINT PRINT RESTART FILE_FORMAT FILE_OUTPUT INTEGRATED_OUTPUT "
+            "INTEGRATED_OUTPUT_SECTION INCREMENTATION_OUTPUT DIAGNOSTICS FILTER PHYSICAL_CONSTANTS"
+        ),
+        "surfaces, which only loads, contact and constraints use": "SURFACE",
+        "contact properties": "SURFACE_INTERACTION SURFACE_BEHAVIOR FRICTION",
+    },
+    refused={
+        "nodes and elements that are generated, turned or stretched": (
+            "NGEN NFILL NCOPY NMAP ELGEN ELCOPY SYSTEM NORMAL IMPERFECTION PARAMETER SYMMETRIC_MODEL_GENERATION",
+            _LIST,
+        ),
+        "links and constraints between nodes": (
+            "MPC EQUATION RIGID_BODY COUPLING KINEMATIC_COUPLING KINEMATIC DISTRIBUTING DISTRIBUTING_COUPLING TIE "
+            "EMBEDDED_ELEMENT RELEASE FASTENER FASTENER_PROPERTY SHELL_TO_SOLID_COUPLING DISPLAY_BODY "
+            "CYCLIC_SYMMETRY_MODEL NETWORK_MPC SUBMODEL",
+            _JOIN,
+        ),
+        "masses of other kinds": ("NONSTRUCTURAL_MASS", "add the mass to the density of the section"),
+        "springs, dashpots and connectors": (
+            "SPRING DASHPOT CONNECTOR_SECTION CONNECTOR_BEHAVIOR CONNECTOR_ELASTICITY CONNECTOR_DAMPING "
+            "CONNECTOR_MOTION CONNECTOR_STOP CONNECTOR_LOAD JOINT JOINTED_MATERIAL GAP",
+            _JOIN,
+        ),
+        "contact": (
+            "CONTACT CONTACT_PAIR CONTACT_INCLUSIONS CONTACT_PROPERTY_ASSIGNMENT CONTACT_CONTROLS "
+            "CONTACT_INITIALIZATION_DATA CONTACT_INITIALIZATION_ASSIGNMENT CLEARANCE CONTACT_INTERFERENCE",
+            _JOIN,
+        ),
+        "parts that come or go": ("MODEL_CHANGE", "leave those elements out of the file"),
+        "initial states": (
+            "INITIAL_CONDITIONS INITIAL_STRAIN_INCREASE",
+            "state the prestress as membrane_stress, cable_tension, or in the case",
+        ),
+        "substructures and matrices": (
+            "SUBSTRUCTURE_PROPERTY SUBSTRUCTURE_GENERATE MATRIX_INPUT MATRIX_ASSEMBLE USER_ELEMENT UEL_PROPERTY",
+            "mesh the part with elements",
+        ),
+    },
+)
