@@ -31,6 +31,7 @@ from .errors import MissingExtraError as MissingExtraError
 from .errors import NotConvergedError as NotConvergedError
 from .errors import PrestressError as PrestressError
 from .errors import TautflexError as TautflexError
+from .errors import UnstableWarning as UnstableWarning
 from .errors import UnsupportedError as UnsupportedError
 from .files.appendage import save_appendage as save_appendage
 from .files.csv import write_csv as write_csv

@@ -34,11 +34,14 @@ def advise(case: Case, state: PrestressedState) -> list[str]:
     count, most = getattr(case.reduction, "count", None), state.system.size - 1
     if count is not None and count > most:
         raise CaseError(f"reduction.count: expected at most the {most} modes of this mesh, got {count}; take fewer")
-    about_structure = (*_about_mesh(case), *_about_cables(case), *doubts_about_maneuver(maneuver))
+    step = case.solver.time_step if case.solver.adaptive_tolerance is None else None
+    about_maneuver = doubts_about_maneuver(maneuver, step, case.solver.end_time)
     start = find_start(state, maneuver.start(), case.coupling.build(), damping)
     return [
         *state.warnings,
-        *about_structure,
+        *_about_mesh(case),
+        *_about_cables(case),
+        *about_maneuver,
         *start.warnings,
         *_about_probes(case, state),
         *_about_run(case, maneuver),

@@ -8,10 +8,11 @@ so they drive the structure where tension does: in geometric stiffness as well a
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.mechanics.loads.time_table import TimeTable
@@ -135,6 +136,15 @@ class InputSet:
             for index, stress in item.stress(time).items():
                 change[index] = change[index] + stress if index in change else stress
         return change
+
+    def functions(self) -> list[tuple[str, Callable[[float], ArrayLike]]]:
+        """Names and functions of time of the inputs that have one; of tables steps meet every row."""
+        found = []
+        for number, (given, item) in enumerate(zip(self._given, self._inputs, strict=True), 1):
+            function = getattr(item, "function", None)
+            if callable(function) and not isinstance(function, TimeTable):
+                found.append((f"{type(given).__name__} number {number}", function))
+        return found
 
     def idle(self) -> list[str]:
         """What a user should know about forces that move nothing where the supports' motion is prescribed."""

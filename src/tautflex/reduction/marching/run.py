@@ -22,6 +22,7 @@ from tautflex.reduction.marching.work import StageNumbers, new_work, stage_numbe
 from tautflex.reduction.on_basis import OnBasis, require_forces
 from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, energies, rows_from, total_force
 from tautflex.solvers.static.stability import growth_text, largest_translation
+from tautflex.solvers.transient.accuracy.between import doubts_about_inputs
 from tautflex.solvers.transient.accuracy.energy import Energies, energy_balance, frame_twist
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
@@ -75,7 +76,7 @@ class ReducedRun:
         self._work = new_work(rom.size, self._method.tangents)
         self._march = march_explicit if self._explicit else march
         self._halvings = 0
-        self.warnings = problem.doubts
+        self.warnings = [*problem.doubts, *doubts_about_inputs(self.inputs, problem)]
         self.books = ReducedBooks(rom, self.arrays, self.inputs, problem.time_error)
         self.first: tuple[Array, Array]
         self._trace = np.empty((0, 8, rom.size))

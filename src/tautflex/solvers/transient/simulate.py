@@ -16,6 +16,7 @@ from tautflex.motion.kinematics import AtRest, Maneuver, Segment, split_segments
 from tautflex.numeric import Array, within_arithmetic
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.static.stability import find_start
+from tautflex.solvers.transient.accuracy.between import doubts_about_inputs
 from tautflex.solvers.transient.accuracy.energy import run_balance
 from tautflex.solvers.transient.accuracy.time_error import TimeError
 from tautflex.solvers.transient.accuracy.verdict import judge
@@ -120,7 +121,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     try:
         at, said = begin(equation, maneuver, problem.velocity, problem.initial_imperfection)
         first = at
-        said = [*problem.doubts, *idle, *said]
+        said = [*problem.doubts, *doubts_about_inputs(driven, problem), *idle, *said]
         if isinstance(stepper, ExplicitStepper):
             stepper.check(at, step)
         record(0)
