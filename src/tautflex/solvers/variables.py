@@ -196,17 +196,25 @@ def described(table: Variables, arrays: Mapping[str, Any], **record: str) -> dic
     return {name: (table[name].dims, array, about(table[name], **record)) for name, array in arrays.items()}
 
 
-def dataset_of(name: str, given: Any, *wanted: str, remedy: str) -> xr.Dataset:
-    """Return the Dataset of a result, itself, of a `Run` or `Modes`; InputError unless it has what is wanted."""
+def dataset_of(name: str, given: Any, *wanted: str, remedy: str, table: Variables | None = None) -> xr.Dataset:
+    """Return the Dataset of a result, itself, of a `Run` or `Modes`; InputError unless it has what is wanted.
+
+    With a ``table`` the variables must have the dimensions that it tells, in any order.
+    """
     import xarray as xr  # half a second, which a case that is refused need not wait for
 
     found = given
-    if not isinstance(given, xr.Dataset | xr.DataArray | type):
+    if not isinstance(given, xr.Dataset | xr.DataArray | type | np.ndarray):
         found = given.to_dataset() if hasattr(given, "to_dataset") else getattr(given, "data", given)
-    expected = f"a Dataset with {', '.join(map(repr, wanted))}" if wanted else "a Dataset"
+    dims = {variable: table[variable].dims if table else () for variable in wanted}
+    words = [f"{variable!r} ({', '.join(names)})" if names else repr(variable) for variable, names in dims.items()]
+    expected = f"a Dataset with {', '.join(words)}" if wanted else "a Dataset"
     data = checks.instance(name, found, xr.Dataset, expected, remedy=remedy)
     if any(variable not in data for variable in wanted):
         raise InputError(f"{name}: expected {expected}, got {shown(sorted(map(str, data.variables)))}; {remedy}")
+    for variable, names in dims.items():
+        if names and set(data[variable].dims) != set(names):
+            raise InputError(f"{name}: expected {expected}, got {variable!r} {data[variable].dims}; {remedy}")
     return data
 
 
