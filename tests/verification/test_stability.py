@@ -175,3 +175,20 @@ def test_static_equilibrium_of_a_buckled_column_is_told(verification_row):
         tf.solve_static(state, forces=forces)
     shown = ("warned beyond 1", "silent at 0.999, warned at 1.001", "π² EI / (4 L²)", "below 0.001")
     verification_row("dead load on a straight cantilever column, of Euler's load", *shown)
+
+
+@pytest.mark.jax
+@pytest.mark.slow
+@pytest.mark.parametrize("reduced", [False, True])
+def test_batch_tells_which_starts_are_unstable(reduced):
+    """Spun beyond their frequencies, w sqrt(tension), strings leave the start at sqrt(W^2 - tension w^2)."""
+    state, natural = string(), lowest()
+    plant = tf.reduce(state, tf.ModalBasis(directions=("z",), count=3)) if reduced else state
+    batch, question = tf.Batch(plant), {"time_step": 1e-5, "end_time": 2e-5, "method": tf.Newmark()}
+    tensions, rate = np.array([0.8, 0.63, 1.0, 0.5]), 0.8 * natural
+    warned = batch.simulate({"tension_x": tensions}, steady(rate), **question).attrs["warnings"]
+    text = next(text for text in warned if "unstable" in text)
+    assert text.startswith("2 of 4 runs start from an unstable equilibrium; motion leaves that of run 3 ")
+    assert f" at {natural * np.sqrt(0.8**2 - 0.5):.3g} 1/s" in text
+    calm = batch.simulate({"tension_x": tensions}, steady(0.7 * natural), **question).attrs["warnings"]
+    assert not any("unstable" in text for text in calm)
