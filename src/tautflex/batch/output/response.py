@@ -134,7 +134,7 @@ def response_function(
         last, record = lax.scan(jax.checkpoint(march_block), at, blocks)
 
         def on_grid(begin: Array, values: Array) -> Array:
-            values = values.reshape(-1, *begin.shape)
+            values = values.reshape(values.shape[0] * values.shape[1], *begin.shape)
             return jnp.concatenate([begin[None], each(lambda _, values, place: values[place])(numbers, values, place)])
 
         parts = {name: on_grid(begin, record[name]) for name, begin in first.items()}
