@@ -22,7 +22,7 @@ def show_check(case: Path, answer: Mapping[str, Any]) -> None:
     """Print the summary of a valid case and its warnings."""
     rows = _rows()
     rows.add_row("nodes", f"{answer['nodes']}")
-    rows.add_row("degrees of freedom", f"{answer['dofs']}")
+    rows.add_row("degrees of freedom", f"{answer['dofs']}, of which supports leave {answer['unknowns']} unknown")
     rows.add_row("mass", f"{answer['mass']:.4g} kg")
     _add_prestress(rows, answer["prestress"])
     _card(f"{case.name} is valid", rows)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -165,7 +166,6 @@ def require_state(state: object) -> None:
     checks.instance("state", state, PrestressedState, "a prestressed state", remedy="solve_prestress(model) gives one")
 
 
-@within_arithmetic()
 def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     """Find the prestressed reference state of a model.
 
@@ -187,6 +187,12 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     """
     checks.instance("model", model, Model, "a Model", remedy="build_model(case) and Model.from_mesh(...) give one")
     checks.flag("check", check)
+    return prestressed(model, check, doubts_about_structure(model))
+
+
+@within_arithmetic()
+def prestressed(model: Model, check: bool, doubts: Sequence[str]) -> PrestressedState:
+    """`solve_prestress` of a model whose doubts (`doubts_about_structure`) are known, as those of a tuned one are."""
     if not len(model.free_dofs):
         raise PrestressError(
             "prestress: expected nodes that can move, got supports that hold all of them; refine mesh.divisions, or "
@@ -217,12 +223,12 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     warnings = tuple(problem.text for problem in problems)
     if check and any(problem.fatal for problem in problems):
         raise PrestressError("prestress: " + "; ".join(warnings))
-    doubts, notes = [*doubts_about_structure(model), *doubts_about_prestress(system)], list[str]()
+    found, notes = [*warnings, *doubts, *doubts_about_prestress(system)], list[str]()
     if state.relative_residual > (_BALANCED if model.prestress_stated else IMBALANCE):
-        told = notes if model.prestress_stated else doubts
+        told = notes if model.prestress_stated else found
         told.append(imbalance_text(residual, state.relative_residual))
     # The new state has caches of its own.
-    return replace(state, unstable_modes=unstable, warnings=(*warnings, *doubts), notes=tuple(notes))
+    return replace(state, unstable_modes=unstable, warnings=tuple(found), notes=tuple(notes))
 
 
 def _count_soft(state: PrestressedState) -> int:
