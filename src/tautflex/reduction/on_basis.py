@@ -7,11 +7,13 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 from scipy.sparse import csr_array
 
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet
+from tautflex.mechanics.surface import SurfaceOnVectors
 from tautflex.numeric import Array
 from tautflex.reduction.bases.vectors import BasisVectors, ReferenceSolver
 from tautflex.reduction.polynomial.condensation import CondensedModel
@@ -95,6 +97,19 @@ class OnBasis(SteppingModel):
             return place, speed
         derivatives, follow = ((look @ vectors.T).T for vectors in (self.basis.derivatives, self.monomial_vectors))
         return place + monomials(eta) @ follow + offset @ derivatives, speed + monomial_rates(eta, rate) @ follow
+
+    def surface(self, eta: Array, offset: Array) -> Array:
+        """Measures of the film, as `FilmSurface.measure` has them, at instants, shape (time, 4)."""
+        if not len(self.basis.derivatives):
+            return self._surface.measure(eta)
+        return self._surface.measure(np.concatenate([eta, monomials(eta), offset], axis=1))
+
+    @cached_property
+    def _surface(self) -> SurfaceOnVectors:
+        vectors = [self.basis.kept]
+        if len(self.basis.derivatives):
+            vectors += [self.monomial_vectors, self.basis.derivatives]
+        return SurfaceOnVectors(self.state.system.surface, np.concatenate(vectors))
 
     @cached_property
     def monomial_vectors(self) -> Array:

@@ -61,12 +61,25 @@ SCALARS: Variables = {
 }
 """Of every sample of a run, in the order in which they are sampled."""
 
+SURFACE: Variables = {
+    "rms": _of("time", "m", "root mean square of the film's displacement about its best plane"),
+    "tilt_x": _of("time", "rad", "rotation of the film's best plane about x"),
+    "tilt_y": _of("time", "rad", "rotation of the film's best plane about y"),
+    "piston": _of("time", "m", "mean displacement across the film"),
+    "ruze_loss": _of("time", "dB", "loss of gain by the surface's error (Ruze)"),
+}
+"""Of the film as a reflecting surface."""
+
+OF_SURFACE = {f"surface_{name}": name for name in ("rms", "tilt_x", "tilt_y", "piston")}
+"""Their names in a run, in the order in which they are sampled."""
+
 RUN: Variables = {
     **{n: _of("time probe", "m", f"elastic displacement along {x}") for n, x in _ALONG},
     **{f"{n}_velocity": _of("time probe", "m s-1", f"elastic velocity along {x}") for n, x in _ALONG},
     "angular_velocity": _of("time component", "rad s-1", "angular velocity of the floating frame"),
     "angular_acceleration": _of("time component", "rad s-2", "angular acceleration of the floating frame"),
     **SCALARS,
+    **{stored: SURFACE[name] for stored, name in OF_SURFACE.items()},
     "displacement": _of("field_time node component", "m", "elastic displacement of all nodes"),
     "film_state": _of("field_time triangle_element", "1", "state of each film element"),
     "probe_position": _of("probe component", "m", "reference position of the probe"),

@@ -16,7 +16,7 @@ from tautflex.solvers.transient.accuracy.compression import CompressionWatch
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.probes import ProbeSet
 from tautflex.solvers.transient.state import MotionState
-from tautflex.solvers.variables import COMPONENTS, RUN, SCALARS, described, mesh_variables
+from tautflex.solvers.variables import COMPONENTS, OF_SURFACE, RUN, SCALARS, described, mesh_variables
 from tautflex.structure.model import Model
 
 
@@ -32,7 +32,7 @@ class Samples(NamedTuple):
     spin
         Angular velocity and acceleration of the frame, shape (sample, 2, 3).
     scalars
-        Name in `SCALARS` -> values, shape (sample,).
+        Name in `SCALARS` or `OF_SURFACE` -> values, shape (sample,).
     fields
         Time [s], displacement of all nodes (node, 3) [m] and state of the film's elements, of every stored field.
     """
@@ -78,6 +78,7 @@ class Recorder:
         self._spin = np.zeros((samples, 2, 3))
         self._scalars = {name: np.zeros(samples) for name in SCALARS}
         self._fields: list[tuple[float, Array, NDArray[np.int8]]] = []
+        self._surface = np.zeros((samples, len(OF_SURFACE)))
         self._watch, self._motion = CompressionWatch(equation.system), MotionWatch(equation.system)
         self._count = 0
 
@@ -95,6 +96,7 @@ class Recorder:
             self._scalars[name][row] = value
         self._watch.see(at.time, film, self._survey.cables)
         self._motion.see(at.time, at.q, strain)
+        equation.system.surface.measure(at.q, self._surface[row])
         self._count += 1
 
     def store_field(self, step: int, at: MotionState) -> None:
@@ -107,6 +109,7 @@ class Recorder:
         """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""
         n = self._count
         scalars = {name: values[:n] for name, values in self._scalars.items()}
+        scalars |= zip(OF_SURFACE, self._surface[:n].T, strict=True)
         samples = Samples(self._time[:n], self._probe[:n], self._spin[:n], scalars, self._fields)
         attributes = {
             **attributes,
