@@ -270,6 +270,9 @@ def doors(t):
             tf.scalogram,
             {"record": record, "frequencies": [2.0, 3.0, 5.0], "bandwidth": 3.0, "center": 1.0},
         ),
+        "ruze_loss": (tf.ruze_loss, {"rms": 1e-3, "frequency": 1e10}),
+        "settling_time": (tf.settling_time, {"record": record, "tolerance": 1e-3, "after": 0.0}),
+        "surface": (tf.surface, {"run": run}),
         "simulate": (tf.simulate, {"state": state, **question}),
         "simulate (reduced)": (tf.simulate, {"state": t["rom"], **question}),
         "solve_modes": (tf.solve_modes, {"state": state, "n": 2}),
@@ -323,6 +326,7 @@ def doors(t):
                 "length": 1.0,
             },
         ),
+        "plot_surface": (plot.plot_surface, {"run": run, "tolerance": 1e-5}),
         "plot_time_history": (
             plot.plot_time_history,
             {"runs": run, "probes": ["A"], "component": "w", "span": (0.0, 0.1)},

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.mechanics.surface import FilmSurface
+from tautflex.mechanics.surface import FilmSurface, SurfaceOnVectors
 from tautflex.solvers.variables import OF_SURFACE
 from tautflex.structure.antenna import AntennaLayout, build_fixed_film
 from verification.builders import FILM, antenna
@@ -122,7 +122,7 @@ def of_fields(state, data):
     return np.array([measured(state.model, field) for field in data["displacement"].values]).T
 
 
-@pytest.mark.parametrize("plant", ["full", "hub", "reduced", "hyper"])
+@pytest.mark.parametrize("plant", ["full", "hub", "reduced", pytest.param("hyper", marks=pytest.mark.slow)])
 def test_every_plant_records_what_its_fields_show(plant, verification_row):
     """A run's record, from forms that were projected once, is that of its whole displacement field."""
     state = tf.solve_prestress(small_antenna())
@@ -138,11 +138,29 @@ def test_every_plant_records_what_its_fields_show(plant, verification_row):
     expected, found = of_fields(state, data), np.array([data[name].values for name in OF_SURFACE])
     rms, tilt = expected[0].max(), np.abs(expected[1:3]).max()
     wrong = float(np.max(np.abs(found - expected) / np.array([[rms], [tilt], [tilt], [rms]])))
-    assert wrong < 1e-12
+    # Round-off; what follows a reduced model's coordinates in the film's plane is round-off across it, and left out.
+    assert wrong < (1e-9 if plant == "reduced" else 1e-12)
     measures = tf.surface(data)
     np.testing.assert_array_equal(measures["rms"], data["surface_rms"])
     assert measures["tilt_x"].attrs["units"] == "rad"
     verification_row(f"surface measures of a run ({plant}) beside those of its fields", 0.0, wrong, "the same forms")
+
+
+def test_forms_on_vectors_are_those_of_their_sum():
+    """Twelve vectors that move everything, small parts beside a large tilt."""
+    model, chance = small_antenna(), np.random.default_rng(5)
+    film, size = FilmSurface(model), len(model.free_dofs)
+    vectors, amounts = chance.standard_normal((12, size)), chance.standard_normal((20, 12))
+    vectors[0] = 1e6 * (film.look.T @ film.plane[:, 1])
+    expected = np.empty((20, 4))
+    for row, some in zip(expected, amounts, strict=True):
+        film.measure(some @ vectors, row)
+    scale = np.abs(expected).max(axis=0)
+    np.testing.assert_allclose(SurfaceOnVectors(film, vectors).measure(amounts) / scale, expected / scale, atol=1e-9)
+    vectors[0] *= 1e-6
+    for row, some in zip(expected, amounts, strict=True):
+        film.measure(some @ vectors, row)
+    np.testing.assert_allclose(SurfaceOnVectors(film, vectors).measure(amounts), expected, rtol=1e-11, atol=1e-13)
 
 
 def test_structures_without_film_say_so():

@@ -39,7 +39,8 @@ def surface(run: xr.Dataset | Run) -> xr.Dataset:
     found = {name: data[stored].values for stored, name in OF_SURFACE.items()}
     if np.isnan(found["rms"]).all():
         raise InputError("run: expected one of a structure with film, got one without; cables alone have no surface")
-    return xr.Dataset(described(SURFACE, found), coords={"time": data["time"]})
+    stated = {name: data.attrs[name] for name in ("surface_tolerance",) if name in data.attrs}
+    return xr.Dataset(described(SURFACE, found), coords={"time": data["time"]}, attrs=stated)
 
 
 def ruze_loss(rms: xr.Dataset | xr.DataArray | Run | ArrayLike, frequency: float) -> xr.DataArray:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.products import product, quadratic_form
-from tautflex.numeric import Array, Indices, Mask, Places, jit
+from tautflex.numeric import Array, Indices, Places, jit
 from tautflex.structure.model import Model
 
 # Components of a direction that are round-off.
@@ -74,19 +74,17 @@ class SurfaceOnVectors:
 
     def __init__(self, surface: FilmSurface, vectors: Array) -> None:
         across = surface.look @ vectors.T
-        self.seen: Mask = np.any(across != 0.0, axis=0)
-        """Vectors that move the film across, shape (vector,); those in its plane are left out."""
-        across = across[:, self.seen]
+        self.count = len(vectors)
         self._plane = surface.fit.T @ across
         # Made free of the plane before it is squared: the difference of squares would lose half of the digits.
         left = across - surface.plane @ self._plane
         self._form = left.T @ (surface.weights @ left) / (surface.area or np.nan)
+        self._plane[:, :] += 0.0 if surface.area else np.nan
 
     def measure(self, amounts: Array) -> Array:
-        """Measures as `FilmSurface.measure` has them, shape (time, 4), from amounts of all vectors, (time, vector)."""
-        own = amounts[:, self.seen]
-        square = np.sum((own @ self._form) * own, axis=1)
-        piston, first, second = self._plane @ own.T + 0.0 * self._form.sum()
+        """Measures as `FilmSurface.measure` has them, shape (time, 4), from amounts of the vectors, (time, vector)."""
+        square = np.sum((amounts @ self._form) * amounts, axis=1)
+        piston, first, second = self._plane @ amounts.T
         return np.column_stack([np.sqrt(np.maximum(square, 0.0)), second, -first, piston])
 
 

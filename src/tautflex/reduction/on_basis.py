@@ -22,6 +22,10 @@ from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.problem import SteppingModel
 from tautflex.structure.model import Model
 
+# Motion across the film, beside all motion, of vectors that count as in its plane: 1e-7 of what is seen across, as they
+# are a thousandth of the coordinates' motion themselves.
+_IN_PLANE = 1e-4
+
 
 class OnBasis(SteppingModel):
     """Structure on a basis: displacement = eta kept + (E y + load response) derivatives."""
@@ -100,16 +104,17 @@ class OnBasis(SteppingModel):
 
     def surface(self, eta: Array, offset: Array) -> Array:
         """Measures of the film, as `FilmSurface.measure` has them, at instants, shape (time, 4)."""
-        if not len(self.basis.derivatives):
+        if self._surface.count == self.size:
             return self._surface.measure(eta)
         return self._surface.measure(np.concatenate([eta, monomials(eta), offset], axis=1))
 
     @cached_property
     def _surface(self) -> SurfaceOnVectors:
-        vectors = [self.basis.kept]
-        if len(self.basis.derivatives):
-            vectors += [self.monomial_vectors, self.basis.derivatives]
-        return SurfaceOnVectors(self.state.system.surface, np.concatenate(vectors))
+        film, following = self.state.system.surface, self.basis.derivatives
+        # What follows a flat film's motion stays in its plane, but for round-off.
+        across, whole = (np.abs(part).max(initial=0.0) for part in (film.look @ following.T, following))
+        followed = [self.monomial_vectors, following] if across > _IN_PLANE * whole else []
+        return SurfaceOnVectors(film, np.concatenate([self.basis.kept, *followed]))
 
     @cached_property
     def monomial_vectors(self) -> Array:
