@@ -19,12 +19,10 @@ def check(case: CaseFile, /, *, override: Overrides = None) -> Answer:
         loaded = load(case, override)
 
         from tautflex.case.advice import advise
-        from tautflex.case.build import build_model
-        from tautflex.solvers.static.prestress import solve_prestress
+        from tautflex.case.build import build_state
 
         with about(case):
-            model = build_model(loaded)
-            state = solve_prestress(model)
+            state = build_state(loaded)
             warnings, notes = advise(loaded, state)
     except InputError as error:
         nothing = {
@@ -35,6 +33,7 @@ def check(case: CaseFile, /, *, override: Overrides = None) -> Answer:
             "notes": [],
         }
         return Answer(nothing | {"error": str(error)}, list, error=error)
+    model = state.model
     answer = {
         "ok": True,
         "nodes": len(model.nodes),

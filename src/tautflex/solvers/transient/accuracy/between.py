@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.mechanics.loads.inputs import InputSet
-from tautflex.mechanics.loads.prepared import value_at
+from tautflex.mechanics.loads.signals import Held, value_at
+from tautflex.mechanics.loads.time_table import TimeTable
 from tautflex.numeric import Array
 from tautflex.solvers.transient.accuracy.time_error import rounded_down
 from tautflex.solvers.transient.problem import TransientProblem
@@ -35,7 +36,10 @@ def doubts_about_inputs(driven: InputSet, problem: TransientProblem) -> list[str
     breaks, slack = np.array(driven.breaks), 1e-9 * step
     jumps = np.any((breaks > starts[:, None] - slack) & (breaks < starts[:, None] + step + slack), axis=1)
     found = []
-    for name, function in driven.functions():
+    for name, item in driven.named:
+        function = getattr(item, "function", None)
+        if not callable(function) or isinstance(function, TimeTable | Held):  # steps meet every row and every change
+            continue
         off, largest = _off_line(function, starts[~jumps], step)
         if not off.size or not off.max() > _ALLOWED * largest:
             continue
