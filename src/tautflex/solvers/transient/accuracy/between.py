@@ -56,8 +56,10 @@ def _off_line(function: Callable[[float], ArrayLike], starts: Array, step: float
     """How far a function leaves straight lines through steps of a size [s], shape (start,), and its largest value."""
     instants = starts[:, None] + step * _SHARES
     given = [np.ravel(value_at("inputs", function, float(time))) for time in instants.ravel()]
-    values = np.array([checks.float_array("inputs", value, given[0].shape) for value in given])
-    values = values.reshape(*instants.shape, -1)
+    for value in given:
+        if value.shape != given[0].shape:
+            checks.float_array("inputs", value, given[0].shape)
+    values = np.array(given).reshape(*instants.shape, -1)
     line = values[:, :1] + _SHARES[:, None] * (values[:, -1:] - values[:, :1])
     return np.abs(values - line).max(axis=(1, 2), initial=0.0), float(np.abs(values).max(initial=0.0))
 
