@@ -91,29 +91,43 @@ def _scatter(
 
 
 @jit
+def _give_way(data: Any, first: int, width: int, strain: Array, stress: Array, energies: bool) -> float:
+    """Replace the trial stresses of a pack by those of its law; work of the stresses from zero unknowns, if wanted."""
+    strains, energy = strain.shape[0], 0.0
+    tangent, density = np.empty((strains, strains, PACK)), np.empty(PACK)
+    if energies:
+        # By the mean stress: nothing is lost in a difference to the energy of the prestress.
+        ends, rest = np.empty((2 * strains, PACK)), np.zeros((strains, PACK))
+        for s in range(strains):
+            for e in range(width):
+                ends[s, e], ends[strains + s, e] = data.initial_stress[s, first + e], stress[s, e]
+        average_stress(data, ends, tangent, density, rest, strain, width)
+        for s in range(strains):
+            for e in range(width):
+                energy += data.measure[first + e] * ends[s, e] * strain[s, e]
+    call_law(data.law, stress, tangent, density, data.law_parameters, width)
+    return energy
+
+
+@jit
 def _block_force(
     data: Any, q: Array, force: Array, stresses: Array, forces: bool, energies: bool, sizes: bool
 ) -> float:
     strains, count = data.initial_stress.shape
-    local, strain, rest = np.empty((data.dofs.shape[0], PACK)), np.empty((strains, PACK)), np.zeros((strains, PACK))
-    stress, tangent, ends = np.empty((strains, PACK)), np.empty((strains, strains, PACK)), np.empty((2 * strains, PACK))
-    g, conjugate, density = np.empty((data.gradients, PACK)), np.empty((data.gradients, PACK)), np.empty(PACK)
+    local, g = np.empty((data.dofs.shape[0], PACK)), np.empty((data.gradients, PACK))
+    strain, stress, conjugate = np.empty((strains, PACK)), np.empty((strains, PACK)), np.empty((data.gradients, PACK))
     energy = 0.0
     for first in range(0, count, PACK):
         width = min(PACK, count - first)
         pack_strain(data, first, width, q, local, g, strain)
         pack_stress(data, first, width, strain, stress)
-        if energies:
-            # From zero unknowns by the mean stress: nothing is lost in a difference to the energy of the prestress.
-            for s in range(strains):
-                for e in range(width):
-                    ends[s, e], ends[strains + s, e] = data.initial_stress[s, first + e], stress[s, e]
-            average_stress(data, ends, tangent, density, rest, strain, width)
-            for s in range(strains):
-                for e in range(width):
-                    energy += data.measure[first + e] * ends[s, e] * strain[s, e]
         if data.law != ELASTIC:
-            call_law(data.law, stress, tangent, density, data.law_parameters, width)
+            energy += _give_way(data, first, width, strain, stress, energies)
+        elif energies:
+            for s in range(strains):
+                row, end, start = strain[s], stress[s], data.initial_stress[s, first : first + width]
+                for e in range(width):
+                    energy += data.measure[first + e] * (0.5 * (start[e] + end[e])) * row[e]
         if energies:
             for s in range(strains):
                 row, kept = stress[s], stresses[s * count + first : s * count + first + width]

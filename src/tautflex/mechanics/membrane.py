@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,8 @@ from tautflex.mechanics.workspace import Workspace
 from tautflex.numeric import Array, jit_in_order
 
 MEMBRANE_STATES = ("taut", "wrinkled", "slack")
+# Numbers that `survey_stresses` fills in, of which the first few are stored with every sample of a run.
+SURVEYED, STORED = 8, 5
 
 
 class MembraneSurvey(NamedTuple):
@@ -53,16 +55,33 @@ def membrane_states(source: StructuralSystem | HasSystem, q: Array | None = None
 class StressSurvey:
     """Looks at the film and the cables of a structure at the last evaluation of a workspace.
 
-    ``cables`` holds stresses [Pa] as a view, sections [m^2], and whether the law carries compression, of every cable
-    block.
+    ``table`` is what `survey_stresses` reads: of every film block where its stresses begin and its rows, of every cable
+    block that and whether its law carries compression; Poisson's ratio of every film block; of every film row measure,
+    size and element; sections of all cables.
     """
 
     def __init__(self, system: StructuralSystem, workspace: Workspace) -> None:
-        rows, blocks = workspace.stress_rows, system.blocks
-        self._membranes = [(rows[i], blocks[i]) for i in system.block_index("membrane")]
-        self.cables = [
-            (rows[i][0], blocks[i].size, not blocks[i].law.tension_only) for i in system.block_index("cable")
+        blocks, ends = system.blocks, np.cumsum([0, *(rows.size for rows in workspace.stress_rows)])
+        places, cables = system.block_index("membrane"), system.block_index("cable")
+        films = [blocks[i] for i in places]
+        self._stresses = workspace.stresses
+        self._membranes = [(workspace.stress_rows[i], blocks[i]) for i in places]
+        before = np.cumsum([0, *(len(block.dofs) for block in films)])
+        owners = [
+            first + (np.arange(block.size.size) if block.owner is None else block.owner)
+            for first, block in zip(before, films, strict=False)
         ]
+        self.table = (
+            np.array([(ends[i], blocks[i].size.size) for i in places], dtype=np.int64).reshape(-1, 2),
+            np.array(
+                [(ends[i], blocks[i].size.size, not blocks[i].law.tension_only) for i in cables], dtype=np.int64
+            ).reshape(-1, 3),
+            np.array([block.material.poisson_ratio for block in films], dtype=np.float64),
+            np.concatenate([np.zeros(0), *(block.measure for block in films)]),
+            np.concatenate([np.zeros(0), *(block.size for block in films)]),
+            np.concatenate([np.zeros(0), *owners]).astype(np.int64),
+            np.concatenate([np.zeros(0), *(blocks[i].size for i in cables)]),
+        )
 
     def membrane_states(self) -> NDArray[np.int8]:
         """States of the film elements, of several points the least taut, shape (t,)."""
@@ -71,24 +90,16 @@ class StressSurvey:
             found.append(block.elements_of(_states(stress, block.material.poisson_ratio), np.maximum))
         return np.concatenate(found)
 
+    def stresses(self) -> Array:
+        """All numbers of `survey_stresses`, shape (8,)."""
+        found = np.empty(SURVEYED)
+        survey_stresses(self.table, self._stresses, found)
+        return found
+
     def membrane(self) -> MembraneSurvey:
         """Extreme resultants and area fractions."""
-        smallest, largest, element = np.inf, -np.inf, -1
-        areas, first = np.zeros(3), 0
-        for stress, block in self._membranes:
-            low, high, worst = _survey(stress, block.material.poisson_ratio, block.measure, block.size, areas)
-            if low < smallest:
-                smallest, element = low, first + (worst if block.owner is None else int(block.owner[worst]))
-            largest = max(largest, high)
-            first += len(block.dofs)
-        if element < 0:
-            return MembraneSurvey(np.nan, np.nan, -1, np.nan, np.nan)
-        total = areas[0] + areas[1] + areas[2]
-        return MembraneSurvey(smallest, largest, element, areas[1] / total, areas[2] / total)
-
-    def slack_cables(self) -> int:
-        """Number of cables without tension."""
-        return sum(int(np.count_nonzero(stress < 0.0)) for stress, *_ in self.cables)
+        smallest, largest, wrinkled, slack, _, element = self.stresses().tolist()[:6]
+        return MembraneSurvey(smallest, largest, int(element), wrinkled, slack)
 
 
 def survey_at(system: StructuralSystem, q: Array) -> StressSurvey:
@@ -137,14 +148,45 @@ def _states(stress: Array, poisson_ratio: float) -> NDArray[np.int8]:
 
 
 @jit_in_order
-def _survey(stress: Array, poisson_ratio: float, measure: Array, size: Array, areas: Array) -> tuple[float, float, int]:
-    """Extreme principal resultants of (3, row) and the row of the smaller; areas of the states are added up."""
-    smallest, largest, worst = np.inf, -np.inf, -1
-    for e in range(size.size):
-        sx, sy, txy = stress[0, e], stress[1, e], stress[2, e]
-        mean, radius = 0.5 * (sx + sy), np.sqrt(0.25 * (sx - sy) * (sx - sy) + txy * txy)
-        if (mean - radius) * size[e] < smallest:
-            smallest, worst = (mean - radius) * size[e], e
-        largest = max(largest, (mean + radius) * size[e])
-        areas[membrane_state(sx, sy, txy, poisson_ratio)] += measure[e] / size[e]
-    return smallest, largest, worst
+def survey_stresses(table: Any, stresses: Array, found: Array) -> None:
+    """Fill in what the stresses of an evaluation tell, shape (8,); ``table`` is that of a `StressSurvey`.
+
+    Smallest and largest principal resultant of the film [N/m], the parts of its area that are wrinkled and slack,
+    NaN without a film; the number of cables without tension; the element of the smallest resultant; the largest force
+    [N] of an elastic cable that pushes, not above zero, and its number; -1 where there is none.
+    """
+    films, cables, ratio, measure, size, owner, section = table
+    smallest, largest, element = np.inf, -np.inf, -1
+    taut, wrinkled, slack, first = 0.0, 0.0, 0.0, 0
+    for block in range(films.shape[0]):
+        start, count = films[block]
+        stress = stresses[start : start + 3 * count].reshape((3, count))
+        for e in range(count):
+            sx, sy, txy, row = stress[0, e], stress[1, e], stress[2, e], first + e
+            mean, radius = 0.5 * (sx + sy), np.sqrt(0.25 * (sx - sy) * (sx - sy) + txy * txy)
+            if (mean - radius) * size[row] < smallest:
+                smallest, element = (mean - radius) * size[row], owner[row]
+            largest = max(largest, (mean + radius) * size[row])
+            state, area = membrane_state(sx, sy, txy, ratio[block]), measure[row] / size[row]
+            if state == 0:
+                taut += area
+            elif state == 1:
+                wrinkled += area
+            else:
+                slack += area
+        first += count
+    total, first = taut + wrinkled + slack, 0
+    if element < 0:
+        smallest = largest = total = np.nan
+    loose, push, pushing = 0, 0.0, -1
+    for block in range(cables.shape[0]):
+        start, count, elastic = cables[block]
+        for e in range(count):
+            if stresses[start + e] < 0.0:
+                loose += 1
+                force = stresses[start + e] * section[first + e]
+                if elastic and force < push:
+                    push, pushing = force, first + e
+        first += count
+    found[0], found[1], found[2], found[3] = smallest, largest, wrinkled / total, slack / total
+    found[4], found[5], found[6], found[7] = loose, element, push, pushing

@@ -206,17 +206,19 @@ class MotionWatch:
     def __init__(self, system: StructuralSystem, inputs: InputSet | None = None) -> None:
         self._inputs = [] if inputs is None else inputs.named
         self._system = system
-        self._kept: dict[int, tuple[float, float, Array]] = {}
+        self._energy, self._square = 0.0, 0.0
+        self._kept: dict[str, tuple[float, Array]] = {}
 
-    def see(self, time: float, q: Array, energy: float) -> None:
-        """Look at one instant [s]: free unknowns [m, rad] and strain energy [J]."""
-        for number, size in enumerate((energy, float(q @ q))):
-            if size > self._kept.get(number, (0.0,))[0]:
-                self._kept[number] = size, time, q.copy()
+    def see(self, time: float, q: Array, energy: float, square: float) -> None:
+        """Look at one instant [s]: free unknowns [m, rad], strain energy [J] and ``q . q``."""
+        if energy > self._energy:
+            self._energy, self._kept["energy"] = energy, (time, q.copy())
+        if square > self._square:
+            self._square, self._kept["displacement"] = square, (time, q.copy())
 
     def warnings(self) -> list[str]:
         """Sentences with how much, where, when and what to do; empty if there is nothing to say."""
-        measured = [(time, measure(self._system, q)) for _, time, q in self._kept.values()]
+        measured = [(time, measure(self._system, q)) for time, q in self._kept.values()]
         found = []
         for name, (limit, style, remedy) in _REMEDY.items():
             time, worst = max(

@@ -75,7 +75,9 @@ class Solver(Chosen):
     max_step: Number | None = key("largest adaptive step [s], 16 time_step if not given", 1e-2, None)
 
     time_error: Annotated[bool, Strict()] = Field(
-        default=True, description="estimate the time error, which costs a few per cent of a run", examples=[True]
+        default=True,
+        description="estimate the time error, at 2 to 3 % of a run's cost; false: null in the JSON",
+        examples=[True],
     )
 
     def check_values(self) -> None:

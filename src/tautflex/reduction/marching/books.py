@@ -12,11 +12,12 @@ from tautflex.numeric import Array, jit
 from tautflex.reduction.marching.dispatch import internal_force
 from tautflex.reduction.marching.work import StageNumbers, Work
 from tautflex.reduction.on_basis import OnBasis
-from tautflex.reduction.polynomial.forces import energies
+from tautflex.reduction.polynomial.forces import strain_energies
 from tautflex.solvers.transient.accuracy.time_error import GROWTH, ErrorSum, missed_between
 
-# One of so many steps is looked at for more than its local error; steps of a stretch that may be too long for it.
-_SAMPLED, _FEW = 8, 20
+# One of so many steps is looked at for more than its local error, and of these one for its energy; steps of a stretch
+# that may be too long for it.
+_SAMPLED, _WEIGHED, _FEW = 8, 8, 20
 
 
 class Start(NamedTuple):
@@ -155,7 +156,8 @@ class ReducedBooks:
         if moving.any():
             if loss[moving].all():
                 decay = 0.5 / float(np.mean(velocity[moving] / loss[moving]))
-            energy, linear = energies(arrays, some[:, 0], some[:, 1])[:, 1], 0.5 * _squares(some[:, 0], arrays.linear)
+            few = np.ascontiguousarray(some[::_WEIGHED, 0])
+            energy, linear = strain_energies(arrays, few), 0.5 * _squares(few, arrays.linear)
             other = float(np.abs(energy - linear).sum())
             share = other / max(other + float(np.minimum(energy, linear).sum()), 1e-300)
             stayed = change[::_SAMPLED] @ resolved.T
@@ -165,6 +167,16 @@ class ReducedBooks:
         errors.missed += sum(missed_between(self._nodes, float(time), step, segment) for time in starts[:_FEW])
 
 
+@jit
 def _squares(rows: Array, form: Array) -> Array:
     """``x' A x`` of every row, shape (row,)."""
-    return np.einsum("nr,nr->n", rows @ form, rows)
+    result = np.empty(rows.shape[0])
+    for n in range(result.size):
+        total = 0.0
+        for i in range(form.shape[0]):
+            part = 0.0
+            for j in range(form.shape[1]):
+                part += form[i, j] * rows[n, j]
+            total += rows[n, i] * part
+        result[n] = total
+    return result

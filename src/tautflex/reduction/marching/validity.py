@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tautflex.mechanics.membrane import StressSurvey
+from tautflex.mechanics.membrane import STORED, StressSurvey
 from tautflex.mechanics.products import MassDamping
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array, Indices
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.polynomial.forces import total_force
 from tautflex.solvers.transient.accuracy.compression import CompressionWatch
-from tautflex.solvers.transient.recorder import stress_scalars
+from tautflex.solvers.variables import SCALARS
 
 # Windows of a run; each is checked where its coordinates store most energy.
 _WINDOWS = 8
@@ -60,9 +60,9 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
         unbalanced += system.inertia.apply(run.problem.coupling.velocity_weight(motion), v)
         unbalanced += system.inertia.apply(run.problem.coupling.displacement_weight(motion), q)
         unbalanced += run.problem.coupling.load(motion, moments) - run.inputs.load(time)
-        film = survey.membrane()
-        scalars.append(stress_scalars(survey, film))
-        watch.see(time, film, survey.cables)
+        found = survey.stresses()
+        scalars.append(found[:STORED])
+        watch.see(time, found.tolist())
         left.append(0.5 * float(unbalanced @ solver.solve(unbalanced)))
     truncated = np.array(left) / max(float(energy.max()), 1e-300)
     warnings = list(watch.warnings())
@@ -71,7 +71,7 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
             f"the reduced model leaves {worst:.1%} of the run's largest energy outside its basis; take more modes "
             "(count, threshold), directions of all accelerations that act, or a PodBasis of a run like this one"
         )
-    named = {name: np.array([each[name] for each in scalars]) for name in scalars[0]}
+    named = dict(zip(list(SCALARS)[-STORED:], np.array(scalars).T, strict=True))
     return Checked(chosen, named, truncated, warnings)
 
 

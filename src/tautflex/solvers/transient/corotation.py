@@ -17,7 +17,7 @@ from scipy.sparse import csr_array
 
 from tautflex.mechanics.products import product
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.numeric import Array, Indices, Places, cross_matrix, jit
+from tautflex.numeric import Array, Indices, Places, cross_matrix, jit, jit_in_order
 
 # Directions in which the neighbours of a node say nothing about its rotation: along a straight cable or beam.
 _SINGULAR = 1e-6
@@ -40,6 +40,15 @@ def _turn(places: Places, owner: Places, angle: Array, sign: float, vector: Arra
         vector[i] = a + share * (p + 0.5 * (y * r - z * q))
         vector[j] = b + share * (q + 0.5 * (z * p - x * r))
         vector[m] = c + share * (r + 0.5 * (x * q - y * p))
+
+
+@jit_in_order
+def _angles(start: Indices, column: Places, value: Array, q: Array, then: Array, share: float) -> Array:
+    """Rotations of all nodes from ``then`` to ``q``, shape (node, 3)."""
+    moved = np.empty(q.size)
+    for i in range(q.size):
+        moved[i] = share * (q[i] - then[i])
+    return product(start, column, value, moved).reshape((-1, 3))
 
 
 def _neighbours(system: StructuralSystem) -> Indices:
@@ -126,7 +135,7 @@ class Corotation:
 
     def follow(self, q: Array, share: float = 1.0) -> None:
         """Turn with the nodes to ``q``, shape (size,); ``share`` is the part of the stiffness that turns."""
-        self._angle = product(*self._operator, share * (q - self._then)).reshape(-1, 3)
+        self._angle = _angles(*self._operator, q, self._then, share)
 
     def into(self, vector: Array) -> Array:
         """``Q' vector``: as seen where the tangent was factorized, a new array of shape (size,)."""

@@ -23,17 +23,7 @@ from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.transient.accuracy.books import (
-    DAMPING,
-    FRAME,
-    INERTIA,
-    INTERNAL,
-    LOAD,
-    STRESS,
-    Books,
-    forces_by_kind,
-    written,
-)
+from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, INTERNAL, LOAD, NONE, STRESS, Books
 from tautflex.solvers.transient.methods.scheme import Stage, StepScheme
 from tautflex.solvers.transient.state import MotionState, MotionTerms, hermite
 from tautflex.solvers.transient.status import Statistics
@@ -179,19 +169,6 @@ class EquationOfMotion:
         work[STRESS] += self._stored(at.q) - stored
         return Books(work)
 
-    def by_kind(
-        self, numbers: Array, terms: MotionTerms, internal: Array, frame: Array, load: Array,
-        x: Array, q: Array, v: Array, a: Array,
-    ) -> Array:  # fmt: skip
-        """Forces at the increment ``x`` from q, v, a by kind, see `forces_by_kind`."""
-        products = self.products
-        rows: Array = forces_by_kind(
-            products.start, products.column, products.mass, products.damping, products.damped, products.vectors,
-            products.coefficients, self.inertia.pairs, numbers, terms.velocity, terms.displacement, internal,
-            self.state.reference_force, frame, load, x, q, v, a,
-        )  # fmt: skip
-        return rows
-
     def _all_forces(self, at: MotionState, motion: RigidMotion) -> Array:
         """Forces that may jump; the internal ones do where tension or temperature does."""
         total = self.frame_forces(at.q, at.v, self.motion_terms(motion))
@@ -282,11 +259,10 @@ class StepNumbers:
         scheme = stage.scheme
         # Damping in proportion to stiffness resists in the axes of the reference: it does not turn with the structure.
         self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.products.matrix.stiffness)
-        ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration)
-        self.end = np.array([(part.d, part.v, part.a) for part in ends])
         inertia, velocity = scheme.inertia, scheme.velocity
+        ends = (scheme.end_displacement, scheme.end_velocity, scheme.end_acceleration, inertia)
+        self.end = np.array([(part.d, part.v, part.a) for part in ends])
         self.known = np.array([scheme.weight, inertia.v, inertia.a, velocity.v, velocity.a, velocity.d])
-        self.factors = np.array([inertia.d, inertia.v, inertia.a, velocity.d, velocity.v, velocity.a])
         self.linear = equation.products.combined(inertia.d, scheme.weight * velocity.d)
         # The same in the pattern's upper triangle, for the effective stiffness.
         constant = inertia.d * equation.inertia.mass_entries
@@ -310,15 +286,15 @@ class StepForces:
     ) -> None:  # fmt: skip
         self.equation, self.numbers, self.at, self.size = equation, numbers, at, size
         self.displacement, self.before = terms.displacement, before
-        self._terms, self._then, self._input = terms, then, equation.input_load
-        self._frame = terms.load if terms.moving or equation.inputs else _NONE
+        self._then, self._input, self._frame = then, equation.input_load, terms.load
         self._scheme = scheme = numbers.scheme
         products, pairs = equation.products, equation.inertia.pairs
         load = terms.load - equation.input_load if equation.inputs else terms.load
-        known, turning, self.known_norm, self._load_norm, self.stiff_norm = begin_step(
+        self._rows, turning, self.known_norm, self._load_norm, self.stiff_norm = begin_step(
             products.start, products.column, products.mass, products.damping, products.spread, pairs,
             numbers.known, terms.velocity, terms.displacement, load, diagonal, at.q, at.v, at.a,
         )  # fmt: skip
+        known = self._rows[0]
         if products.matrix.rank:
             velocity = scheme.velocity
             products.add_low_rank(scheme.weight, velocity.v * at.v + velocity.a * at.a, known)
@@ -332,7 +308,7 @@ class StepForces:
             self.known_norm = float(np.linalg.norm(known))
         self._fixed: Any = (
             products.start, products.column, numbers.linear, pairs, turning, scheme.weight,
-            equation.state.reference_force, known,
+            equation.state.reference_force, self._rows,
         )  # fmt: skip
         self._elements: Any = equation.workspace.store, equation.workspace.stresses
 
@@ -370,17 +346,21 @@ class StepForces:
 
     def end(self, x: Array, residual: Array) -> MotionState:
         """State at the end of the step whose increment leaves this residual, the last that was computed."""
-        at, scheme = self.at, self._scheme
-        q, v, a, jerk = end_of_step(self.numbers.end, self.size, x, at.q, at.v, at.a)
+        at, weight, books, equation = self.at, self._scheme.weight, self.at.books, self.equation
+        products, instant = equation.products, weight * self._scheme.evaluation * self.size
         load = self._input + self._followed if self._followers else self._input
-        now = self.equation.by_kind(
-            self.numbers.factors, self._terms, self._internal, self._frame, load, x, at.q, at.v, at.a
-        )
-        instants = scheme.weight * scheme.evaluation * self.size, self.size
-        books = written(at.books, now, self._then, scheme.weight, instants, at.q, q)
-        end = MotionState(at.time + self.size, q, v, a, jerk=jerk, books=books)
-        if scheme.weight < 1.0:
-            end.forces = (residual - now[INERTIA] - (1.0 - scheme.weight) * self._history) / scheme.weight
-        if self.equation.restressed:
-            end.books.work[STRESS] += self.equation.restressing_work(at, end, self.before)
+        rows, work = end_of_step(
+            self.numbers.end, self.size, instant, books.late, products.start, products.column, products.mass,
+            products.damped, weight, self._rows, self._internal, equation.state.reference_force, self._frame, load,
+            residual, self._then, books.own, books.work, x, at.q, at.v, at.a,
+        )  # fmt: skip
+        q, v, a, jerk = rows[:4]
+        forces, now = None, NONE
+        if weight < 1.0:
+            now = rows[9:]
+            forces = (residual - now[INERTIA] - (1.0 - weight) * self._history) / weight
+        books = Books(work, rows[4:9], now, instant - self.size)
+        end = MotionState(at.time + self.size, q, v, a, forces, jerk, books=books)
+        if equation.restressed:
+            work[STRESS] += equation.restressing_work(at, end, self.before)
         return end

@@ -12,7 +12,7 @@ from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
-from tautflex.solvers.transient.accuracy.books import NONE, STRESS, Books, written
+from tautflex.solvers.transient.accuracy.books import FRAME, INERTIA, NONE, STRESS, Books, write_books
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.stability import largest_eigenvalue
 from tautflex.solvers.transient.state import MotionState, MotionTerms
@@ -21,8 +21,6 @@ from tautflex.solvers.transient.state import MotionState, MotionTerms
 _CHECK_INTERVAL, _STRESS_GROWTH = 100, 1.1
 # Stiffness that changes from step to step can feed energy into steps close to the limit (parametric excitation).
 _STIFFENED_SHARE = 0.5
-# Factors of (increment, velocity, acceleration) in the acceleration and in the velocity that balance.
-_AT_END = np.array([0.0, 0.0, 1.0, 0.0, 1.0, 0.0])
 # Step sizes whose factors are kept.
 _MOST_FACTORS = 16
 
@@ -120,11 +118,16 @@ class ExplicitStepper:
 
     def _books(self, at: MotionState, end: MotionState, terms: MotionTerms, size: float) -> Books:
         """Books at the end of a step, where all forces balance."""
-        equation, none = self.equation, np.zeros_like(end.q)
-        assert end.internal is not None
-        internal = end.internal + equation.state.reference_force
-        parts = internal, terms.load, equation.applied(end.q), none, end.q, end.v, end.a
-        return written(at.books, equation.by_kind(_AT_END, terms, *parts), NONE, 1.0, (size, size), at.q, end.q)
+        equation, own, none = self.equation, np.empty((5, end.q.size)), np.zeros_like(end.q)
+        inertia = equation.inertia
+        own[INERTIA] = equation.products.mass_product(end.a)
+        own[FRAME] = terms.load + inertia.apply(terms.velocity, end.v) + inertia.apply(terms.displacement, end.q)
+        instants = size, size, at.books.late
+        work = write_books(
+            equation.products.damped, 1.0, end.internal, none, equation.applied(end.q), none, NONE, at.q, end.q,
+            instants, at.books.own, at.books.work, own, NONE,
+        )  # fmt: skip
+        return Books(work, own)
 
     def _stable_at(self, q: Array, size: float) -> bool:
         """Whether a step that ends at ``q``, where the force was just evaluated, keeps the limit of its end."""

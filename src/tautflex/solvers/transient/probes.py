@@ -41,10 +41,11 @@ class ProbeSet:
 
     def read(self, q: Array) -> Array:
         """Displacements (or velocities) of the probes, shape (probe, 3)."""
-        return product(*self._rows, q).reshape(-1, 3)
+        return product(*self.rows, q).reshape(-1, 3)
 
     @cached_property
-    def _rows(self) -> tuple[Indices, Places, Array]:
+    def rows(self) -> tuple[Indices, Places, Array]:
+        """The map in compressed rows for compiled code: starts, columns and values."""
         return self.map.indptr.astype(np.int64), self.map.indices.astype(np.uint32), self.map.data
 
 

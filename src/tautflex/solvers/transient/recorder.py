@@ -8,9 +8,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from tautflex.mechanics.membrane import MEMBRANE_STATES, MembraneSurvey, StressSurvey
+from tautflex.mechanics.kernel import add_forces
+from tautflex.mechanics.membrane import MEMBRANE_STATES, SURVEYED, StressSurvey, survey_stresses
+from tautflex.mechanics.products import quadratic_form
 from tautflex.motion.kinematics import Segment
-from tautflex.numeric import Array
+from tautflex.numeric import Array, Indices, Places, jit
 from tautflex.solvers.plausibility import MotionWatch
 from tautflex.solvers.transient.accuracy.compression import CompressionWatch
 from tautflex.solvers.transient.equation import EquationOfMotion
@@ -44,15 +46,33 @@ class Samples(NamedTuple):
     fields: list[tuple[float, Array, NDArray[np.int8]]]
 
 
-def stress_scalars(survey: StressSurvey, film: MembraneSurvey) -> dict[str, float]:
-    """Scalars of a sample that stresses tell, by their names."""
-    return {
-        "min_principal_resultant": film.smallest,
-        "max_principal_resultant": film.largest,
-        "wrinkled_fraction": film.wrinkled,
-        "slack_fraction": film.slack,
-        "slack_cables": survey.slack_cables(),
-    }
+@jit
+def _read(
+    store: Any, q: Array, v: Array, stresses: Array, table: Any, reference: Array, start: Indices, column: Places,
+    mass: Array, rows: Any, numbers: Array, probe: Array, sample: int,
+) -> None:  # fmt: skip
+    """Fill in one sample of ``numbers``, shape (sample, 2 + 8 + 1), and of ``probe``, shape (sample, 2, 3 probes).
+
+    They are the `SCALARS` and what else `survey_stresses` finds, then ``q . q``.
+    """
+    size, linear, square = q.size, 0.0, 0.0
+    extended, found = np.empty(size + 1), numbers[sample]
+    for i in range(size):
+        extended[i] = q[i]
+        linear += reference[i] * q[i]
+        square += q[i] * q[i]
+    extended[size] = 0.0
+    found[0] = 0.5 * quadratic_form(start, column, mass, v)
+    found[1] = add_forces(store, extended, extended, stresses, False, True, False) - linear
+    survey_stresses(table, stresses, found[2 : 2 + SURVEYED])
+    found[2 + SURVEYED] = square
+    first, places, weights = rows
+    for k in range(first.size - 1):
+        place, speed = 0.0, 0.0
+        for entry in range(first[k], first[k + 1]):
+            place += weights[entry] * q[places[entry]]
+            speed += weights[entry] * v[places[entry]]
+        probe[sample, 0, k], probe[sample, 1, k] = place, speed
 
 
 class Recorder:
@@ -73,10 +93,14 @@ class Recorder:
     def __init__(self, equation: EquationOfMotion, probes: ProbeSet, samples: int, field_steps: set[int]) -> None:
         self._equation, self._probes, self._field_steps = equation, probes, field_steps
         self._survey = StressSurvey(equation.system, equation.workspace)
-        self._time = np.zeros(samples)
-        self._probe = np.zeros((samples, 2, len(probes.names), 3))
-        self._spin = np.zeros((samples, 2, 3))
-        self._scalars = {name: np.zeros(samples) for name in SCALARS}
+        self._time, self._spin = np.zeros(samples), np.zeros((samples, 2, 3))
+        self._probe = np.zeros((samples, 2, 3 * len(probes.names)))
+        self._numbers = np.zeros((samples, 2 + SURVEYED + 1))
+        workspace, products = equation.workspace, equation.products
+        self._parts: Any = (
+            workspace.stresses, self._survey.table, equation.state.reference_force, products.start, products.column,
+            products.mass, probes.rows, self._numbers, self._probe,
+        )  # fmt: skip
         self._fields: list[tuple[float, Array, NDArray[np.int8]]] = []
         self._surface = np.zeros((samples, len(OF_SURFACE)))
         self._watch = CompressionWatch(equation.system)
@@ -85,18 +109,14 @@ class Recorder:
 
     def store(self, at: MotionState, segment: Segment) -> None:
         """Store one sample, of an instant in this stretch of the maneuver."""
-        equation, row = self._equation, self._count
-        equation.set_time(at.time)
-        strain = equation.strain_energy(at.q)
-        motion, film = equation.motion(at, segment), self._survey.membrane()
-        self._time[row] = at.time
-        self._probe[row] = self._probes.read(at.q), self._probes.read(at.v)
-        self._spin[row] = motion.angular_velocity, motion.angular_acceleration
-        energies = {"kinetic_energy": equation.kinetic_energy(at), "strain_energy": strain}
-        for name, value in (stress_scalars(self._survey, film) | energies).items():
-            self._scalars[name][row] = value
-        self._watch.see(at.time, film, self._survey.cables)
-        self._motion.see(at.time, at.q, strain)
+        equation, row, time = self._equation, self._count, at.time
+        equation.set_time(time)
+        _read(equation.workspace.store, at.q, at.v, *self._parts, row)
+        motion, spin = equation.motion(at, segment), self._spin[row]
+        self._time[row], spin[0], spin[1] = time, motion.angular_velocity, motion.angular_acceleration
+        _, strain, *found, square = self._numbers[row].tolist()
+        self._watch.see(time, found)
+        self._motion.see(time, at.q, strain, square)
         equation.system.surface.measure(at.q, self._surface[row])
         self._count += 1
 
@@ -109,9 +129,10 @@ class Recorder:
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""
         n = self._count
-        scalars = {name: values[:n] for name, values in self._scalars.items()}
+        scalars = dict(zip(SCALARS, self._numbers[:n].T, strict=False))
         scalars |= zip(OF_SURFACE, self._surface[:n].T, strict=True)
-        samples = Samples(self._time[:n], self._probe[:n], self._spin[:n], scalars, self._fields)
+        probe = self._probe[:n].reshape(n, 2, -1, 3)
+        samples = Samples(self._time[:n], probe, self._spin[:n], scalars, self._fields)
         attributes = {
             **attributes,
             "warnings": [*attributes.get("warnings", ()), *self._watch.warnings(), *self._motion.warnings()],

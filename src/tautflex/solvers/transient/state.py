@@ -42,20 +42,12 @@ class MotionState:
 
 @dataclass(frozen=True)
 class MotionTerms:
-    """Rotating-frame terms at one instant: G = M(velocity), K_T = M(displacement), Q_T = load.
-
-    ``moving`` tells whether any of them is not zero.
-    """
+    """Rotating-frame terms at one instant: G = M(velocity), K_T = M(displacement), Q_T = load."""
 
     key: tuple[float, ...]
-    moving: bool = field(init=False)
     velocity: Array
     displacement: Array
     load: Array
-
-    def __post_init__(self) -> None:
-        parts = (self.velocity, self.displacement, self.load)
-        object.__setattr__(self, "moving", any(bool(part.any()) for part in parts))
 
 
 def hermite(

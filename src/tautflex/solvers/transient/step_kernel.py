@@ -9,6 +9,7 @@ import numpy as np
 from tautflex.mechanics.kernel import add_forces
 from tautflex.mechanics.products import add_pair_products
 from tautflex.numeric import Array, Indices, Places, jit
+from tautflex.solvers.transient.accuracy.books import FRAME, INERTIA, write_books
 
 
 @jit
@@ -22,10 +23,11 @@ def begin_step(
     and the increment in the velocity, shape (6,); ``gyroscopic`` and ``displacement`` are the matrices Z of the frame's
     forces ``M(Z) velocity`` and ``M(Z) q``; ``load`` stands on the left-hand side.
 
-    Returns the forces that do not depend on the increment, shape (size,), the matrix Z of the frame's forces ``M(Z)
-    increment``, and the norms of the former, of the weighted load and of ``diagonal * q``.
+    Returns the forces that do not depend on the increment, what of them the moving frame adds beside the load, and room
+    for what it adds to the residual, shape (3, size), the matrix Z of the latter, ``M(Z) increment``, and the norms of
+    the first, of the weighted load and of ``diagonal * q``.
     """
-    size = q.size
+    size, rows = q.size, np.empty((3, q.size))
     weight, inertia_v, inertia_a, velocity_v, velocity_a, velocity_d = coefficients
     acceleration, velocity, known = np.empty(size), np.empty(size), np.empty(size)
     load_square, stiff_square = 0.0, 0.0
@@ -40,23 +42,26 @@ def begin_step(
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
             total += mass[k] * acceleration[column[k]] + damping[k] * velocity[column[k]]
         known[i] += total
+    rows[1] = known
     add_pair_products(pairs, gyroscopic, 1.0, velocity, known)
     add_pair_products(pairs, displacement, weight, q, known)
+    for i in range(size):
+        rows[0, i], rows[1, i] = known[i], known[i] - rows[1, i]
     # Gyroscopic and K_T forces are both M(Z) times something, so one product serves the increment.
     turning = weight * (velocity_d * gyroscopic + displacement)
-    return known, turning, np.sqrt(np.sum(known * known)), np.sqrt(load_square), np.sqrt(stiff_square)
+    return rows, turning, np.sqrt(np.sum(known * known)), np.sqrt(load_square), np.sqrt(stiff_square)
 
 
 @jit
 def assemble_residual(
     x: Array, force: Array, start: Indices, column: Places, linear: Array, pairs: Any, turning: Array, weight: float,
-    reference: Array, known: Array,
+    reference: Array, rows: Array,
 ) -> tuple[Array, float, float, float]:  # fmt: skip
-    """Residual of an increment from its internal forces.
+    """Residual of an increment from its internal forces; ``rows`` are those of `begin_step`, whose last is filled in.
 
     Returns it with its norm and those of the weighted internal forces above the reference and of the linear forces.
     """
-    internal, inertia, residual = 0.0, 0.0, np.empty(x.size)
+    internal, inertia, residual, known, turned = 0.0, 0.0, np.empty(x.size), rows[0], rows[2]
     for i in range(x.size):
         f, part = weight * (force[i] - reference[i]), 0.0
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
@@ -64,14 +69,17 @@ def assemble_residual(
         internal += f * f
         inertia += part * part
         residual[i] = f + part + known[i]
+    turned[:] = residual
     add_pair_products(pairs, turning, 1.0, x, residual)
+    for i in range(x.size):
+        turned[i] = residual[i] - turned[i]
     return residual, np.sqrt(np.sum(residual * residual)), np.sqrt(internal), np.sqrt(inertia)
 
 
 @jit
 def step_residual(
     x: Array, q: Array, store: Any, stresses: Array, start: Indices, column: Places, linear: Array, pairs: Any,
-    turning: Array, weight: float, reference: Array, known: Array,
+    turning: Array, weight: float, reference: Array, rows: Array,
 ) -> tuple[Array, Array, float, float, float]:  # fmt: skip
     """Internal force and residual of the increment ``x`` from ``q``, and the norms of `assemble_residual`."""
     size = x.size
@@ -81,7 +89,7 @@ def step_residual(
     extended[size] = 0.0
     add_forces(store, extended, force, stresses, True, False, False)
     residual, norm, internal, inertia = assemble_residual(
-        x, force, start, column, linear, pairs, turning, weight, reference, known
+        x, force, start, column, linear, pairs, turning, weight, reference, rows
     )
     return force, residual, norm, internal, inertia
 
@@ -99,17 +107,39 @@ def first_guess(reach: float, v: Array, a: Array, jerk: Array) -> Array:
 
 
 @jit
-def end_of_step(coefficients: Array, size: float, d: Array, q: Array, v: Array, a: Array) -> Array:
-    """Displacement, velocity, acceleration and jerk at the end of a step, shape (4, unknowns).
+def end_of_step(
+    coefficients: Array, size: float, instant: float, late: float, start: Indices, column: Places, mass: Array,
+    damped: bool, weight: float, rows: Array, internal: Array, reference: Array, frame: Array, load: Array,
+    residual: Array, then: Array, before: Array, done: Array, d: Array, q: Array, v: Array, a: Array,
+) -> tuple[Array, Array]:  # fmt: skip
+    """State at the end of a step and its books, see `write_books`.
 
-    ``coefficients`` holds the factors of (d, v, a) in the first three, shape (3, 3).
+    ``coefficients`` holds the factors of (d, v, a) in displacement, velocity and acceleration at the end and in the
+    inertia's acceleration, shape (4, 3); ``rows`` are those of `begin_step`, and ``frame`` is what the moving frame
+    adds beside them.
+
+    Returns displacement, velocity, acceleration and jerk, then the forces of the step by kind, and where these mix two
+    instants those at the last one, shape (9 or 14, unknowns); and the work since the start of the run.
     """
-    end = np.empty((4, d.size))
+    end, acceleration = np.empty((14 if then.size else 9, d.size)), np.empty(d.size)
+    own, c, factor = end[4:9], coefficients[3], 1.0 / weight
     for row in range(3):
-        c, target = coefficients[row], end[row]
+        share, target = coefficients[row], end[row]
         for i in range(d.size):
-            target[i] = c[0] * d[i] + c[1] * v[i] + c[2] * a[i]
+            target[i] = share[0] * d[i] + share[1] * v[i] + share[2] * a[i]
     for i in range(d.size):
         end[0, i] += q[i]
         end[3, i] = (end[2, i] - a[i]) / size
-    return end
+    for i in range(d.size):
+        acceleration[i] = c[0] * d[i] + c[1] * v[i] + c[2] * a[i]
+        own[FRAME, i] = frame[i] + factor * (rows[1, i] + rows[2, i])
+    for i in range(d.size):
+        total = 0.0
+        for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
+            total += mass[k] * acceleration[column[k]]
+        own[INERTIA, i] = total
+    work = write_books(
+        damped, weight, internal, reference, load, residual, then, q, end[0], (instant, size, late), before, done, own,
+        end[9:],
+    )  # fmt: skip
+    return end, work

@@ -9,12 +9,11 @@ order for all kinds: the trapezoidal rule for Newmark's method, the mid-point ru
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from tautflex.mechanics.products import add_low_rank, add_pair_products
-from tautflex.numeric import Array, Indices, Places, jit
+from tautflex.numeric import Array, jit
 
 NONE = np.zeros((0, 0))
 INERTIA, INTERNAL, DAMPING, FRAME, LOAD, STRESS, RIGID = range(7)
@@ -43,96 +42,60 @@ class Books(NamedTuple):
 
 
 @jit
-def forces_by_kind(
-    start: Indices, column: Places, mass: Array, damping: Array, damped: bool, vectors: Array, coefficients: Array,
-    pairs: Any, numbers: Array, gyroscopic: Array, displacement: Array, internal: Array, reference: Array,
-    frame: Array, load: Array, x: Array, q: Array, v: Array, a: Array,
+def write_books(
+    damped: bool, weight: float, internal: Array, reference: Array, load: Array, residual: Array, then: Array,
+    place: Array, end: Array, instants: tuple[float, float, float], before: Array, done: Array, own: Array, now: Array,
 ) -> Array:  # fmt: skip
-    """Forces of a stage at its evaluation instant by kind, shape (5, size), or (3, size) if the others are none.
+    """Fill in the forces of a stage by kind, shape (5, size); return the work done since the start of the run.
 
-    ``numbers`` holds the factors of (x, v, a) in the inertia's acceleration and in the velocity, shape (6,);
-    ``gyroscopic`` and ``displacement`` are the matrices Z of the frame's forces, ``frame`` the rest of them; an empty
-    ``frame`` is one at rest without loads.
-    """
-    size, moving = x.size, frame.size > 0
-    rows = np.empty((5 if moving else 3, size))
-    inertia, inside, loss = rows[0], rows[1], rows[2]
-    velocity, acceleration = np.empty(size), np.empty(size)
-    for i in range(size):
-        acceleration[i] = numbers[0] * x[i] + numbers[1] * v[i] + numbers[2] * a[i]
-        velocity[i] = numbers[3] * x[i] + numbers[4] * v[i] + numbers[5] * a[i]
-        inside[i] = internal[i] - reference[i]
-    for i in range(size):
-        first, second = 0.0, 0.0
-        for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
-            j = column[k]
-            first += mass[k] * acceleration[j]
-            second += damping[k] * velocity[j]
-        inertia[i], loss[i] = first, second
-    if damped:
-        add_low_rank(vectors, coefficients, 1.0, velocity, loss)
-    if moving:
-        place = np.empty(size)
-        for i in range(size):
-            place[i] = q[i] + x[i]
-            rows[3, i], rows[4, i] = frame[i], -load[i]
-        add_pair_products(pairs, gyroscopic, 1.0, velocity, rows[3])
-        add_pair_products(pairs, displacement, 1.0, place, rows[3])
-    return rows
-
-
-@jit
-def add_works(share: float, own: Array, before: Array, start: Array, end: Array, work: Array) -> Array:
-    """Work on the way from ``start`` to ``end`` of ``share own + (1 - share) before``, added to that so far."""
-    total = work.copy()
-    for kind in range(own.shape[0]):
-        last, done, other = own[kind], 0.0, 0.0
-        if before.size:
-            first = before[kind]
-            for i in range(last.size):
-                move = end[i] - start[i]
-                done += last[i] * move
-                other += first[i] * move
-        else:
-            for i in range(last.size):
-                done += last[i] * (end[i] - start[i])
-        total[kind] += share * done + (1.0 - share) * other
-    return total
-
-
-def written(
-    books: Books, now: Array, then: Array, weight: float, instants: tuple[float, float], start: Array, end: Array
-) -> Books:
-    """Books after a stage.
+    Damping is what the others leave of the residual: one walk through a matrix less.
 
     Parameters
     ----------
-    books
-        Before it.
-    now, then
-        Forces by kind at its evaluation instant, and those that it weighs at its start.
+    damped
+        Whether there is damping.
     weight
-        Of the former.
+        Of the forces at the evaluation instant, beside those at the start.
+    internal, reference, load
+        Internal force, what of it the reference carries, and load, at the evaluation instant, shape (size,).
+    residual
+        All forces together.
+    then
+        Forces by kind that are weighed at the start, shape (5, size); else empty.
+    place, end
+        Displacement at the start and at the end.
     instants
-        Of its equilibrium and of its end after its start [s].
-    start, end
-        Displacement at its start and end, shape (size,).
+        Of the equilibrium and of the end after the start, and of the equilibrium before after that [s].
+    before, done
+        Forces of that by kind, (0, 0) behind a jump, and the work until the start.
+    own, now
+        Forces of this equilibrium, with inertia and those of the frame at the evaluation instant filled in, and those
+        of that instant alone where they differ.
     """
-    own, (at, size) = now, instants
-    if weight < 1.0:
-        wide = max(len(now), len(then))
-        own = weight * _widened(now, wide) + (1.0 - weight) * _widened(then, wide)
-        own[INERTIA] = now[INERTIA]
-    before, share = books.own, 1.0
+    size, other = place.size, 1.0 - weight
+    for i in range(size):
+        own[INTERNAL, i], own[LOAD, i] = internal[i] - reference[i], -load[i]
+    if then.size:
+        for kind in (INERTIA, INTERNAL, FRAME, LOAD):
+            for i in range(size):
+                now[kind, i] = own[kind, i]
+                if kind != INERTIA:
+                    own[kind, i] = weight * own[kind, i] + other * then[kind, i]
+    for i in range(size):
+        rest = own[INERTIA, i] + own[INTERNAL, i] + own[FRAME, i] + own[LOAD, i]
+        own[DAMPING, i] = residual[i] - rest if damped else 0.0
+    if then.size:
+        for i in range(size):
+            now[DAMPING, i] = (own[DAMPING, i] - other * then[DAMPING, i]) / weight
+    work, share, (instant, last, late) = done.copy(), 1.0, instants
     if before.size:
-        share = (0.5 * size - books.late) / (at - books.late)
-        before = _widened(before, len(own))
-    work = add_works(share, _widened(own, len(before)), before, start, end, books.work)
-    return Books(work, own, now if weight < 1.0 else NONE, at - size)
-
-
-def _widened(rows: Array, kinds: int) -> Array:
-    """Forces with zeros for those of a frame at rest without loads, as many kinds as given at least."""
-    if len(rows) >= kinds:
-        return rows
-    return np.concatenate([rows, np.zeros((kinds - len(rows), rows.shape[1]))])
+        share = (0.5 * last - late) / (instant - late)
+    for kind in range(5):
+        here, there = 0.0, 0.0
+        for i in range(size):
+            here += own[kind, i] * (end[i] - place[i])
+        if before.size:
+            for i in range(size):
+                there += before[kind, i] * (end[i] - place[i])
+        work[kind] += share * here + (1.0 - share) * there
+    return work

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tautflex.mechanics.membrane import MembraneSurvey
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.numeric import Array
 from tautflex.solvers.plausibility import place_of
 from tautflex.solvers.static.diagnosis import film_wrinkles
 
@@ -52,18 +50,14 @@ class CompressionWatch:
         self._film, self._cable, self._instants = _Worst(), _Worst(), 0
         self._film_elastic = not film_wrinkles(system)
 
-    def see(self, time: float, film: MembraneSurvey, cables: list[tuple[Array, Array, bool]]) -> None:
-        """Look at one instant: its film, and stress, section and elasticity of every cable block."""
+    def see(self, time: float, found: list[float]) -> None:
+        """Look at what `survey_stresses` found at one instant."""
         self._instants += 1
-        if self._film_elastic and film.smallest < -_NOTABLE * max(film.largest, 0.0):
-            self._film.see(film.smallest, time, film.element, film.wrinkled + film.slack)
-        first = 0
-        for stress, area, elastic in cables:
-            if elastic:
-                element = int(stress.argmin())
-                if stress[element] < 0.0:
-                    self._cable.see(float(stress[element] * area[element]), time, first + element, 0.0)
-            first += len(stress)
+        smallest, largest, wrinkled, slack, _, element, push, pushing = found
+        if self._film_elastic and smallest < -_NOTABLE * max(largest, 0.0):
+            self._film.see(smallest, time, int(element), wrinkled + slack)
+        if push < 0.0:
+            self._cable.see(push, time, int(pushing), 0.0)
 
     def warnings(self) -> list[str]:
         """Sentences with how much, where, when, and what to switch on; empty if there is nothing to say."""
