@@ -9,8 +9,11 @@ from .analysis import mac as mac
 from .analysis import mac_table as mac_table
 from .analysis import maneuver_end as maneuver_end
 from .analysis import pod as pod
+from .analysis import ruze_loss as ruze_loss
 from .analysis import scalogram as scalogram
+from .analysis import settling_time as settling_time
 from .analysis import spectrum as spectrum
+from .analysis import surface as surface
 from .batch import Batch as Batch
 from .case import Case as Case
 from .case import load_case as load_case
@@ -66,6 +69,7 @@ from .errors import MissingExtraError as MissingExtraError
 from .errors import NotConvergedError as NotConvergedError
 from .errors import PrestressError as PrestressError
 from .errors import TautflexError as TautflexError
+from .errors import UnstableWarning as UnstableWarning
 from .errors import UnsupportedError as UnsupportedError
 from .files.appendage import save_appendage as save_appendage
 from .files.csv import write_csv as write_csv

@@ -50,3 +50,7 @@ class NotConvergedError(TautflexError, RuntimeError):
         super().__init__(message)
         self.result = result
         self.history = history
+
+
+class UnstableWarning(UserWarning):
+    """An equilibrium was found, but small motion leaves it."""

@@ -33,7 +33,7 @@ from verification.builders import antenna
 
 M2_TEMPLATE = template("m2-nearest-node")
 
-MEMORY = 3 * 1024**3  # [B] of address space; the readers' samples are some kilobytes
+MEMORY = 2 * 1024**3  # [B] of address space, beside what a process holds that has read or run one of each kind
 SLOW = 20.0  # [s] of computing one small file may take at most
 
 

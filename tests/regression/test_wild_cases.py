@@ -131,3 +131,21 @@ def test_whole_files_with_wrong_content_are_not_exported(wrong, tmp_path, capsys
     netcdf.save(WRONG[wrong](tf.run_case(case).data), tmp_path / "run.nc")
     refused(capsys, "export", str(tmp_path / "run.nc"), "--to", "vtu", "-o", str(tmp_path / "out"))
     assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
+
+
+def test_frames_far_beyond_their_film_are_told_in_one_line():
+    """A frame of 1e30 m around a film of 1e12 m: its nodes were looked for in nanometres and not found."""
+    case = tf.Case(
+        schema=1,
+        membrane={**FILM, "length": 1235727931616.9138},
+        mesh={"divisions": [5, 3]},
+        cables={**CABLES, "per_long_edge": 6, "per_short_edge": 4},
+        frame={**FRAME, "length": 1e30},
+    )
+    with suppress(tf.TautflexError):
+        tf.build_model(case)
+
+
+def test_table_of_a_maneuver_whose_gaps_no_spline_tells_apart():
+    with pytest.raises(tf.InputError, match="times: expected gaps between rows that a spline can tell apart"):
+        tf.Tabulated([0.0, 0.01, 1e15], [0.0, 0.3, 0.1])

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 
 import pytest
 
+import tautflex as tf
 from tautflex import load_case
 from tautflex.cli import main
 from tautflex.cli.runs.run import default_directory
@@ -73,7 +74,7 @@ def test_check_counts_nodes_and_weighs(film, answer):
     assert code == 0
     assert found["ok"] is True
     assert found["nodes"] == 81
-    assert found["dofs"] == 3 * 81
+    assert (found["dofs"], found["unknowns"]) == (3 * 81, 3 * 49)
     assert found["mass"] == pytest.approx(1500.0 * 1e-4, rel=1e-12)  # density x thickness x area
     assert found["warnings"] == []
 
@@ -100,6 +101,12 @@ def test_run_writes_what_it_says(film, answer):
     assert found["probes"]["A"]["dominant_frequency"] == pytest.approx(F12, abs=0.2)  # half a bin
     assert found["probes"]["A"]["amplitude"] > 0.0
     assert found["probes"]["A"]["bin_width"] == pytest.approx(1 / 2.56)  # 201 samples padded to 256 of 0.01 s
+    of_film = tf.surface(netcdf.load(film.parent / "out" / "run.nc"))
+    after = of_film.sel(time=slice(tf.maneuver_end(netcdf.load(film.parent / "out" / "run.nc")), None))
+    assert set(found["surface"]) == {"rms", "rms_max", "tilt", "settling_time"}
+    assert found["surface"]["rms"] == float(of_film.rms[-1])
+    assert found["surface"]["rms_max"] == float(after.rms.max()) > found["surface"]["rms"]
+    assert found["surface"]["tilt"] == [float(of_film.tilt_x[-1]), float(of_film.tilt_y[-1])]
     assert json.loads((film.parent / "out" / "summary.json").read_text(encoding="utf-8")) == found
     assert {"run", "summary"} < set(found["files"])
     for path in found["files"].values():

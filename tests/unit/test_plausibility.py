@@ -103,6 +103,51 @@ def test_imbalance_is_a_doubt_unless_it_was_chosen():
     assert tf.solve_prestress(string(np.where(np.arange(16) < 8, 2.0, 1.92))).warnings == ()
 
 
+def test_turn_in_a_step():
+    """A slew's rate has its largest value, 2 angle/duration for the versine, in the middle."""
+    told = only(doubts_about_maneuver(tf.Slew(1.0, 0.1), 0.03), "in a time_step")
+    assert "by up to 0.6 rad in a time_step of 0.03 s" in told
+    assert "time_step = 0.005 s" in told
+    assert doubts_about_maneuver(tf.Slew(1.0, 0.1), 0.024) == []
+    assert "2 rad in a time_step" in doubts_about_maneuver(tf.SpinUp(20.0, 0.1), 0.1)[0]
+    for lost in (tf.Slew(1e29, 5.0), tf.SpinUp(1e5, 1.0)):
+        with pytest.raises(tf.InputError, match="maneuver: expected angles that arithmetic resolves to 1e-06 rad"):
+            doubts_about_maneuver(lost, 1e-3, 1e5)
+    state = tf.solve_prestress(string())
+    with pytest.raises(tf.InputError, match="got 1e\\+29 rad in all"):
+        tf.simulate(state, tf.Slew(1e29, 1.0), time_step=1e-3, end_time=2e-3)
+
+
+def test_input_faster_than_the_steps():
+    """A sine of a few steps a period lies 1 - cos(pi/n) beside its chords; its aliases are told too."""
+    state = tf.solve_prestress(string())
+
+    def told(force, step=1e-3, **given):
+        question = {"time_step": step, "end_time": 20 * step, "inputs": [tf.NodalForce([8], force, **given)]}
+        return [text for text in tf.simulate(state, **question).data.attrs["warnings"] if "changes faster" in text]
+
+    def wave(frequency):
+        return lambda time: (0.0, 0.0, 1e-6 * np.sin(2.0 * np.pi * frequency * time))
+
+    assert told(wave(100.0)) == []
+    assert told((0.0, 0.0, 1e-6)) == []
+    assert "NodalForce number 1" in only(told(wave(300.0)), "changes faster")
+    text = only(told(wave(1000.0)), "changes faster")  # zero at every step's end
+    better = float(text.split("time_step = ")[1].split()[0])
+    assert told(wave(1000.0), better) == []
+    assert 1.0 - np.cos(np.pi * 1000.0 * better) < 0.03
+
+    def jump(time):
+        return (0.0, 0.0, 1e-6 if time >= 5.5e-3 else 0.0)
+
+    assert "list its jumps as breaks" in only(told(jump), "changes faster")
+    assert told(jump, breaks=(5.5e-3,)) == []
+    table = tf.TimeTable([0.0, 1e-4, 2e-4], [[0, 0, 0], [0, 0, 1e-6], [0, 0, 0]])
+    assert told(table) == []  # steps go onto every row
+    chance = np.random.default_rng(1)
+    assert "no step follows it" in only(told(lambda time: 1e-6 * chance.standard_normal(3)), "changes faster")
+
+
 def test_angle_of_a_maneuver():
     assert "by 90 rad, 14.3 revolutions, until t = 5 s" in only(doubts_about_maneuver(tf.Slew(90.0, 5.0)), "degrees")
     assert "90 degrees are 1.571" in doubts_about_maneuver(tf.Slew(-90.0, 5.0, "bang-bang"))[0]

@@ -5,6 +5,7 @@ from unittest import mock
 import matplotlib
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.text import Text
 
 from tautflex import InputError, plot
@@ -50,6 +51,21 @@ def test_modes_without_label_symmetry_cables_or_frame(antenna_modes):
 
 def test_cables_alone_are_drawn(antenna_modes):
     assert "mode 1   1.00 Hz   (1,1) SS" in drawn(plot.plot_modes(antenna_modes.drop_vars("triangle"), count=1))
+
+
+def test_surface_marks_the_level_and_starts_from_a_plane():
+    time = 0.01 * np.arange(400)
+    found = {name: ("time", np.zeros(400)) for name in ("surface_tilt_x", "surface_tilt_y", "surface_piston")}
+    found["surface_rms"] = ("time", np.where(time > 0.0, 1e-3 * np.exp(-time), 0.0))
+    run = xr.Dataset(found, coords={"time": time}, attrs={"maneuver_end": 1.0, "surface_tolerance": 5e-5})
+    texts = drawn(plot.plot_surface(run))
+    assert "rms about the best plane [mm]" in texts
+    assert {"0.05 mm", "maneuver ends at 1 s"} <= set(texts)
+    assert "0.02 mm" in drawn(plot.plot_surface(run, 2e-5))
+    with pytest.raises(InputError, match="tolerance: expected"):
+        plot.plot_surface(run, 0.0)
+    with pytest.raises(InputError, match="run: expected one of a structure with film"):
+        plot.plot_surface(run.assign(surface_rms=run["surface_rms"] + np.nan))
 
 
 def test_shapes_share_one_scale(antenna_run):

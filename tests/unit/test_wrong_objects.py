@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import itertools
 import math
 
 import numpy as np
@@ -308,6 +309,9 @@ def doors(t):
             tf.scalogram,
             {"record": record, "frequencies": [2.0, 3.0, 5.0], "bandwidth": 3.0, "center": 1.0},
         ),
+        "ruze_loss": (tf.ruze_loss, {"rms": 1e-3, "frequency": 1e10}),
+        "settling_time": (tf.settling_time, {"record": record, "tolerance": 1e-3, "after": 0.0}),
+        "surface": (tf.surface, {"run": run}),
         "simulate": (tf.simulate, {"state": state, **question}),
         "simulate (reduced)": (tf.simulate, {"state": t["rom"], **question}),
         "solve_modes": (tf.solve_modes, {"state": state, "n": 2}),
@@ -361,6 +365,7 @@ def doors(t):
                 "length": 1.0,
             },
         ),
+        "plot_surface": (plot.plot_surface, {"run": run, "tolerance": 1e-5}),
         "plot_time_history": (
             plot.plot_time_history,
             {"runs": run, "probes": ["A"], "component": "w", "span": (0.0, 0.1)},
@@ -394,7 +399,7 @@ def refused(call, right, parameter, wrong):
 
 def test_every_door_is_walked(things):
     names = {name.partition(" ")[0].partition(".")[0] for name in doors(things)}
-    public = {name for name in dir(tf) if callable(getattr(tf, name)) and not name.endswith("Error")}
+    public = {name for name in dir(tf) if callable(getattr(tf, name)) and not name.endswith(("Error", "Warning"))}
     assert public - set(INNER.split()) <= names
     assert {name for name in plot.__all__ if not name.startswith("save_")} <= names
     for name, (call, right) in doors(things).items():
@@ -458,6 +463,38 @@ def test_messages_name_the_argument_and_what_to_call(things, call, words):
     still = tf.simulate(things["state"], time_step=0.01, end_time=0.02)
     with pytest.raises(tf.InputError, match=words):
         call(things | {"still": still})
+
+
+def test_figures_refuse_results_of_another_kind_in_one_line(things):
+    """A result without what is drawn, or with other dimensions: what is missing, and where it comes from."""
+    run, modes = things["run"].data, things["modes"].to_dataset()
+    of_a_run = {
+        "plot_time_history": plot.plot_time_history,
+        "plot_spectrum": plot.plot_spectrum,
+        "plot_scalogram": lambda data: plot.plot_scalogram(data, "A"),
+        "plot_shapes": plot.plot_shapes,
+    }
+    kinds = {
+        "modes": modes,
+        "table": tf.campbell(things["state"], [0.0, 0.1], n=2),
+        "spectrum": tf.spectrum(run["w"][:, 0]),
+        "empty": modes[[]],
+        "shape without components": modes.assign(shape=modes["shape"][..., 0]),
+        "run without probes": run.assign({name: run[name][:, 0] for name in "uvw"}).isel(field_time=[]),
+        "one field": run.isel(field_time=0, probe=0),
+    }
+    remedies = dict.fromkeys(of_a_run, r"simulate\(state|simulate with") | {
+        "plot_modes": r"solve_modes\(state\)",
+        "plot_campbell": r"campbell\(state, rates\)",
+    }
+    drawable = {("plot_modes", "modes"), ("plot_campbell", "table")}
+    calls = of_a_run | {"plot_modes": plot.plot_modes, "plot_campbell": plot.plot_campbell}
+    for (name, call), (kind, data) in itertools.product(calls.items(), kinds.items()):
+        if (name, kind) in drawable:
+            continue
+        with pytest.raises(tf.InputError, match=remedies[name]) as error:
+            call(data)
+        assert "\n" not in str(error.value), (name, kind)
 
 
 @pytest.mark.jax

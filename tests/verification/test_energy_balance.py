@@ -134,6 +134,37 @@ def test_damping_of_an_oscillator_against_its_closed_form(verification_row):
     verification_row("energy that damping takes from an oscillator, of its first", taken, found, "closed form")
 
 
+def test_damping_that_dies_inside_a_step_is_told(verification_row):
+    """Overdamped, 50 times within a step: the sum of both parts is the energy that went, the split means nothing."""
+
+    def run(step, end):
+        return tf.simulate(
+            oscillator(2.0),
+            method=tf.Newmark(),
+            time_step=step,
+            end_time=end,
+            damping=tf.Rayleigh(1e4, 0.0),
+            initial_velocity=lambda x, y: 1e-6 + 0 * x,
+            tolerance=1e-12,
+        )
+
+    lost = run(5e-3, 0.5)
+    balance = lost.energy_balance
+    assert balance["damping"] < -balance["initial"]
+    told = [text for text in lost.warnings if "the damping of the steps put in" in text]
+    assert len(told) == 1
+    assert not any("the method took out" in text for text in lost.warnings)
+    went = balance["initial"] - balance["kinetic"] - balance["strain"]
+    assert balance["damping"] + balance["method"] == pytest.approx(went, rel=1e-9)
+    fine = run(2e-6, 2e-3)
+    assert not any("the damping of the steps" in text for text in fine.warnings)
+    share = fine.energy_balance["damping"] / fine.energy_balance["initial"]
+    assert share == pytest.approx(1.0, abs=1e-3)
+    verification_row(
+        "overdamped oscillator, a fiftieth of its decay time a step: energy that damping takes", 1.0, share, "all"
+    )
+
+
 def test_newmark_takes_what_its_energy_identity_says(film):
     """Energy that Newmark's recurrence of a linear oscillator loses, written out."""
     method, step, state = tf.Newmark(0.6, 0.3025), 5e-3, oscillator(2.0)

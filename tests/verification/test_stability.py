@@ -150,3 +150,45 @@ def test_command_line_tells_before_the_run(tmp_path, capsys):
         said = [text for text in json.loads(capsys.readouterr().out)["warnings"] if "unstable" in text]
         assert len(said) == 1
         assert f"spin of {2 * natural:.3g} rad/s" in said[0]
+
+
+def column(ratio):
+    """Cantilever column under a part of Euler's load pi^2 EI / (4 L^2), straight."""
+    section = tf.BeamSection(tf.Material(2e11, 7800.0, 0.3), 1e-3, 2e-7, 1e-7, 2e-7)
+    nodes = line_nodes(10.0, ELEMENTS)
+    model = tf.Model.from_mesh(nodes, beams=line_elements(ELEMENTS), beam=section, supports=(tf.Support.clamped([0]),))
+    forces = np.zeros_like(nodes)
+    forces[-1, 0] = -ratio * np.pi**2 * 2e11 * 1e-7 / (4.0 * 10.0**2)
+    return tf.solve_prestress(model), forces
+
+
+def test_static_equilibrium_of_a_buckled_column_is_told(verification_row):
+    """Newton's method stays on the straight branch beyond Euler's load, and says that no column does."""
+    state, forces = column(0.999)
+    tf.solve_static(state, forces=forces)
+    state, forces = column(1.001)
+    with pytest.warns(tf.UnstableWarning, match=r"falls in 1 direction\(s\), most at node 16 \(10, 0, 0\) m"):
+        q = tf.solve_static(state, forces=forces)
+    assert np.abs(state.system.translations(q)[:, 1:]).max() == 0.0
+    state, forces = column(2.5)  # I_z = 2 I_y: the stiffer way falls too
+    with pytest.warns(tf.UnstableWarning, match=r"falls in 2 direction\(s\)"):
+        tf.solve_static(state, forces=forces)
+    shown = ("warned beyond 1", "silent at 0.999, warned at 1.001", "π² EI / (4 L²)", "below 0.001")
+    verification_row("dead load on a straight cantilever column, of Euler's load", *shown)
+
+
+@pytest.mark.jax
+@pytest.mark.slow
+@pytest.mark.parametrize("reduced", [False, True])
+def test_batch_tells_which_starts_are_unstable(reduced):
+    """Spun beyond their frequencies, w sqrt(tension), strings leave the start at sqrt(W^2 - tension w^2)."""
+    state, natural = string(), lowest()
+    plant = tf.reduce(state, tf.ModalBasis(directions=("z",), count=3)) if reduced else state
+    batch, question = tf.Batch(plant), {"time_step": 1e-5, "end_time": 2e-5, "method": tf.Newmark()}
+    tensions, rate = np.array([0.8, 0.63, 1.0, 0.5]), 0.8 * natural
+    warned = batch.simulate({"tension_x": tensions}, steady(rate), **question).attrs["warnings"]
+    text = next(text for text in warned if "unstable" in text)
+    assert text.startswith("2 of 4 runs start from an unstable equilibrium; motion leaves that of run 3 ")
+    assert f" at {natural * np.sqrt(0.8**2 - 0.5):.3g} 1/s" in text
+    calm = batch.simulate({"tension_x": tensions}, steady(0.7 * natural), **question).attrs["warnings"]
+    assert not any("unstable" in text for text in calm)

@@ -7,6 +7,9 @@ import pytest
 
 import tautflex as tf
 from tautflex.paper.cases.catalogue import model_case
+from tautflex.structure.antenna import AntennaLayout, build_fixed_film
+from tautflex.structure.mesh import rectangle_mesh
+from verification.builders import FILM as FILM_MATERIAL
 from verification.dynamic_cases import small_antenna, soft_film
 
 STOP, PROBES = tf.Stop(0.628, 0.1), {"A": (0.2, 0.1), "B": (0.0, 0.0)}
@@ -58,6 +61,67 @@ def test_estimates_are_honest(verification_row):
     assert np.sum(ratios <= 10.0) >= 0.8 * len(ratios)
     verification_row(
         "estimated over true time error, 42 runs", "1/3 to 10", f"{ratios.min():.2f} to {ratios.max():.2f}", "step / 16"
+    )
+
+
+def others():
+    """Other elements, shapes, dampings and laws than those above, with their maneuvers and options."""
+    section = tf.MembraneSection(FILM_MATERIAL, 1e-4)
+
+    def fixed(element, divisions):
+        return tf.solve_prestress(
+            build_fixed_film(AntennaLayout(1.0, 0.8, divisions, element=element), section, (4e3, 3e3, 0.0))
+        )
+
+    nodes, triangles = rectangle_mesh(np.linspace(-1, 1, 13), np.linspace(-0.1, 0.1, 3))
+    strip = tf.Model.from_mesh(
+        nodes,
+        triangles=triangles,
+        membrane=section,
+        membrane_stress=(4e4, 0.0, 0.0),
+        supports=(tf.Support.pinned(np.flatnonzero(np.abs(nodes[:, 0]) > 0.999)),),
+    )
+    case = model_case("M2", "nearest-node").replaced(
+        mesh={"divisions": [4, 2]}, cables={"per_long_edge": 5, "per_short_edge": 3}
+    )
+    slack = tf.solve_prestress(tf.build_model(case.replaced(cables={"slack": True})))
+    small = tf.solve_prestress(small_antenna())
+    hub = tf.FreeHub(
+        20.0, (4.0, 5.0, 6.0), angular_velocity=(0.3, 0.1, 0.2), torque=lambda t, s: (2.0 * np.sin(20.0 * t), 0.5, 1.0)
+    )
+    struck = {"initial_velocity": thrown(0.3)}
+    return {
+        "triangle6": (fixed("triangle6", (2, 2)), None, struck),
+        "quad4": (fixed("quad4", (4, 3)), None, struck),
+        "strip": (
+            tf.solve_prestress(strip),
+            None,
+            {"initial_velocity": lambda x, y: 0.3 * np.cos(0.5 * np.pi * x) * (1 + y)},
+        ),
+        "modal damping": (small, STOP, {"damping": tf.Modal(0.02, 20)}),
+        "free hub": (small, hub, {"damping": LIGHT}),
+        "slack cables": (slack, STOP, {"damping": tf.Rayleigh(0.01, 0.001)}),
+    }
+
+
+@pytest.mark.slow
+def test_estimates_of_other_structures_are_honest(verification_row):
+    ratios, step = [], 5e-3
+    for state, maneuver, options in others().values():
+        for method in (G, W):
+            question = {"method": method, "end_time": 0.3, "fields": "all", **options}
+            run = tf.simulate(state, maneuver, time_step=step, **question)
+            truth = tf.simulate(state, maneuver, time_step=step / 16, every=16, time_error=False, **question)
+            found, fine = (one.data.displacement.values for one in (run, truth))
+            wrong = np.sqrt(np.sum((found - fine) ** 2, axis=(1, 2))).max()
+            ratios.append(run.error * np.sqrt(np.sum(found[:, :, 2] ** 2, axis=1)).max() / wrong)
+    assert np.min(ratios) >= 1.0 / 3.0
+    assert np.max(ratios) <= 10.0
+    verification_row(
+        "estimated over true time error, six more structures",
+        "1/3 to 10",
+        f"{min(ratios):.2f} to {max(ratios):.2f}",
+        "step / 16",
     )
 
 

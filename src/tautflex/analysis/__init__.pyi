@@ -6,8 +6,11 @@ from .record import Record as Record
 from .record import UniformRecord as UniformRecord
 from .record import maneuver_end as maneuver_end
 from .record import uniform_record as uniform_record
+from .settling import settling_time as settling_time
 from .spectrum import PeakFrequency as PeakFrequency
 from .spectrum import amplitude as amplitude
 from .spectrum import dominant_frequency as dominant_frequency
 from .spectrum import spectrum as spectrum
+from .surface import ruze_loss as ruze_loss
+from .surface import surface as surface
 from .wavelet import scalogram as scalogram

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from tautflex import checks
 from tautflex.batch.chunks import ChunkRunner, usual_chunk
@@ -17,6 +17,7 @@ from tautflex.batch.equations.equation import STORED, EachRun
 from tautflex.batch.equations.full import FullPlant
 from tautflex.batch.equations.rate_history import rate_history
 from tautflex.batch.equations.reduced import ReducedPlant
+from tautflex.batch.equations.stability import full_fall, instability_text
 from tautflex.batch.library import jax
 from tautflex.batch.output.dataset import to_dataset
 from tautflex.batch.output.response import March, Response, response_function
@@ -143,7 +144,8 @@ class Batch:
         Returns
         -------
         xarray.Dataset
-            Variables of `tautflex.simulate` with a dimension ``run``, and ``status`` of each run.
+            Variables of `tautflex.simulate` with a dimension ``run``, and ``status`` of each run; ``attrs["warnings"]``
+        says whether starts are unstable.
 
         Raises
         ------
@@ -170,6 +172,8 @@ class Batch:
         at_once = min(runs, usual if chunk is None else checks.whole("chunk", chunk, 1))
         record = self._run(asked.function, asked.key, numbers, differ, runs, at_once)
         data = to_dataset(record, arrays, axes, runs, problem)
+        falls = _full_falls(self._plant, problem, arrays, axes, runs) if record.fall is None else record.fall
+        data.attrs["warnings"] = [*problem.doubts, *instability_text(np.asarray(falls))]
         failed = int(np.sum(data["status"].values != Status.COMPLETED.value))
         if failed and throw:
             raise NotConvergedError(f"{failed} of {runs} runs: {Status.NOT_CONVERGED.message}", result=data)
@@ -180,6 +184,17 @@ class Batch:
         for name in _NOT_IN_A_BATCH & question.keys():
             raise UnsupportedError(f"{name}: expected no such keyword in a batch, got it; simulate runs one by one")
         return TransientProblem.asked(self._model, maneuver, question)
+
+
+def _full_falls(
+    plant: Any, problem: TransientProblem, arrays: dict[str, Any], axes: dict[str, int | None], runs: int
+) -> NDArray[np.float64]:
+    """How the runs of a full model leave their starts, see `Response`, shape (run,)."""
+    found, maneuver = [], cast(Maneuver, problem.maneuver)
+    for row in each_row("", arrays, axes, runs) if arrays else [{}]:
+        own = {name.removeprefix("maneuver."): value for name, value in row.items() if name.startswith("maneuver.")}
+        found.append(full_fall(plant, row, replace(maneuver, **own).start(), problem.coupling))  # type: ignore[type-var]
+    return np.broadcast_to(found, (runs,))
 
 
 class _Asked:

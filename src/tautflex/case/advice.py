@@ -10,6 +10,7 @@ import numpy as np
 from tautflex.case.build import build_damping, build_inputs, build_maneuver
 from tautflex.errors import CaseError
 from tautflex.motion.kinematics import Maneuver
+from tautflex.numeric import Array
 from tautflex.solvers.plausibility import FEW_STEPS, doubts_about_maneuver, doubts_about_probes, short_motions
 from tautflex.solvers.static.stability import find_start
 from tautflex.solvers.transient.probes import place_probes
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
     from tautflex.solvers.static.prestress import PrestressedState
 
 
-def advise(case: Case, state: PrestressedState) -> list[str]:
-    """List warnings about a case and what was made of it, each one sentence with what to do.
+def advise(case: Case, state: PrestressedState) -> tuple[list[str], list[str]]:
+    """List warnings about a case and what was made of it, each with what to do, and notes on what it chose on purpose.
 
     Raises
     ------
@@ -34,30 +35,32 @@ def advise(case: Case, state: PrestressedState) -> list[str]:
     count, most = getattr(case.reduction, "count", None), state.system.size - 1
     if count is not None and count > most:
         raise CaseError(f"reduction.count: expected at most the {most} modes of this mesh, got {count}; take fewer")
-    about_structure = (*_about_mesh(case), *_about_cables(case), *doubts_about_maneuver(maneuver))
+    step = case.solver.time_step if case.solver.adaptive_tolerance is None else None
+    about_maneuver = doubts_about_maneuver(maneuver, step, case.solver.end_time)
     start = find_start(state, maneuver.start(), case.coupling.build(), damping)
-    return [
+    read = place_probes(state.system, case.output.probes, case.output.probe_reading).positions
+    warnings = [
         *state.warnings,
-        *about_structure,
+        *_about_mesh(case),
+        *_about_cables(case),
+        *about_maneuver,
         *start.warnings,
-        *_about_probes(case, state),
+        *_about_probes(case, state, read),
         *_about_run(case, maneuver),
     ]
+    return warnings, [*state.notes, *_notes(case, state, read)]
 
 
-def notes(case: Case, state: PrestressedState) -> list[str]:
-    """List what a case chooses on purpose and what follows from it, each one sentence."""
-    found = list(state.notes)
-    if case.output.probe_reading == "nearest-node":
-        read = place_probes(state.system, case.output.probes, case.output.probe_reading).positions
-        for (name, point), place in zip(case.output.probes.items(), read, strict=True):
-            away = float(np.hypot(*(place[:2] - point)))
-            if away > 1e-9 * np.ptp(state.model.nodes, axis=0).max():
-                found.append(
-                    f"probe {name} is read {away:.3g} m away, at node ({place[0]:.4g}, {place[1]:.4g}); "
-                    "output.probe_reading = 'interpolate' reads at the point itself"
-                )
-    return found
+def _notes(case: Case, state: PrestressedState, read: Array) -> Iterator[str]:
+    if case.output.probe_reading != "nearest-node":
+        return
+    for (name, point), place in zip(case.output.probes.items(), read, strict=True):
+        away = float(np.hypot(*(place[:2] - point)))
+        if away > 1e-9 * np.ptp(state.model.nodes, axis=0).max():
+            yield (
+                f"probe {name} is read {away:.3g} m away, at node ({place[0]:.4g}, {place[1]:.4g}); "
+                "output.probe_reading = 'interpolate' reads at the point itself"
+            )
 
 
 def _about_mesh(case: Case) -> Iterator[str]:
@@ -79,11 +82,10 @@ def _about_cables(case: Case) -> Iterator[str]:
         )
 
 
-def _about_probes(case: Case, state: PrestressedState) -> list[str]:
+def _about_probes(case: Case, state: PrestressedState, read: Array) -> list[str]:
     if not case.output.probes:
         return ["output.probes is empty: a run will keep no time history; add a point to [output.probes]"]
-    placed = place_probes(state.system, case.output.probes, case.output.probe_reading)
-    return doubts_about_probes(state.model, case.output.probes, placed.positions)
+    return doubts_about_probes(state.model, case.output.probes, read)
 
 
 def _about_run(case: Case, maneuver: Maneuver) -> Iterator[str]:

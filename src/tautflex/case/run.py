@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from typing import Any
 import xarray as xr
 
 from tautflex import checks
-from tautflex.analysis import amplitude, dominant_frequency, maneuver_end
+from tautflex.analysis import amplitude, dominant_frequency, maneuver_end, settling_time, surface
 from tautflex.case import build
 from tautflex.case.options import within
 from tautflex.case.schema import Case
@@ -102,6 +103,7 @@ def write_case_run(
         "message": run.status.message,
         "maneuver": case.maneuver.describe(),
         "probes": {str(name): _read_probe(data["w"].sel(probe=name), end) for name in data["probe"].values},
+        "surface": _read_surface(data, end, case.output.surface_tolerance),
         "natural_frequencies": [float(value) for value in modes.frequencies],
         "steps": int(run.stats.steps),
         "seconds": float(run.stats.seconds),
@@ -153,7 +155,8 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
         **{name: value for name, value in stated.items() if value is not None},
     )
     attributes = {"case": case.to_toml(), "versions": json.dumps(netcdf.versions())}
-    return replace(run, data=run.data.assign_attrs(attributes))
+    tolerance = case.output.surface_tolerance
+    return replace(run, data=run.data.assign_attrs(attributes, surface_tolerance=tolerance))
 
 
 def _read_probe(record: xr.DataArray, maneuver_end: float | None) -> dict[str, float | None]:
@@ -170,6 +173,25 @@ def _read_probe(record: xr.DataArray, maneuver_end: float | None) -> dict[str, f
         answer["dominant_frequency"] = float(peak.frequency) if math.isfinite(peak.frequency) else None
     except InputError:
         pass  # a run cut short after a few steps: what is known so far stays
+    return answer
+
+
+def _read_surface(data: xr.Dataset, maneuver_end: float | None, tolerance: float) -> dict[str, Any]:
+    """Measures of the film at the end [m, rad], its largest rms after the maneuver, and its time to settle [s].
+
+    None without a film, for a record that is too short, and for a film that does not settle to the tolerance [m].
+    """
+    answer: dict[str, Any] = {"rms": None, "rms_max": None, "tilt": [None, None], "settling_time": None}
+    try:
+        film = surface(data)
+    except InputError:
+        return answer
+    last = film.isel(time=-1)
+    answer |= {"rms": float(last["rms"]), "tilt": [float(last["tilt_x"]), float(last["tilt_y"])]}
+    answer["rms_max"] = float(film["rms"].where(film["time"] >= (maneuver_end or 0.0)).max())
+    with suppress(InputError):
+        settled = settling_time(film["rms"], tolerance, after=maneuver_end)
+        answer["settling_time"] = settled if math.isfinite(settled) else None
     return answer
 
 

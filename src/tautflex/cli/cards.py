@@ -22,7 +22,7 @@ def show_check(case: Path, answer: Mapping[str, Any]) -> None:
     """Print the summary of a valid case and its warnings."""
     rows = _rows()
     rows.add_row("nodes", f"{answer['nodes']}")
-    rows.add_row("degrees of freedom", f"{answer['dofs']}")
+    rows.add_row("degrees of freedom", f"{answer['dofs']}, of which supports leave {answer['unknowns']} unknown")
     rows.add_row("mass", f"{answer['mass']:.4g} kg")
     _add_prestress(rows, answer["prestress"])
     _card(f"{case.name} is valid", rows)
@@ -90,6 +90,8 @@ def show_run(case: Path, summary: Mapping[str, Any]) -> None:
     rows.add_row("natural frequencies", f"{lowest} ... Hz")
     for name, reading in summary["probes"].items():
         rows.add_row(f"probe {name}", _reading(reading))
+    if summary["surface"]["rms"] is not None:
+        rows.add_row("surface", _surface(summary["surface"]))
     if summary["time_error"] is not None:
         rows.add_row("time error", f"about {summary['time_error']:.1g} of the largest displacement")
     balance = summary["energy_balance"]
@@ -109,6 +111,12 @@ def _reading(reading: Mapping[str, Any]) -> str:
         return text
     half_bin = reading["bin_width"] / 2
     return f"{text}, then vibrates at {reading['dominant_frequency']:.3f} +- {half_bin:.3f} Hz"
+
+
+def _surface(measures: Mapping[str, Any]) -> str:
+    text = f"rms {measures['rms'] * 1e6:.3g} µm at the end, up to {measures['rms_max'] * 1e6:.3g} µm after the maneuver"
+    settled = measures["settling_time"]
+    return f"{text}, {'not settled' if settled is None else f'settled after {settled:.3g} s'}"
 
 
 def half_waves(label: Sequence[int] | None) -> str:

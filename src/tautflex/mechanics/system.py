@@ -19,6 +19,7 @@ from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.point_masses import KIND as BODIES
 from tautflex.mechanics.point_masses import BodyBlock, body_block
 from tautflex.mechanics.store import build_store
+from tautflex.mechanics.surface import FilmSurface
 from tautflex.mechanics.workspace import Workspace
 from tautflex.numeric import Array, Indices, Places
 from tautflex.structure.model import Model
@@ -72,6 +73,11 @@ class StructuralSystem:
     def row_places(self) -> list[Indices]:
         """The same for the unknowns of every row (integration point) of the blocks, shapes (row, dof)."""
         return [block.rows_of(self.place[block.dofs]) for block in self.blocks]
+
+    @cached_property
+    def surface(self) -> FilmSurface:
+        """The film as a reflecting surface."""
+        return FilmSurface(self.model)
 
     @cached_property
     def inertia(self) -> InertiaOperator:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
 ENDS = ("free", "rest")
+_FINEST = 1e-12  # of the longest gap between rows: round-off takes shorter ones
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -164,6 +165,13 @@ def _instants(times: ArrayLike) -> Array:
         raise InputError(
             f"times: expected an instant at most twice, and the first and last one once, got {values[row]:g} s; "
             "remove the surplus row"
+        )
+    gaps = np.diff(values)
+    shortest, longest = float(gaps[gaps > 0.0].min()), float(gaps.max())
+    if shortest < _FINEST * longest:
+        raise InputError(
+            f"times: expected gaps between rows that a spline can tell apart, got {shortest:g} s beside {longest:g} s; "
+            "check the instants, or cut the table short"
         )
     return values
 

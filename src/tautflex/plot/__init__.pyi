@@ -4,6 +4,8 @@ from .history import plot_time_history as plot_time_history
 from .history import save_time_history as save_time_history
 from .modes import plot_modes as plot_modes
 from .modes import save_modes as save_modes
+from .settling import plot_surface as plot_surface
+from .settling import save_surface as save_surface
 from .shapes import plot_shapes as plot_shapes
 from .shapes import save_shapes as save_shapes
 from .spectrum import plot_spectrum as plot_spectrum

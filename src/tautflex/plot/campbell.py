@@ -13,10 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tautflex import checks
-from tautflex.errors import InputError
 from tautflex.numeric import Array, Mask
 from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, new_axes, saving, styled
-from tautflex.solvers.variables import dataset_of
+from tautflex.solvers.variables import CAMPBELL, dataset_of
 
 _NAME_HEIGHT = 0.125  # [inch] a line of branch names needs
 _HEIGHT = 3.6  # [inch]
@@ -47,11 +46,9 @@ def plot_campbell(table: xr.Dataset, orders: Sequence[int] = (1, 2, 3), highest:
     InputError
         If ``table`` is no Campbell table, or an order is below 1.
     """
-    table = dataset_of("table", table, "frequency", remedy="campbell(state, rates) gives it")
-    if tuple(table["frequency"].dims) != ("rate", "branch"):
-        raise InputError(
-            f"table: expected 'frequency' (rate, branch), got {table['frequency'].dims}; use campbell(...)"
-        )
+    remedy = "campbell(state, rates) gives it"
+    table = dataset_of("table", table, "frequency", "rate", remedy=remedy, table=CAMPBELL)
+    table = table.transpose("rate", "branch", ...)
     orders = [checks.whole("orders", order, 1) for order in checks.several("orders", orders, int, "1")]
     if highest is not None:
         checks.positive("highest", highest)

@@ -13,7 +13,7 @@ from tautflex.analysis import maneuver_end
 from tautflex.errors import InputError
 from tautflex.plot.style import DOUBLE_COLUMN, GREY, LINES, length_unit, new_axes, saving, styled
 from tautflex.solvers.transient.status import Run
-from tautflex.solvers.variables import dataset_of
+from tautflex.solvers.variables import RUN, dataset_of
 
 _REMEDY = "simulate(state, ..., probes={'A': (x, y)}) gives a run"
 
@@ -90,9 +90,9 @@ save_time_history = saving(plot_time_history)
 def probe_records(run: xr.Dataset | Run, probes: Sequence[str] | None, component: str) -> xr.DataArray:
     """Return one component (time, probe) at the named probes [m], or raise InputError."""
     checks.one_of("component", component, ("u", "v", "w"))
-    run = dataset_of("run", run, remedy=_REMEDY)
-    if component not in run or run.sizes.get("probe", 0) == 0:
-        raise InputError(f"run: expected {component!r} (time, probe), got no such record; simulate with probes={{...}}")
+    run = dataset_of("run", run, component, "time", remedy=_REMEDY, table=RUN)
+    if run.sizes["probe"] == 0:
+        raise InputError("run: expected a record of probes, got one without; simulate with probes={...}")
     record = run[component].transpose("time", "probe")
     if probes is None:
         return record

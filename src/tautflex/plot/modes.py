@@ -13,7 +13,7 @@ from tautflex.plot.panels import draw_shapes
 from tautflex.plot.style import saving, styled
 from tautflex.plot.surface import wireframe
 from tautflex.solvers.modal.natural import Modes
-from tautflex.solvers.variables import dataset_of
+from tautflex.solvers.variables import MODES, dataset_of
 
 
 @styled
@@ -40,7 +40,7 @@ def plot_modes(modes: xr.Dataset | Modes, count: int = 6, columns: int = 3) -> F
     InputError
         If ``modes`` has no shapes or no mesh, or ``count`` or ``columns`` is below 1.
     """
-    modes = dataset_of("modes", modes, "shape", remedy="solve_modes(state) gives them")
+    modes = dataset_of("modes", modes, "shape", remedy="solve_modes(state) gives them", table=MODES)
     checks.whole("count", count, 1)
     checks.whole("columns", columns, 1)
     return draw_modes(modes, [mode_title(modes, k) for k in range(min(count, modes.sizes["mode"]))], columns)
@@ -51,7 +51,7 @@ save_modes = saving(plot_modes)
 
 def draw_modes(modes: xr.Dataset, titles: Sequence[str], columns: int) -> Figure:
     """Draw as many modes as there are titles."""
-    shapes = modes["shape"].transpose("mode", ...).values[: len(titles)]
+    shapes = modes["shape"].transpose("mode", "node", "component").values[: len(titles)]
     largest = np.linalg.norm(shapes, axis=2).max(axis=1)
     return draw_shapes(wireframe(modes), titles, shapes / np.where(largest > 0.0, largest, 1.0)[:, None, None], columns)
 

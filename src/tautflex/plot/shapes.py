@@ -15,7 +15,7 @@ from tautflex.plot.panels import draw_deflections
 from tautflex.plot.style import saving, styled
 from tautflex.plot.surface import wireframe
 from tautflex.solvers.transient.status import Run
-from tautflex.solvers.variables import dataset_of
+from tautflex.solvers.variables import RUN, dataset_of
 
 _MOST = 12
 
@@ -51,13 +51,14 @@ def plot_shapes(
     InputError
         If the run stored no fields, a time lies outside them, or ``magnification`` is not positive.
     """
-    run = dataset_of("run", run, remedy="simulate(state, ..., fields='all') gives one")
+    remedy = "simulate(state, ..., fields='all') gives one"
+    run = dataset_of("run", run, "displacement", "field_time", remedy=remedy, table=RUN)
     whole("columns", columns, 1)
-    if "displacement" not in run or run.sizes.get("field_time", 0) == 0:
+    if run.sizes["field_time"] == 0:
         raise InputError("run: expected stored fields, got none; simulate with fields='all' or a list of times")
     mesh = wireframe(run)
     chosen = _nearest(run["field_time"].values, times)
-    fields = run["displacement"].isel(field_time=chosen).values
+    fields = run["displacement"].transpose("field_time", "node", "component").values[chosen]
     across = float(np.abs(fields[..., 2]).max())
     factor = _factor(across, mesh.span) if magnification is None else magnification
     factor = positive("magnification", factor, remedy="1000 is the paper's")

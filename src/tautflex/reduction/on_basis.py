@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, ClassVar
 
+import numpy as np
 from scipy.sparse import csr_array
 
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
+from tautflex.mechanics.surface import SurfaceOnVectors
 from tautflex.numeric import Array
 from tautflex.reduction.bases.answers import fast_limit
 from tautflex.reduction.bases.vectors import BasisVectors, ReferenceSolver
@@ -20,6 +22,10 @@ from tautflex.reduction.polynomial.strains import quadratic_forces
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.problem import SteppingModel
 from tautflex.structure.model import Model
+
+# Motion across the film, beside all motion, of vectors that count as in its plane: 1e-7 of what is seen across, as they
+# are a thousandth of the coordinates' motion themselves.
+_IN_PLANE = 1e-4
 
 
 class OnBasis(SteppingModel):
@@ -117,6 +123,20 @@ class OnBasis(SteppingModel):
             return place, speed
         derivatives, follow = ((look @ vectors.T).T for vectors in (self.basis.derivatives, self.monomial_vectors))
         return place + monomials(eta) @ follow + offset @ derivatives, speed + monomial_rates(eta, rate) @ follow
+
+    def surface(self, eta: Array, offset: Array) -> Array:
+        """Measures of the film, as `FilmSurface.measure` has them, at instants, shape (time, 4)."""
+        if self._surface.count == self.size:
+            return self._surface.measure(eta)
+        return self._surface.measure(np.concatenate([eta, monomials(eta), offset], axis=1))
+
+    @cached_property
+    def _surface(self) -> SurfaceOnVectors:
+        film, following = self.state.system.surface, self.basis.derivatives
+        # What follows a flat film's motion stays in its plane, but for round-off.
+        across, whole = (np.abs(part).max(initial=0.0) for part in (film.look @ following.T, following))
+        followed = [self.monomial_vectors, following] if across > _IN_PLANE * whole else []
+        return SurfaceOnVectors(film, np.concatenate([self.basis.kept, *followed]))
 
     @cached_property
     def monomial_vectors(self) -> Array:

@@ -1,6 +1,6 @@
 """Plausibility: what lies beyond the theory or beyond what people build: how much, where, when and what to do.
 
-Nothing is refused here. Silence means that every number below stayed within its limit.
+Nothing is refused here that arithmetic can hold. Silence means that every number below stayed within its limit.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
+from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.mechanics.membrane import principal_values
 from tautflex.mechanics.system import StructuralSystem
@@ -27,6 +28,8 @@ SLOPE = 0.3  # von Karman strains leave out slope^4/8 beside slope^2/2: 1 % of i
 ROTATION = 0.2  # [rad], beams whose rotations add up like vectors
 IMBALANCE = 0.05  # of the largest force of an element, carried by the reference state
 TURN = 2.0 * np.pi  # [rad], of one maneuver
+TURN_IN_STEP = 0.5  # [rad]: Coriolis forces turn motion round as fast as the frame
+LOST = 1e-6  # [rad], of an angle by its round-off
 THICKNESS = 0.01  # of the shorter span: beyond it a film is a plate
 FEW_STEPS = 5  # in a maneuver: with fewer a run may miss it
 _SAME_PLACE = 1e-6  # of the largest extent
@@ -234,20 +237,41 @@ class MotionWatch:
         return found
 
 
-def doubts_about_maneuver(maneuver: Maneuver) -> list[str]:
-    """A maneuver that turns the frame by more than a revolution, as angles in degrees do."""
-    angle = 0.0
+def doubts_about_maneuver(maneuver: Maneuver, time_step: float | None = None, end_time: float = 0.0) -> list[str]:
+    """A maneuver that turns the frame by more than a revolution, as angles in degrees do, or far in a step.
+
+    Raises
+    ------
+    InputError
+        If round-off leaves the direction unknown to which it turns the frame until ``end_time`` [s].
+    """
+    angle, fastest = 0.0, 0.0
     abscissa, weight = np.polynomial.legendre.leggauss(16)
-    for segment in maneuver.segments()[:-1]:
+    instants = np.concatenate([[-1.0, 0.0, 1.0], abscissa])
+    *moving, last = maneuver.segments()
+    for segment in moving:
         half = 0.5 * (segment.end - segment.start)
-        rates = [np.linalg.norm(segment.motion(segment.start + half * (1.0 + x)).angular_velocity) for x in abscissa]
-        angle += half * float(weight @ rates)
-    if angle <= TURN * (1.0 + 1e-6):
-        return []
-    return [
-        f"the maneuver turns the frame by {angle:.4g} rad, {angle / TURN:.3g} revolutions, until "
-        f"t = {maneuver.end:.4g} s; angles are in rad: {angle:.4g} degrees are {np.radians(angle):.4g}"
-    ]
+        rates = [np.linalg.norm(segment.motion(segment.start + half * (1.0 + x)).angular_velocity) for x in instants]
+        angle, fastest = angle + half * float(weight @ rates[3:]), max(fastest, float(max(rates)))
+    steady = float(np.linalg.norm(last.motion(last.start).angular_velocity))
+    fastest, found = max(fastest, steady), list[str]()
+    whole = angle + steady * max(end_time - last.start, 0.0)
+    if not whole * np.finfo(float).eps <= LOST:
+        raise InputError(
+            f"maneuver: expected angles that arithmetic resolves to {LOST:g} rad, got {whole:.3g} rad in all; check "
+            "angle and rates, in rad and rad/s"
+        )
+    if angle > TURN * (1.0 + 1e-6):
+        found.append(
+            f"the maneuver turns the frame by {angle:.4g} rad, {angle / TURN:.3g} revolutions, until "
+            f"t = {maneuver.end:.4g} s; angles are in rad: {angle:.4g} degrees are {np.radians(angle):.4g}"
+        )
+    if time_step is not None and fastest * time_step > TURN_IN_STEP:
+        found.append(
+            f"the frame turns by up to {fastest * time_step:.3g} rad in a time_step of {time_step:g} s, and motion in "
+            f"it goes round as fast: the steps do not see that; set time_step = {0.1 / fastest:.2g} s or less"
+        )
+    return found
 
 
 def short_motions(maneuver: Maneuver, time_step: float) -> list[float]:

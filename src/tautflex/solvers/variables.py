@@ -61,12 +61,25 @@ SCALARS: Variables = {
 }
 """Of every sample of a run, in the order in which they are sampled."""
 
+SURFACE: Variables = {
+    "rms": _of("time", "m", "root mean square of the film's displacement about its best plane"),
+    "tilt_x": _of("time", "rad", "rotation of the film's best plane about x"),
+    "tilt_y": _of("time", "rad", "rotation of the film's best plane about y"),
+    "piston": _of("time", "m", "mean displacement across the film"),
+    "ruze_loss": _of("time", "dB", "loss of gain by the surface's error (Ruze)"),
+}
+"""Of the film as a reflecting surface."""
+
+OF_SURFACE = {f"surface_{name}": name for name in ("rms", "tilt_x", "tilt_y", "piston")}
+"""Their names in a run, in the order in which they are sampled."""
+
 RUN: Variables = {
     **{n: _of("time probe", "m", f"elastic displacement along {x}") for n, x in _ALONG},
     **{f"{n}_velocity": _of("time probe", "m s-1", f"elastic velocity along {x}") for n, x in _ALONG},
     "angular_velocity": _of("time component", "rad s-1", "angular velocity of the floating frame"),
     "angular_acceleration": _of("time component", "rad s-2", "angular acceleration of the floating frame"),
     **SCALARS,
+    **{stored: SURFACE[name] for stored, name in OF_SURFACE.items()},
     "displacement": _of("field_time node component", "m", "elastic displacement of all nodes"),
     "film_state": _of("field_time triangle_element", "1", "state of each film element"),
     "probe_position": _of("probe component", "m", "reference position of the probe"),
@@ -211,17 +224,25 @@ def described(table: Variables, arrays: Mapping[str, Any], **record: str) -> dic
     return {name: (table[name].dims, array, about(table[name], **record)) for name, array in arrays.items()}
 
 
-def dataset_of(name: str, given: Any, *wanted: str, remedy: str) -> xr.Dataset:
-    """Return the Dataset of a result, itself, of a `Run` or `Modes`; InputError unless it has what is wanted."""
+def dataset_of(name: str, given: Any, *wanted: str, remedy: str, table: Variables | None = None) -> xr.Dataset:
+    """Return the Dataset of a result, itself, of a `Run` or `Modes`; InputError unless it has what is wanted.
+
+    With a ``table`` the variables must have the dimensions that it tells, in any order.
+    """
     import xarray as xr  # half a second, which a case that is refused need not wait for
 
     found = given
-    if not isinstance(given, xr.Dataset | xr.DataArray | type):
+    if not isinstance(given, xr.Dataset | xr.DataArray | type | np.ndarray):
         found = given.to_dataset() if hasattr(given, "to_dataset") else getattr(given, "data", given)
-    expected = f"a Dataset with {', '.join(map(repr, wanted))}" if wanted else "a Dataset"
+    dims = {variable: table[variable].dims if table else () for variable in wanted}
+    words = [f"{variable!r} ({', '.join(names)})" if names else repr(variable) for variable, names in dims.items()]
+    expected = f"a Dataset with {', '.join(words)}" if wanted else "a Dataset"
     data = checks.instance(name, found, xr.Dataset, expected, remedy=remedy)
     if any(variable not in data for variable in wanted):
         raise InputError(f"{name}: expected {expected}, got {shown(sorted(map(str, data.variables)))}; {remedy}")
+    for variable, names in dims.items():
+        if names and set(data[variable].dims) != set(names):
+            raise InputError(f"{name}: expected {expected}, got {variable!r} {data[variable].dims}; {remedy}")
     return data
 
 

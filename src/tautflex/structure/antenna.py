@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -129,7 +128,6 @@ def build_antenna(
     film_nodes, elements = _film(layout, stations_x, stations_y)
     ring = _frame_points(layout, stations_x, stations_y)
     first = len(film_nodes)
-    ring_index = {_key(point): first + k for k, point in enumerate(ring)}
     cables, tension = [], []
     for stations, axis, pull in ((stations_x, 1, pretension_y), (stations_y, 0, pretension_x)):
         sides = (layout.width, layout.frame_width) if axis == 1 else (layout.length, layout.frame_length)
@@ -137,7 +135,7 @@ def build_antenna(
             shared = layout.distribution == "tributary" and station in (stations[0], stations[-1])
             for part in (-0.5, 0.5):
                 inner, outer = ((station, part * side) if axis == 1 else (part * side, station) for side in sides)
-                cables.append((_nearest(film_nodes, inner), ring_index[_key(outer)]))
+                cables.append((_nearest(film_nodes, inner), first + _nearest(ring, outer)))
                 tension.append(0.5 * pull if shared else pull)
     beams = np.column_stack([np.arange(len(ring)), np.roll(np.arange(len(ring)), -1)]) + first
     frame_nodes = np.column_stack([ring, np.zeros(len(ring))])
@@ -155,11 +153,6 @@ def build_antenna(
         supports=(Support.clamped(held),) if held.size else (),
         prestress_mode=prestress_mode,
     )
-
-
-def _key(point: Iterable[float]) -> tuple[int, ...]:
-    """A point in nanometres."""
-    return tuple(round(float(coordinate) * 1e9) for coordinate in point)
 
 
 def _film(layout: AntennaLayout, stations_x: Array, stations_y: Array) -> tuple[Array, Indices]:

@@ -12,6 +12,7 @@ from tautflex.batch.equations.equation import STORED, EachRun, Sample
 from tautflex.batch.equations.full import FullPlant
 from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin, spin_of
 from tautflex.batch.equations.reduced import ReducedPlant
+from tautflex.batch.equations.stability import reduced_falls
 from tautflex.batch.library import jax
 from tautflex.batch.steps.grid import SLACK, Instants, Steps, instants, spin_at, steps_of_run
 from tautflex.batch.steps.implicit import static_start
@@ -39,6 +40,9 @@ class Response(NamedTuple):
         Nonlinear iterations of all steps.
     maneuver_end
         [s].
+    fall
+        Rate at which motion leaves an unstable start where neither damping nor Coriolis forces hold it back [1/s],
+        else 0; None for the full model.
     """
 
     time: Array
@@ -48,6 +52,7 @@ class Response(NamedTuple):
     converged: Array
     iterations: Array
     maneuver_end: Array
+    fall: Array | None = None
 
 
 class March(Protocol):
@@ -95,11 +100,12 @@ def response_function(
         march = march_of(equation)
         block = -(-longest // -(-longest // march.block))
         shape = (plant.size,) if each.runs is None else (plant.size, each.runs)
-        q, found = jnp.zeros(shape), jnp.ones(shape[1:], bool)
+        q, found, steady = jnp.zeros(shape), jnp.ones(shape[1:], bool), spin_of(jnp.zeros(shape[1:]), 0.0)
         if history.start is not None:
             start = history.start
-            rate = each(lambda numbers: jnp.asarray(start(turn(numbers)), dtype=float))(numbers)
-            q, found = static_start(equation, spin_of(rate, 0.0), _START_TOLERANCE, plant.pairs, shape)
+            steady = spin_of(each(lambda numbers: jnp.asarray(start(turn(numbers)), dtype=float))(numbers), 0.0)
+            q, found = static_start(equation, steady, _START_TOLERANCE, plant.pairs, shape)
+        fall = reduced_falls(equation, plant.size, q, steady) if plant.side_by_side else None
         begin = each(lambda numbers: spin_at(history, turn(numbers), 0.0, SLACK * time_step))(numbers)
         at = march.start(q, jnp.asarray(velocity).reshape(-1, *(1 for _ in shape[1:])) + jnp.zeros(shape), begin)
         at = at._replace(alive=at.alive & found)
@@ -128,7 +134,7 @@ def response_function(
         last, record = lax.scan(jax.checkpoint(march_block), at, blocks)
 
         def on_grid(begin: Array, values: Array) -> Array:
-            values = values.reshape(-1, *begin.shape)
+            values = values.reshape(values.shape[0] * values.shape[1], *begin.shape)
             return jnp.concatenate([begin[None], each(lambda _, values, place: values[place])(numbers, values, place)])
 
         parts = {name: on_grid(begin, record[name]) for name, begin in first.items()}
@@ -136,6 +142,6 @@ def response_function(
         times = jnp.broadcast_to(times.reshape(-1, *(1 for _ in shape[1:])), (count + 1, *shape[1:]))
         end = each(lambda numbers: jnp.asarray(history.end(turn(numbers)), dtype=float))(numbers)
         stored = {name: parts.get(name) for name in STORED}
-        return Response(times, converged=last.alive, iterations=last.iterations, maneuver_end=end, **stored)
+        return Response(times, converged=last.alive, iterations=last.iterations, maneuver_end=end, fall=fall, **stored)
 
     return respond

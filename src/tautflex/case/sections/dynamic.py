@@ -121,6 +121,9 @@ class Output(Section):
     fields: Literal["none", "all"] | tuple[NonNegative, ...] = key(
         "word 'none', the word 'all', or a list of instants >= 0 [s]", (0.0, 0.5), "none"
     )
+    surface_tolerance: Positive = key(
+        "rms of the film about its best plane [m] within which it counts as settled, > 0", default=2e-5
+    )
 
     @field_validator("probes")
     @classmethod

@@ -18,23 +18,30 @@ def check(case: CaseFile, /, *, override: Overrides = None) -> Answer:
     try:
         loaded = load(case, override)
 
-        from tautflex.case.advice import advise, notes
+        from tautflex.case.advice import advise
         from tautflex.case.build import build_state
 
         with about(case):
             state = build_state(loaded)
-            warnings = advise(loaded, state)
+            warnings, notes = advise(loaded, state)
     except InputError as error:
-        nothing = {"ok": False, "nodes": 0, "dofs": 0, "mass": 0.0, "warnings": [], "notes": [], "error": str(error)}
-        return Answer(nothing, list, error=error)
+        nothing = {
+            "ok": False,
+            **dict.fromkeys(("nodes", "dofs", "unknowns"), 0),
+            "mass": 0.0,
+            "warnings": [],
+            "notes": [],
+        }
+        return Answer(nothing | {"error": str(error)}, list, error=error)
     model = state.model
     answer = {
         "ok": True,
         "nodes": len(model.nodes),
         "dofs": model.dof_count,
+        "unknowns": state.system.size,
         "mass": model.mass,
         "warnings": warnings,
-        "notes": notes(loaded, state),
+        "notes": notes,
         "prestress": {
             "residual": state.residual,
             "min_principal_stress": state.min_principal_stress,

@@ -27,7 +27,9 @@ def run(
 ) -> Answer:
     """Simulate the maneuver; write run.nc, summary.json and figures.
 
-    Ctrl-C ends the run early and keeps what was computed.
+    Ctrl-C ends the run early and keeps what was computed. "surface" in the answer tells how the film stands about its
+    best plane: rms [m] and tilt [rad] at the end, the largest rms after the maneuver, and the time [s] from then on
+    that the rms takes to stay within output.surface_tolerance (2e-5 m).
 
     Example: tautflex run m2.toml -o m2 --set damping.alpha=0.01 --set solver.end_time=5
     """

@@ -45,11 +45,6 @@ class LinearStructure:
         """M, shape (size, size)."""
         return self.system.inertia.mass_matrix
 
-    @property
-    def stiffness_matrix(self) -> csr_array:
-        """K, shape (size, size)."""
-        return self.system.pattern.symmetric_matrix(self.stiffness_entries)
-
     @cached_property
     def by_kind(self) -> dict[str, tuple[Array, Array]]:
         """Mass M_e and material stiffness K_e of each kind of element in the pattern, shapes (entries,)."""

@@ -23,6 +23,7 @@ from tautflex.reduction.marching.work import LOOKED, StageNumbers, Work, new_wor
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, energies, rows_from, total_force
 from tautflex.solvers.static.stability import growth_text, largest_translation
+from tautflex.solvers.transient.accuracy.between import doubts_about_inputs
 from tautflex.solvers.transient.accuracy.books import STRESS
 from tautflex.solvers.transient.accuracy.energy import Energies, energy_balance, frame_twist
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy
@@ -75,7 +76,8 @@ class ReducedRun:
         self._march = march_explicit if self._explicit else march
         self._halvings = 0
         beta = float(problem.damping.matrix(rom.state.linear).stiffness)
-        self.warnings = [*problem.doubts, *self.inputs.doubts(problem.count * problem.time_step, beta)]
+        self.warnings = [*problem.doubts, *doubts_about_inputs(self.inputs.given, problem)]
+        self.warnings += self.inputs.doubts(problem.count * problem.time_step, beta)
         self.books = ReducedBooks(rom, self.arrays, self.inputs, problem.time_error)
         self.first: Energies | None = None
         self.first_stored = self.largest = 0.0
@@ -128,7 +130,7 @@ class ReducedRun:
     @property
     def statistics(self) -> Statistics:
         """Work done so far."""
-        taken, iterations, renewals, evaluations = (int(count) for count in (self._work.counts - self.before)[:4])
+        taken, iterations, renewals, evaluations = map(int, (self._work.counts - self.before)[:4])
         return Statistics(taken, iterations, renewals, iterations, evaluations, self._halvings)
 
     def start(self) -> None:
@@ -163,8 +165,8 @@ class ReducedRun:
     def march(self, progress: Progress) -> bool:
         """Take all steps; whether the end was reached."""
         problem, segments, current = self.problem, self.segments, self._current
-        step, begin, count = problem.time_step, problem.begin, problem.count
-        for stretch in stretches(segments, step, begin, count, problem.shift):
+        begin, count = problem.begin, problem.count
+        for stretch in stretches(segments, problem.time_step, begin, count, problem.shift):
             while current < stretch.segment:
                 self._jump(current, float(stretch.starts[0]))
                 current += 1
@@ -293,12 +295,12 @@ class ReducedRun:
         work, segments = self._work, self.segments
         work.counts[LOOKED] = 0
         before, after = np.empty(self.rom.size), np.empty(self.rom.size)
-        frame = self._frame(segments[current + 1], time)
+        frame, at = self._frame(segments[current + 1], time), np.array([time])
         total_force(self.arrays, self._frame(segments[current], time, time), 0, work.q, work.v, before)
         total_force(self.arrays, frame, 0, work.q, work.v, after)
         change = after - before
         if change.any():
-            self._restress(work.q[None], np.array([time]), np.array([time]), np.inf, time)
+            self._restress(work.q[None], at, at, np.inf, time)
             self.take_up(change, frame)
 
     def take_up(self, change: Array, frame: FrameTerms) -> None:
@@ -378,8 +380,7 @@ class ReducedRun:
 
     def prescribed_offset(self, motions: Array) -> Array:
         """Static derivatives prescribed by the inertial load, shape (time, p)."""
-        factor = self.problem.coupling.load_factor
-        if factor == 0.0 or not motions.any():
+        if (factor := self.problem.coupling.load_factor) == 0.0 or not motions.any():
             return np.zeros((len(motions), self._offsets.size))
         spin, turn = cross_matrices(motions[:, :3]), cross_matrices(motions[:, 3:6])
         return factor * self._offsets.load(turn + spin @ spin, motions[:, 6:])

@@ -19,7 +19,7 @@ from tautflex.solvers.transient.accuracy.verdict import judge
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.recorder import Samples, run_dataset
 from tautflex.solvers.transient.status import Run, Status
-from tautflex.solvers.variables import REDUCED_RUN, SCALARS, described
+from tautflex.solvers.variables import OF_SURFACE, REDUCED_RUN, SCALARS, described
 
 
 def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = None) -> Run:
@@ -63,6 +63,7 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
     checked = check_validity(run, times, eta, rate, motions, energy.sum(axis=1))
     scalars = {name: np.full(len(rows), np.nan) for name in SCALARS}
     scalars |= {"kinetic_energy": energy[:, 0], "strain_energy": energy[:, 1]}
+    scalars |= zip(OF_SURFACE, rom.surface(eta, run.prescribed_offset(motions)).T, strict=True)
     for name, values in checked.scalars.items():
         scalars[name][checked.samples] = values
     fields = [_field(run, row) for row in sorted(problem.field_steps) if row <= run.reached]

@@ -13,7 +13,8 @@ from tautflex.errors import InputError, NotConvergedError
 from tautflex.numeric import Array
 from tautflex.solvers.modal.natural import Modes, solve_modes
 from tautflex.solvers.modal.refinement import mesh_errors
-from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
+from tautflex.solvers.plausibility import doubts_about_structure
+from tautflex.solvers.static.prestress import PrestressedState, prestressed
 from tautflex.structure.model import Model
 from tautflex.structure.shapes import TRIANGLE3
 from tautflex.text import brief
@@ -118,11 +119,12 @@ def tune_pretension(
         raise InputError(
             f"modes: expected {targets.size} different mode number(s) from 1, or half-waves (m, n), got {wanted}"
         )
+    doubts = doubts_about_structure(model)
     count = max(_FEW, *(_MANY if isinstance(each, tuple) else each for each in wanted))
 
     def evaluate(logs: Array) -> tuple[Array, _Trial]:
         scale = np.exp(np.broadcast_to(logs, 2))
-        state = solve_prestress(model.with_pretension_scaled(*scale))
+        state = prestressed(model.with_pretension_scaled(*scale), True, doubts)
         found = solve_modes(state, min(count, state.system.size - 1))
         places = [int(likeness(found, given).argmax()) if isinstance(given, tuple) else given - 1 for given in wanted]
         if max(places) >= len(found.frequencies):

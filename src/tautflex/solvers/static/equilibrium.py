@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tautflex import checks
-from tautflex.errors import InputError, NotConvergedError
+from tautflex.errors import InputError, NotConvergedError, UnstableWarning
 from tautflex.mechanics.loads.pressure import PressureLoad, nodal_load
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array
 from tautflex.solvers.nonlinear.minimum import find_minimum
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
+from tautflex.solvers.plausibility import point_text
+from tautflex.solvers.static.pivots import find_fall
 from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.static.residual import StaticResidual
 from tautflex.solvers.static.softening import softened
@@ -22,13 +26,14 @@ from tautflex.text import shown
 _SOFT_START, _ON_THE_WAY = 1e-4, 1e-6
 # Factorizations of one descent, and of the first one.
 _MOST, _MOST_AT_ONCE = 1000, 100
+_TOLERANCE = 1e-9
 
 
 def solve_static(
     state: PrestressedState,
     load: ArrayLike | None = None,
     extra: ArrayLike | None = None,
-    tolerance: float = 1e-9,
+    tolerance: float = _TOLERANCE,
     *,
     forces: ArrayLike | None = None,
     pressure: PressureLoad | None = None,
@@ -68,6 +73,11 @@ def solve_static(
     NotConvergedError
         If no equilibrium is found; ``.result`` holds the last point, shape (size,).
 
+    Warns
+    -----
+    UnstableWarning
+        If small motion leaves the equilibrium, as it leaves a compressed film that stays flat.
+
     Notes
     -----
     Newton's method is tried first, under pressure with the unsymmetric load stiffness of free edges. Where it fails, or
@@ -91,6 +101,13 @@ def solve_static(
         )
     x = np.zeros(system.size) if start is None else checks.float_array("start", start, (system.size,))
     problem = StaticResidual(system, state.reference_force, tolerance, dead, extra, pressure)
+    x = _in_steps(problem, x, tolerance, steps)
+    _tell_if_unstable(problem, x)
+    return x
+
+
+def _in_steps(problem: StaticResidual, x: Array, tolerance: float, steps: int = 1) -> Array:
+    """Equilibrium under the whole load, applied in equal steps."""
     with np.errstate(over="ignore", invalid="ignore"):  # what leaves the range of numbers is told by the error
         for step in range(1, steps + 1):
             problem.share = step / steps
@@ -115,6 +132,22 @@ def _solve(problem: StaticResidual, x: Array, tolerance: float) -> Array:
         if number and not outcome.converged:
             break
     raise _failure(problem, outcome)
+
+
+def _tell_if_unstable(problem: StaticResidual, x: Array) -> None:
+    """Warn of an equilibrium that small motion leaves."""
+    system, values = problem.system, problem.tangent(x)
+    fall = find_fall(system, 0.5 * (values + values[system.pattern.transpose_slots]), x)
+    if fall is None:
+        return
+    node = int(np.argmax(np.linalg.norm(system.translations(fall.vector), axis=1)))
+    warnings.warn(
+        f"solve_static: the equilibrium is unstable, its energy falls in {fall.directions} direction(s), most at node "
+        f"{node} {point_text(system.model.nodes[node])}: a real structure buckles or snaps away from there; apply "
+        "less, raise the tension, or give a start (or a small force) to the side to which it goes",
+        UnstableWarning,
+        stacklevel=3,
+    )
 
 
 def _failure(problem: StaticResidual, descent: NewtonOutcome) -> NotConvergedError:
@@ -143,4 +176,6 @@ def spinning_equilibrium(state: PrestressedState, motion: RigidMotion, coupling:
     weight = coupling.displacement_weight(motion)
     if not load.any() and not weight.any():
         return np.zeros(state.system.size)
-    return solve_static(state, load, inertia.entries(weight) if weight.any() else None)
+    extra = inertia.entries(weight) if weight.any() else None
+    problem = StaticResidual(state.system, state.reference_force, _TOLERANCE, load, extra)
+    return _in_steps(problem, np.zeros(state.system.size), _TOLERANCE)

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from tautflex import checks
 from tautflex.errors import InputError, PrestressError
 from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.numeric import within_arithmetic
 from tautflex.solvers.static.diagnosis import instability_text
-from tautflex.solvers.static.prestress import PrestressedState, count_unstable, require_state
+from tautflex.solvers.static.pivots import count_falling
+from tautflex.solvers.static.prestress import PrestressedState, require_state
 
 
 @within_arithmetic()
@@ -54,7 +57,7 @@ def equip(state: PrestressedState, inputs: Sequence[TimeInput]) -> PrestressedSt
     if system is state.system:
         return state
     equipped = replace(state, system=system)
-    unstable = count_unstable(equipped)
+    unstable = count_falling(system, equipped.tangent_entries, np.zeros(system.size))
     if unstable > state.unstable_modes:
         raise PrestressError(f"inputs: {instability_text(state.model, unstable)}")
     return replace(equipped, unstable_modes=unstable)

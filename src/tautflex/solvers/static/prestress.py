@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -20,17 +21,16 @@ from tautflex.mechanics.membrane import (
 )
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array, within_arithmetic
-from tautflex.solvers.linear.eigenpairs import NaturalModes, count_below, resolution
+from tautflex.solvers.linear.eigenpairs import NaturalModes, count_below
 from tautflex.solvers.nonlinear.newton import relative_error
 from tautflex.solvers.plausibility import IMBALANCE, doubts_about_prestress, doubts_about_structure, imbalance_text
-from tautflex.solvers.static.diagnosis import Problem, film_wrinkles, find_problems, instability_text, soft_text
+from tautflex.solvers.static.diagnosis import Problem, find_problems, instability_text, soft_text
+from tautflex.solvers.static.pivots import count_falling, slack_limit
 from tautflex.solvers.static.residual import largest_force
 from tautflex.solvers.static.tensioning import respond
 from tautflex.structure.model import Model
 from tautflex.text import card, count, span
 
-# Share of a taut film's lowest eigenvalue below which film is called slack.
-_SLACK = 0.01
 # Imbalance that is not worth a note, relative to the largest force of an element.
 _BALANCED = 1e-6
 
@@ -166,7 +166,6 @@ def require_state(state: object) -> None:
     checks.instance("state", state, PrestressedState, "a prestressed state", remedy="solve_prestress(model) gives one")
 
 
-@within_arithmetic()
 def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     """Find the prestressed reference state of a model.
 
@@ -188,6 +187,12 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     """
     checks.instance("model", model, Model, "a Model", remedy="build_model(case) and Model.from_mesh(...) give one")
     checks.flag("check", check)
+    return prestressed(model, check, doubts_about_structure(model))
+
+
+@within_arithmetic()
+def prestressed(model: Model, check: bool, doubts: Sequence[str]) -> PrestressedState:
+    """`solve_prestress` of a model whose doubts (`doubts_about_structure`) are known, as those of a tuned one are."""
     if not len(model.free_dofs):
         raise PrestressError(
             "prestress: expected nodes that can move, got supports that hold all of them; refine mesh.divisions, or "
@@ -202,35 +207,28 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
         )
     system = given if model.prestress_mode == "uniform" else respond(given)
     workspace = system.workspace()
-    reference, _ = workspace.force(np.zeros(system.size))
+    rest = np.zeros(system.size)
+    reference, _ = workspace.force(rest)
     residual = float(np.abs(reference).max(initial=0.0))
     relative = relative_error(residual, largest_force(system, workspace.stress))
     state = PrestressedState(system, reference, residual, relative, 0)
     resultants = principal_resultants(system, state.stress)
     fractions = state.wrinkled_fraction, state.slack_fraction
     problems = find_problems(system, state.cable_tension, resultants, state.membrane_states, fractions)
-    unstable = count_unstable(state)
+    unstable = count_falling(system, state.tangent_entries, rest)
     if unstable:
         problems.append(Problem(instability_text(model, unstable), True))
     elif soft := _count_soft(state):
-        problems.append(Problem(soft_text(soft, np.sqrt(slack_limit(state)) / (2.0 * np.pi)), False))
+        problems.append(Problem(soft_text(soft, np.sqrt(slack_limit(system, rest)) / (2.0 * np.pi)), False))
     warnings = tuple(problem.text for problem in problems)
     if check and any(problem.fatal for problem in problems):
         raise PrestressError("prestress: " + "; ".join(warnings))
-    doubts, notes = [*doubts_about_structure(model), *doubts_about_prestress(system)], list[str]()
+    found, notes = [*warnings, *doubts, *doubts_about_prestress(system)], list[str]()
     if state.relative_residual > (_BALANCED if model.prestress_stated else IMBALANCE):
-        told = notes if model.prestress_stated else doubts
+        told = notes if model.prestress_stated else found
         told.append(imbalance_text(residual, state.relative_residual))
     # The new state has caches of its own.
-    return replace(state, unstable_modes=unstable, warnings=(*warnings, *doubts), notes=tuple(notes))
-
-
-def count_unstable(state: PrestressedState) -> int:
-    """Number of negative eigenvalues of (K, M), counted by the pivots of K + shift M."""
-    soft = film_wrinkles(state.system) and state.membrane_states.any()
-    stiffness, inertia = state.tangent_entries, state.system.inertia
-    limit = slack_limit(state) if soft else resolution(state.system.pattern, stiffness, inertia.mass_entries)
-    return count_below(state.system.pattern, stiffness, inertia.mass_entries, -limit)
+    return replace(state, unstable_modes=unstable, warnings=tuple(found), notes=tuple(notes))
 
 
 def _count_soft(state: PrestressedState) -> int:
@@ -238,20 +236,6 @@ def _count_soft(state: PrestressedState) -> int:
     if not state.membrane_states.any() or all(block.is_elastic for block in state.system.blocks):
         return 0
     system = state.system
-    count = count_below(system.pattern, state.tangent_entries, system.inertia.mass_entries, slack_limit(state))
+    limit = slack_limit(system, np.zeros(system.size))
+    count = count_below(system.pattern, state.tangent_entries, system.inertia.mass_entries, limit)
     return max(0, count - state.model.rigid_freedom)
-
-
-def slack_limit(state: PrestressedState) -> float:
-    """Eigenvalues below this are those of slack film [rad^2/s^2]: a hundredth of a taut film's lowest.
-
-    Slack film has no transverse stiffness: its eigenvalues are 0 -+ what the residual stiffness makes of them. The
-    largest film stress s pulls a strip of the structure's length L straight with ``pi^2 s / (rho L^2)``.
-    """
-    length = float(np.ptp(state.model.nodes, axis=0).max())
-    speeds = [
-        float(np.abs(stress).max()) / block.material.density
-        for block, stress in zip(state.system.blocks, state.stress, strict=True)
-        if block.kind == "membrane"
-    ]
-    return _SLACK * np.pi**2 * max(speeds, default=0.0) / length**2

@@ -46,6 +46,7 @@ class StaticResidual:
         self._first_scale: float | None = None
         self._round_off = _ROUND_OFF / tolerance
         self._diagonal = np.zeros(system.size)
+        self._known: tuple[Array, float, Array] | None = None
 
     def residual(self, x: Array) -> tuple[Array, float]:
         """Residual [N], and its norm over that of the forces in it."""
@@ -70,13 +71,15 @@ class StaticResidual:
         return float(elements + np.linalg.norm(self._diagonal * x))
 
     def tangent(self, x: Array) -> Array:
-        """Derivative of the residual, values in the pattern."""
+        """Derivative of the residual, values in the pattern; the last one is remembered."""
+        if self._known is not None and self._known[1] == self.share and np.array_equal(self._known[0], x):
+            return self._known[2]
         values = self._workspace.tangent(x)
         if self._extra is not None:
             values = values + self._extra
         if self._pressure is not None:
             values = values - self.share * self._pressure.tangent(x)
-        self._diagonal = values[self.pattern.diagonal]
+        self._diagonal, self._known = values[self.pattern.diagonal], (x, self.share, values)
         return values
 
     def refresh(self, x: Array) -> None:
@@ -95,6 +98,7 @@ class StaticResidual:
     def use(self, blocks: tuple[ElementBlock, ...]) -> None:
         """Take other laws."""
         self._workspace = self.system.with_initial_stress(self.system.initial_stress, blocks).workspace()
+        self._known = None
 
     def newton(self, start: Array, tolerance: float) -> Array | None:
         """Equilibrium by Newton's method, stable under pressure; None if there is none on its way."""

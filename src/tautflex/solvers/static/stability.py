@@ -7,16 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.membrane import membrane_states
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array
-from tautflex.solvers.linear.eigenpairs import count_below, lowest_eigenpairs, resolution
+from tautflex.solvers.linear.eigenpairs import lowest_eigenpairs
 from tautflex.solvers.linear.quadratic import QuadraticPencil, fastest_growing
 from tautflex.solvers.plausibility import point_text
-from tautflex.solvers.static.diagnosis import film_wrinkles
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
-from tautflex.solvers.static.prestress import PrestressedState, slack_limit
+from tautflex.solvers.static.pivots import find_fall
+from tautflex.solvers.static.prestress import PrestressedState
 
 # Off the growth rate without damping and spin, which would make the shifted matrix singular.
 _BEYOND = 1.3
@@ -48,23 +47,17 @@ def find_instability(
 
     Notes
     -----
-    One factorization of ``K_tan(q) + K_T`` tells by its pivots (Sylvester's law of inertia) whether the potential has
-    directions in which it falls. Only then eigenvalues of ``l^2 M + l (C + G) + K_tan + K_T`` are sought: the Coriolis
-    force may hold what the potential does not.
+    The pivots of ``K_tan(q) + K_T`` tell whether the potential has directions in which it falls (`find_fall`). Only
+    then eigenvalues of ``l^2 M + l (C + G) + K_tan + K_T`` are sought: the Coriolis force may hold what the potential
+    does not.
     """
     stiffness = stiffness_about(state, q, motion, coupling)
     pattern, mass = state.system.pattern, state.system.inertia.mass_entries
-    soft = film_wrinkles(state.system) and membrane_states(state.system, q).any()
-    noise = max(resolution(pattern, stiffness, mass), slack_limit(state) if soft else 0.0)
     # At rest the state itself knows.
-    known = stiffness is state.tangent_entries
-    count = state.unstable_modes if known else count_below(pattern, stiffness, mass, -noise)
-    if not count:
+    fall = find_fall(state.system, stiffness, q, state.unstable_modes if stiffness is state.tangent_entries else None)
+    if fall is None:
         return None
-    values, vectors = lowest_eigenpairs(pattern, stiffness, mass, 1)
-    if values[0] >= -noise:
-        return None
-    rate, vector = float(np.sqrt(-values[0])), vectors[0]
+    rate, vector = float(np.sqrt(-fall.eigenvalue)), fall.vector
     inertia, matrix = state.system.inertia, damping.matrix(state.linear)
     gyroscopic, proportional = (
         inertia.entries(coupling.velocity_weight(motion)),
@@ -77,7 +70,7 @@ def find_instability(
             return None
         rate, vector = float(eigenvalue.real), grown.real if np.abs(grown.real).max() > 0.0 else grown.imag
     vector = scaled(state, vector)
-    return Instability(rate, vector, growth_text(state, count, rate, vector, motion))
+    return Instability(rate, vector, growth_text(state, fall.directions, rate, vector, motion))
 
 
 def growth_text(state: PrestressedState, count: int, rate: float, shape: Array, motion: RigidMotion) -> str:

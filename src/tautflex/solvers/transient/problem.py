@@ -304,7 +304,9 @@ class TransientProblem:
     @property
     def doubts(self) -> list[str]:
         """What of the question is hardly meant, in words."""
-        found = doubts_about_maneuver(self.maneuver) if isinstance(self.maneuver, Maneuver) else []
+        step, found = self.time_step if self.adaptive is None else None, list[str]()
+        if isinstance(self.maneuver, Maneuver):
+            found = doubts_about_maneuver(self.maneuver, step, self.end_time)
         if self.probes and self.probe_reading == "nearest-node":
             found += doubts_about_probes(self.state.model, self.probes, self.placed.positions)
         return found

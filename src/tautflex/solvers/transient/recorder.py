@@ -18,7 +18,7 @@ from tautflex.solvers.transient.accuracy.compression import CompressionWatch
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.probes import ProbeSet
 from tautflex.solvers.transient.state import MotionState
-from tautflex.solvers.variables import COMPONENTS, RUN, SCALARS, described, mesh_variables
+from tautflex.solvers.variables import COMPONENTS, OF_SURFACE, RUN, SCALARS, described, mesh_variables
 from tautflex.structure.model import Model
 
 
@@ -34,7 +34,7 @@ class Samples(NamedTuple):
     spin
         Angular velocity and acceleration of the frame, shape (sample, 2, 3).
     scalars
-        Name in `SCALARS` -> values, shape (sample,).
+        Name in `SCALARS` or `OF_SURFACE` -> values, shape (sample,).
     fields
         Time [s], displacement of all nodes (node, 3) [m] and state of the film's elements, of every stored field.
     """
@@ -102,6 +102,7 @@ class Recorder:
             products.mass, probes.rows, self._numbers, self._probe,
         )  # fmt: skip
         self._fields: list[tuple[float, Array, NDArray[np.int8]]] = []
+        self._surface = np.zeros((samples, len(OF_SURFACE)))
         self._watch = CompressionWatch(equation.system)
         self._motion = MotionWatch(equation.system, equation.inputs)
         self._count = 0
@@ -116,6 +117,7 @@ class Recorder:
         _, strain, *found, square = self._numbers[row].tolist()
         self._watch.see(time, found)
         self._motion.see(time, at.q, strain, square)
+        equation.system.surface.measure(at.q, self._surface[row])
         self._count += 1
 
     def store_field(self, step: int, at: MotionState) -> None:
@@ -128,6 +130,7 @@ class Recorder:
         """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""
         n = self._count
         scalars = dict(zip(SCALARS, self._numbers[:n].T, strict=False))
+        scalars |= zip(OF_SURFACE, self._surface[:n].T, strict=True)
         probe = self._probe[:n].reshape(n, 2, -1, 3)
         samples = Samples(self._time[:n], probe, self._spin[:n], scalars, self._fields)
         attributes = {

@@ -17,6 +17,7 @@ from tautflex.numeric import Array, within_arithmetic
 from tautflex.solvers.remembering import Memory, copied, flat, nested
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.static.stability import find_start
+from tautflex.solvers.transient.accuracy.between import doubts_about_inputs
 from tautflex.solvers.transient.accuracy.energy import Energies, energies_at, energy_balance
 from tautflex.solvers.transient.accuracy.time_error import TimeError
 from tautflex.solvers.transient.accuracy.verdict import judge
@@ -130,7 +131,7 @@ class FullRun:
         driven = InputSet(problem.state.system, problem.inputs)
         parts = problem.state, problem.damping, problem.coupling
         self.equation: EquationOfMotion
-        self.said: list[str] = [*problem.doubts]
+        self.said: list[str] = [*problem.doubts, *doubts_about_inputs(driven, problem)]
         kind: type[Recorder] = Recorder
         if isinstance(maneuver, FreeHub):
             check_coupling(problem.coupling)

@@ -39,8 +39,8 @@ class Pressure(TimeInput):
 @dataclass(frozen=True)
 class _FilmPressure(PreparedInput):
     film: PressureLoad
-    signal: Signal
+    function: Signal
 
     def follower(self, time: float) -> PressureLoad:
         """The pressure at an instant [s]."""
-        return self.film.scaled(value_at("pressure", self.signal, time))
+        return self.film.scaled(value_at("pressure", self.function, time))

@@ -88,7 +88,15 @@ def _about_maneuver(problem: TransientProblem) -> list[str]:
 
 def _about_energy(problem: TransientProblem, balance: Mapping[str, float], largest: float) -> list[str]:
     # Damping has taken what the elastic motion had beside the energy of its largest instant.
-    taken, energy = balance["method"], largest + max(balance["damping"], 0.0)
+    taken, damped = balance["method"], balance["damping"]
+    energy = largest + max(damped, 0.0)
+    if damped < -_NOTABLE * energy:
+        return [
+            f"the damping of the steps put in {-damped:.3g} J: motion that is too stiff or too much damped for steps "
+            f"of {problem.time_step:g} s overshoots or dies inside one, so that 'damping' and 'method' in the energy "
+            "balance mean nothing, only their sum does; take a smaller time_step, GeneralizedAlpha(0.8) "
+            "('generalized-alpha'), or less damping of the stiffest elements (beta by kind)"
+        ]
     if not abs(taken) > _NOTABLE * energy > 0.0:
         return []
     what, why = ("took out", "its damping is numerical") if taken > 0.0 else ("fed in", "it is not stable here")
