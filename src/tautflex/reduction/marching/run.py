@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from scipy.linalg import eigh
 
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
 from tautflex.mechanics.inertia import WeighedMoments
 from tautflex.mechanics.loads.inputs import InputSet
-from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, Indices, cross_matrices
 from tautflex.reduction.marching.books import ReducedBooks, Start
@@ -39,7 +39,7 @@ _ROUND_OFF = 1e-12
 class ReducedRun:
     """State and record of a run.
 
-    Raises UnsupportedError if a free hub, adaptive steps, changes of tension or an unknown explicit method are asked
+    Raises UnsupportedError if adaptive steps, changes of tension or an unknown explicit method are asked
     for.
     """
 
@@ -47,10 +47,6 @@ class ReducedRun:
         self.rom, self.problem = rom, problem
         if problem.adaptive is not None:
             raise UnsupportedError("adaptive: expected None for a reduced model, whose steps cost next to nothing")
-        if isinstance(problem.maneuver, FreeHub):
-            raise UnsupportedError(
-                "maneuver: expected a prescribed motion for a reduced model, got a free hub; simulate the full state"
-            )
         method = problem.method
         if not isinstance(method, Method | CentralDifference):
             raise UnsupportedError(f"method: expected an implicit method or CentralDifference(), got {method!r}")
@@ -64,8 +60,7 @@ class ReducedRun:
         self._offsets = WeighedMoments(c.follow_load)
         self.inputs = InputSet(rom.state.system, problem.inputs)
         require_forces(self.inputs)
-        self._began = problem.maneuver.start()
-        self.segments = split_segments(problem.maneuver.segments(), self.inputs.breaks)
+        self._began, self.segments = self._plan(problem.maneuver)
         self._tolerance = problem.tolerance or self._method.tolerance
         # Numbers of the grid instants whose coordinates are kept, sorted; the first is 0.
         fields = np.array(sorted(problem.field_steps), dtype=np.int64)
@@ -79,6 +74,10 @@ class ReducedRun:
         self.books = ReducedBooks(rom, self.arrays, self.inputs, problem.time_error)
         self.first: tuple[Array, Array]
         self._trace = np.empty((0, 8, rom.size))
+
+    def _plan(self, maneuver: Any) -> tuple[RigidMotion, tuple[Segment, ...]]:
+        """Motion at the start, and smooth segments of the motion and the inputs."""
+        return maneuver.start(), split_segments(maneuver.segments(), self.inputs.breaks)
 
     @property
     def time(self) -> float:
@@ -109,10 +108,14 @@ class ReducedRun:
         work.q[:] = self._equilibrium(self._began)
         work.q[:] += self._imperfection(work.q.copy())
         work.v[:] = self.rom.coordinates(self.problem.velocity)
-        self._balance(self._frame(self.segments[0], 0.0))
+        self._begin()
         self.eta[0], self.rate[0] = self.first = work.q.copy(), work.v.copy()
         if self._explicit:
             self._check_step(self.problem.time_step)
+
+    def _begin(self) -> None:
+        """Accelerations at the start."""
+        self._balance(self._frame(self.segments[0], 0.0))
 
     def march(self, progress: Progress) -> bool:
         """Take all steps; whether the end was reached."""
@@ -137,20 +140,28 @@ class ReducedRun:
         rows = self._rows(stretch.grid)
         first = 0
         while first < len(rows):
-            part = rows_from(frame, first * len(stages))
+            part = self._rest(frame, first * len(stages))
             first += self._steps(part, stages, rows[first:], stretch.starts[first:], segment)
             if first < len(rows):
                 start = float(stretch.starts[first])
                 if not self._halve(segment, start, stretch.size, self.problem.max_halvings):
                     break
                 if rows[first] >= 0:
-                    self.eta[rows[first]], self.rate[rows[first]] = self._work.q, self._work.v
+                    self._keep(int(rows[first]))
                 first += 1
         self.reached = max(self.reached, int(stretch.grid[:first].max(initial=0)))
         return first == len(rows)
 
+    def _rest(self, frame: Any, first: int) -> Any:
+        """Terms from one instant on."""
+        return rows_from(frame, first)
+
+    def _keep(self, row: int) -> None:
+        """Store the present state."""
+        self.eta[row], self.rate[row] = self._work.q, self._work.v
+
     def _steps(
-        self, frame: FrameTerms, stages: tuple[StageNumbers, ...], rows: Indices, starts: Array, segment: Segment
+        self, frame: Any, stages: tuple[StageNumbers, ...], rows: Indices, starts: Array, segment: Segment
     ) -> int:
         """Steps of equal size from these instants on, and their books; how many converged."""
         start, count, stored = Start.of(self._work), len(rows) * len(stages), (self.eta, self.rate)
@@ -179,7 +190,7 @@ class ReducedRun:
                 return False
         return True
 
-    def _frames(self, segment: Segment, starts: Array, stages: tuple[StageNumbers, ...]) -> FrameTerms:
+    def _frames(self, segment: Segment, starts: Array, stages: tuple[StageNumbers, ...]) -> Any:
         """Terms of the moving frame and inputs for every stage of steps inside one segment."""
         into = np.cumsum([0.0, *(stage.size for stage in stages[:-1])])
         offsets = into + np.array([stage.evaluation * stage.size for stage in stages])
@@ -278,6 +289,10 @@ class ReducedRun:
                 self.warnings.append(growth_text(self.rom.state, count, rate, grown, self._began))
         largest = largest_translation(self.rom.state, self.rom.displacement(shape))
         return self.problem.initial_imperfection / largest * shape if largest else np.zeros(len(q))
+
+    def complete(self, data: xr.Dataset, place: Indices) -> xr.Dataset:
+        """The record with what else is known of samples with these places among the stored ones."""
+        return data
 
     def frame_now(self, time: float) -> FrameTerms:
         """Terms of the moving frame and inputs at a sample."""

@@ -9,7 +9,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from tautflex.mechanics.membrane import survey_at
+from tautflex.motion.hub import FreeHub
 from tautflex.numeric import Array
+from tautflex.reduction.marching.hub_run import HubRun
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.validity import check_validity
 from tautflex.reduction.on_basis import OnBasis
@@ -28,7 +30,7 @@ def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = 
     instants of ``check_time`` (the largest motion of each of a few windows) and are NaN between them. Raises as
     `ReducedRun`, and InputError if the step of an explicit method is not stable.
     """
-    run = ReducedRun(rom, problem)
+    run = (HubRun if isinstance(problem.maneuver, FreeHub) else ReducedRun)(rom, problem)
     began = clock.perf_counter()
     status = Status.COMPLETED
     try:
@@ -40,15 +42,15 @@ def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = 
     statistics = run.statistics
     statistics.seconds = clock.perf_counter() - began
     ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
-    data, balance = _dataset(run).assign_attrs(ended), run.balance()
-    energy = float(np.max(data["kinetic_energy"].values + data["strain_energy"].values))
+    (data, energy), balance = _dataset(run), run.balance()
+    data = data.assign_attrs(ended)
     accuracy = judge(problem, run.books.errors, balance, energy, problem.time_step)
     data.attrs |= accuracy.attributes | {"warnings": data.attrs["warnings"] + accuracy.warnings}
     return Run(data, status, statistics, run.time, error=accuracy.error, energy_balance=balance)
 
 
-def _dataset(run: ReducedRun) -> xr.Dataset:
-    """Everything a full run stores, from the stored coordinates."""
+def _dataset(run: ReducedRun) -> tuple[xr.Dataset, float]:
+    """Everything a full run stores, from the stored coordinates, and the largest energy of the elastic motion [J]."""
     rom, problem = run.rom, run.problem
     rows = np.arange(0, run.reached + 1, problem.every)
     times = np.asarray(rows * problem.time_step, dtype=np.float64)
@@ -70,7 +72,8 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
     data = run_dataset(rom.model, problem.placed, samples, attributes)
     arrays = {"coordinate": eta, "truncated_energy": checked.truncated}
     instants = described(REDUCED_RUN, {"check_time": times[checked.samples]})
-    return data.assign(described(REDUCED_RUN, arrays)).assign_coords(instants)
+    data = data.assign(described(REDUCED_RUN, arrays)).assign_coords(instants)
+    return run.complete(data, place), float(energy.sum(axis=1).max())
 
 
 def _field(run: ReducedRun, row: int) -> tuple[float, Array, NDArray[np.int8]]:

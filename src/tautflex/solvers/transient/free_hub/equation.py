@@ -49,7 +49,7 @@ from tautflex.solvers.transient.free_hub.balance import (
     motion_at,
     rigid_parts,
 )
-from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy, rigid_blocks
+from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy, momenta_of, rigid_blocks
 from tautflex.solvers.transient.methods.scheme import StepScheme
 from tautflex.solvers.transient.probes import ProbeSet
 from tautflex.solvers.transient.state import MotionState, hermite
@@ -152,13 +152,13 @@ class HubEquation(EquationOfMotion):
 
     def start(self, time: float, q: Array, v: Array, motion: RigidMotion) -> HubMotion:
         """State at the start of a run with the hub's given attitude and velocities; ``motion`` is not looked at."""
-        mass, coupling = self.blocks(q)
+        momenta = momenta_of(self.body, q, v, v)
         rigid = np.zeros(31)
         hub = rigid_parts(rigid)
         hub.attitude[:] = np.asarray(self.hub.attitude) / np.linalg.norm(self.hub.attitude)
         hub.twist[:3] = rotations.matrix(hub.attitude).T @ np.asarray(self.hub.velocity, dtype=float)
         hub.twist[3:] = self.hub.angular_velocity
-        hub.momentum[:] = inertial(hub.attitude, hub.position, mass @ hub.twist + coupling @ v)
+        hub.momentum[:] = inertial(hub.attitude, hub.position, momenta.mass @ hub.twist + momenta.relative)
         self.set_time(time)
         hub.wrench[:] = self.wrench(time, rigid, q, v)
         return self._balanced(HubMotion(time, q, v, np.zeros_like(q), rigid=rigid))

@@ -1,0 +1,133 @@
+"""What a reduced model's steps on a free hub keep, and the works of their forces by kind; compiled."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tautflex.numeric import Array, jit
+from tautflex.reduction.marching.hub_arrays import HubArrays, HubInputs
+from tautflex.reduction.marching.hub_inertia import TWIST, WRENCH, HubPlace, add_slopes, dot, new_place
+from tautflex.solvers.transient.accuracy.books import RIGID
+
+KNOWN, LATE, POWER, DONE = range(4)
+
+
+class HubWork(NamedTuple):
+    """What survives from step to step beside `Work`, and space.
+
+    Parameters
+    ----------
+    rigid
+        The hub, shape (31,), see `RigidState`; about one axis its momentum is that about this axis.
+    balanced
+        Acceleration that balances all forces, shape (r,).
+    work
+        As of `Books`, shape (7,).
+    own, now
+        Forces of the last equilibrium by kind, and those at its evaluation instant, shape (5, r).
+    marks
+        Whether they are known, how late they are [s]; power of all that acts from outside [W], and its work [J].
+    moved
+        Space for the hub, shape (31,).
+    at
+        The last place.
+    solved
+        ``M^-1 G'`` by rows, shape (6, r).
+    rows
+        Forces of a stage by kind, shape (5, r).
+    parts
+        Internal force, and the part of it that is not elastic, shape (2 r,).
+    given
+        What inputs give to the internal force, shape (m,).
+    load
+        Load of the inputs on the coordinates, on the left-hand side, and what the internal force holds of them, shape
+        (2, r).
+    wrench
+        Of everything outside, shape (6,).
+    inverse
+        Of the mass, shape (r, r).
+    seen, seen_hub
+        Coordinates, their velocities and the hub at the evaluation instant of the last stage, shapes (2, r) and (31,).
+    """
+
+    rigid: Array
+    balanced: Array
+    work: Array
+    own: Array
+    now: Array
+    marks: Array
+    moved: Array
+    at: HubPlace
+    solved: Array
+    rows: Array
+    parts: Array
+    given: Array
+    load: Array
+    wrench: Array
+    inverse: Array
+    seen: Array
+    seen_hub: Array
+
+
+def new_hub_work(hub: HubArrays, mass: Array, given: int) -> HubWork:
+    """Zeros of the right shapes; ``given`` numbers are given to the internal force."""
+    r = len(mass)
+    rigid, moved = np.zeros((2, 31))
+    own, now, rows = np.zeros((3, 5, r))
+    space = new_place(hub), np.zeros((6, r)), rows, np.zeros(2 * r), np.zeros(given), np.zeros((2, r)), np.zeros(6)
+    inverse = np.ascontiguousarray(np.linalg.inv(mass))
+    return HubWork(
+        rigid, np.zeros(r), np.zeros(7), own, now, np.zeros(4), moved, *space, inverse, np.zeros((2, r)), np.zeros(31)
+    )
+
+
+@jit
+def set_inputs(arrays: Any, inputs: HubInputs, row: int, q: Array, ride: HubWork) -> None:
+    """Fill load, stress and wrench of the inputs at q."""
+    load, stress = inputs.load[row % inputs.load.shape[0]], inputs.stress[row % inputs.stress.shape[0]]
+    for i in range(q.size):
+        ride.load[0, i], ride.load[1, i] = load[i], 0.0
+    for k in range(stress.size):
+        ride.given[k] = stress[k]
+    # Stresses in elements are part of the internal force.
+    add_slopes(arrays, stress[: arrays.first.size], q, ride.load[1])
+    given, arms = inputs.wrench[row % inputs.wrench.shape[0]], inputs.arms[row % inputs.arms.shape[0]]
+    for k in range(6):
+        ride.wrench[k] = given[k]
+    for k in range(3):
+        ride.wrench[3 + k] += dot(arms[k], q)
+
+
+@jit
+def enter_rigid(ride: HubWork, end: Array, v: Array, size: float) -> None:
+    """Enter what acts from outside during a stage of a size [s] that ends with this hub and these velocities."""
+    power, before = 0.0, 0.0
+    for k in range(6):
+        before += ride.rigid[WRENCH + k] * ride.rigid[TWIST + k]
+        power += end[WRENCH + k] * end[TWIST + k]
+    ride.work[RIGID] += 0.5 * size * (before + power)
+    power -= dot(ride.load[0], v) + dot(ride.load[1], v)
+    ride.marks[DONE] += 0.5 * size * (ride.marks[POWER] + power)
+    ride.marks[POWER] = power
+
+
+@jit
+def enter_rows(ride: HubWork, weight: float, late: float, size: float, start: Array, end: Array) -> None:
+    """Enter the works of a stage's forces by kind on the way from start to end, as `written` does for a full run.
+
+    ``late`` is the instant of its equilibrium after the start [s], ``weight`` that of the forces at its evaluation.
+    """
+    known, share = ride.marks[KNOWN] != 0.0, 1.0
+    if known:
+        share = (0.5 * size - ride.marks[LATE]) / (late - ride.marks[LATE])
+    for kind in range(5):
+        row, own, now, done, other = ride.rows[kind], ride.own[kind], ride.now[kind], 0.0, 0.0
+        for i in range(start.size):
+            mixed = row[i] if kind == 0 else weight * row[i] + (1.0 - weight) * now[i]
+            done += mixed * (end[i] - start[i])
+            other += own[i] * (end[i] - start[i])
+            now[i], own[i] = row[i], mixed
+        ride.work[kind] += share * done + (1.0 - share) * other
+    ride.marks[KNOWN], ride.marks[LATE] = 1.0, late - size
