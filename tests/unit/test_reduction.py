@@ -177,8 +177,6 @@ def test_bad_reductions(antenna):
 def test_bad_runs(antenna):
     rom = tf.reduce(antenna, tf.ModalBasis(("rx",), count=3))
     maneuver = tf.Stop(rate=0.05, duration=0.1)
-    with pytest.raises(tf.UnsupportedError, match="free hub"):
-        tf.simulate(rom, tf.FreeHub(10.0, np.eye(3)), **STOP)
     with pytest.raises(tf.UnsupportedError, match="adaptive"):
         tf.simulate(rom, maneuver, adaptive=tf.Adaptive(1e-4), **STOP)
     with pytest.raises(tf.UnsupportedError, match="change of tension"):

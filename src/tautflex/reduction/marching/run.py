@@ -97,6 +97,11 @@ class ReducedRun:
         return energy_balance(energies_of[0], energies_of[1], self.books.work, free=False)
 
     @property
+    def idle(self) -> list[str]:
+        """What to know about inputs that move nothing."""
+        return self.inputs.idle()
+
+    @property
     def statistics(self) -> Statistics:
         """Work done so far."""
         taken, iterations, renewals, evaluations = (int(count) for count in self._work.counts)

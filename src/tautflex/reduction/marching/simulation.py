@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tautflex.mechanics.membrane import survey_at
 from tautflex.motion.hub import FreeHub
 from tautflex.numeric import Array
-from tautflex.reduction.marching.hub_run import HubRun
+from tautflex.reduction.marching.free_hub.hub_run import HubRun
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.validity import check_validity
 from tautflex.reduction.on_basis import OnBasis
@@ -66,7 +66,7 @@ def _dataset(run: ReducedRun) -> tuple[xr.Dataset, float]:
     fields = [_field(run, row) for row in sorted(problem.field_steps) if row <= run.reached]
     spin = motions[:, :6].reshape(-1, 2, 3)
     samples = Samples(times, run.read(problem.placed, eta, rate, motions), spin, scalars, fields)
-    said = [*run.inputs.idle(), *run.warnings, *checked.warnings]
+    said = [*run.idle, *run.warnings, *checked.warnings]
     attributes = problem.attributes | {"reduced_model": repr(rom), "warnings": said}
     attributes["title"] += ", reduced model"
     data = run_dataset(rom.model, problem.placed, samples, attributes)

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tautflex.numeric import Array, jit
-from tautflex.reduction.marching.hub_arrays import HubArrays
+from tautflex.numeric import Array, Indices, jit
+from tautflex.reduction.marching.free_hub.hub_arrays import HubArrays
 from tautflex.solvers.transient.free_hub.balance import advance, cholesky, rate_forces, solve
 from tautflex.solvers.transient.free_hub.momentum import Momenta, held_apart
 
@@ -32,8 +32,8 @@ class HubPlace(NamedTuple):
         B on the monomials, shape (6, m).
     pulls
         Centrifugal force of unit rates about pairs of axes, shape (k, r): ``dJ/dt = -2 pulls deta/dt``.
-    monomials
-        Monomials, shape (m,).
+    monomials, monomial_rates
+        Monomials, and space for their rates, shape (m,).
     on_monomials
         Space, shape (m,).
     """
@@ -43,13 +43,14 @@ class HubPlace(NamedTuple):
     follow: Array
     pulls: Array
     monomials: Array
+    monomial_rates: Array
     on_monomials: Array
 
 
 def new_place(hub: HubArrays) -> HubPlace:
     """Zeros of the right shapes."""
     (_, size), (_, count), pairs = hub.reach.shape, hub.reach_follow.shape, len(hub.first)
-    shapes = (6, 6), (6, size), (6, count), (pairs, size), (count,), (count,)
+    shapes = (6, 6), (6, size), (6, count), (pairs, size), (count,), (count,), (count,)
     return HubPlace(*(np.zeros(shape) for shape in shapes))
 
 
@@ -63,23 +64,23 @@ def dot(x: Array, y: Array) -> float:
 
 
 @jit
-def add_slopes(arrays: Any, stress: Array, q: Array, force: Array) -> None:
+def add_slopes(first: Indices, second: Indices, stress: Array, q: Array, force: Array) -> None:
     """Add ``Y' stress`` to ``force``."""
     for k in range(stress.size):
-        i, j = arrays.first[k], arrays.second[k]
+        i, j = first[k], second[k]
         force[i] += stress[k] * q[j]
         force[j] += stress[k] * q[i]
 
 
 @jit
-def _follow(table: Array, q: Array, y: Array, sign: float, on_y: Array, on_q: Array) -> None:
-    """Add ``T q`` to ``on_y`` and ``sign T' y`` to ``on_q``."""
-    for k in range(table.shape[0]):
-        total, factor = 0.0, sign * y[k]
-        for j in range(q.size):
-            total += table[k, j] * q[j]
-            on_q[j] += factor * table[k, j]
-        on_y[k] += total
+def _follow(table: Array, sign: float, q: Array, y: Array, on_q: Array, on_y: Array) -> None:
+    """Add ``sign T y`` to ``on_q`` and ``T' q`` to ``on_y``."""
+    for j in range(q.size):
+        total, factor = 0.0, q[j]
+        for k in range(y.size):
+            total += table[j, k] * y[k]
+            on_y[k] += factor * table[j, k]
+        on_q[j] += sign * total
 
 
 @jit
@@ -99,8 +100,8 @@ def place_hub(hub: HubArrays, arrays: Any, q: Array, at: HubPlace) -> None:
                 total += hub.spin[n, i, j] * q[j]
             on_q[i] = total
         if hub.spun[n] != 0.0:
-            _follow(hub.spin_follow[n], q, y, -1.0, on_y, on_q)
-        add_slopes(arrays, on_y, q, on_q)
+            _follow(hub.spin_follow[n], -1.0, q, y, on_q, on_y)
+        add_slopes(arrays.first, arrays.second, on_y, q, on_q)
     for p in range(hub.first.size):
         on_q, on_y, inertia = at.pulls[p], at.on_monomials, 0.0
         for k in range(y.size):
@@ -111,9 +112,9 @@ def place_hub(hub: HubArrays, arrays: Any, q: Array, at: HubPlace) -> None:
                 total += hub.square[p, i, j] * q[j]
             on_q[i] = total
         if hub.squared[p] != 0.0:
-            _follow(hub.square_follow[p], q, y, 1.0, on_y, on_q)
+            _follow(hub.square_follow[p], 1.0, q, y, on_q, on_y)
         inertia = dot(on_q, q) + dot(on_y, y) + dot(hub.pull[p], q) + dot(hub.pull_follow[p], y)
-        add_slopes(arrays, on_y, q, on_q)
+        add_slopes(arrays.first, arrays.second, on_y, q, on_q)
         a, b = hub.turns[hub.first[p]], hub.turns[hub.second[p]]
         at.mass[3 + a, 3 + b] = at.mass[3 + b, 3 + a] = hub.tensor[a, b] - inertia
     if hub.turns.size == 3:
@@ -125,7 +126,7 @@ def place_hub(hub: HubArrays, arrays: Any, q: Array, at: HubPlace) -> None:
             for i in range(r):
                 on_q[i] = hub.reach[p, i]
                 moment += on_q[i] * q[i]
-            add_slopes(arrays, on_y, q, on_q)
+            add_slopes(arrays.first, arrays.second, on_y, q, on_q)
             at.mass[p, p] = hub.mass
             # -S(s) above, S(s) below the diagonal.
             b, c = (p + 1) % 3, (p + 2) % 3
@@ -138,7 +139,10 @@ def momenta_at(hub: HubArrays, arrays: Any, at: HubPlace, v: Array, a: Array) ->
     """Momenta of the structure at the place with velocities and accelerations of its coordinates."""
     relative, push, flow = np.zeros(6), np.zeros(6), np.zeros((3, 3))
     for k in range(6):
-        relative[k], push[k] = dot(at.coupling[k], v), dot(at.coupling[k], a) + bend(arrays, at.follow[k], v)
+        relative[k], push[k] = (
+            dot(at.coupling[k], v),
+            dot(at.coupling[k], a) + bend(arrays.first, arrays.second, at.follow[k], v),
+        )
     # The rate of J, and int rho_a du_b that belongs to it.
     for p in range(hub.first.size):
         i, j = hub.turns[hub.first[p]], hub.turns[hub.second[p]]
@@ -153,11 +157,11 @@ def momenta_at(hub: HubArrays, arrays: Any, at: HubPlace, v: Array, a: Array) ->
 
 
 @jit
-def bend(arrays: Any, on_y: Array, v: Array) -> float:
+def bend(first: Indices, second: Indices, on_y: Array, v: Array) -> float:
     """``2 B y(v)``: what the monomials' curvature adds to the rate of a momentum."""
     total = 0.0
     for k in range(on_y.size):
-        total += on_y[k] * v[arrays.first[k]] * v[arrays.second[k]]
+        total += on_y[k] * v[first[k]] * v[second[k]]
     return 2.0 * total
 
 
@@ -172,28 +176,32 @@ def ride_to(
     if hub.turns.size > 1:
         end[:] = advance(momenta_at(hub, arrays, at, v, a), hub.freedom, start, reach, wrench, end[TWIST:MOMENTUM])
         return
-    spin(hub, at, v, start, reach, wrench, end)
-    turn(hub, start, reach, end)
     row = 3 + hub.turns[0]
-    left = wrench[row] + 2.0 * dot(at.pulls[0], v) * end[TWIST + row] - bend(arrays, at.follow[row], v)
+    spin(row, at.coupling[row], at.mass[row, row], v, start, reach, wrench, end)
+    turn(row - 3, start, reach, end)
+    left = (
+        wrench[row]
+        + 2.0 * dot(at.pulls[0], v) * end[TWIST + row]
+        - bend(arrays.first, arrays.second, at.follow[row], v)
+    )
     end[RATES + row] = (left - dot(at.coupling[row], a)) / at.mass[row, row]
 
 
 @jit
-def spin(hub: HubArrays, at: HubPlace, v: Array, start: Array, reach: float, wrench: Array, end: Array) -> None:
-    """Fill momentum, rate and wrench of a hub that turns about one axis, see `ride_to`."""
-    row = 3 + hub.turns[0]
+def spin(
+    row: int, coupling: Array, inertia: float, v: Array, start: Array, reach: float, wrench: Array, end: Array
+) -> None:
+    """Fill momentum, rate and wrench of a hub that turns about one axis with this inertia, see `ride_to`."""
     momentum = start[MOMENTUM + row] + 0.5 * reach * (start[WRENCH + row] + wrench[row])
     end[MOMENTUM + row] = momentum
-    end[TWIST + row] = (momentum - dot(at.coupling[row], v)) / at.mass[row, row]
+    end[TWIST + row] = (momentum - dot(coupling, v)) / inertia
     for k in range(6):
         end[WRENCH + k] = wrench[k]
 
 
 @jit
-def turn(hub: HubArrays, start: Array, reach: float, end: Array) -> None:
+def turn(axis: int, start: Array, reach: float, end: Array) -> None:
     """Fill the attitude of a hub that turns about one axis: it follows the mean rate."""
-    axis = hub.turns[0]
     half = 0.25 * reach * (start[TWIST + 3 + axis] + end[TWIST + 3 + axis])
     w, s = np.cos(half), np.sin(half)
     one, two = 1 + (axis + 1) % 3, 1 + (axis + 2) % 3
@@ -205,14 +213,14 @@ def turn(hub: HubArrays, start: Array, reach: float, end: Array) -> None:
 
 
 @jit
-def add_coriolis(hub: HubArrays, v: Array, twist: Array, force: Array) -> None:
+def add_coriolis(turns: Indices, spin: Array, v: Array, twist: Array, force: Array) -> None:
     """Add the Coriolis forces ``2 w A deta/dt`` of the coordinates alone."""
-    for n in range(hub.turns.size):
-        factor = 2.0 * twist[3 + hub.turns[n]]
+    for n in range(turns.size):
+        factor = 2.0 * twist[3 + turns[n]]
         for i in range(v.size):
             total = 0.0
             for j in range(v.size):
-                total += hub.spin[n, i, j] * v[j]
+                total += spin[n, i, j] * v[j]
             force[i] += factor * total
 
 
@@ -221,43 +229,40 @@ def add_late_coriolis(
     hub: HubArrays, arrays: Any, at: HubPlace, q: Array, v: Array, twist: Array, force: Array
 ) -> None:
     """Add the Coriolis forces between monomials and coordinates."""
-    rate, stress = np.empty(at.monomials.size), at.on_monomials
+    stress, rate = at.on_monomials, at.monomial_rates
     for k in range(rate.size):
         i, j = arrays.first[k], arrays.second[k]
         rate[k], stress[k] = q[i] * v[j] + v[i] * q[j], 0.0
-    own = np.zeros(v.size)
     for n in range(hub.turns.size):
         factor = 2.0 * twist[3 + hub.turns[n]]
         if factor != 0.0 and hub.spun[n] != 0.0:
             table = hub.spin_follow[n]
-            for k in range(rate.size):
-                total, back = 0.0, factor * rate[k]
-                for j in range(v.size):
-                    total += table[k, j] * v[j]
-                    own[j] -= back * table[k, j]
-                stress[k] += factor * total
-    for i in range(v.size):
-        force[i] += own[i]
-    add_slopes(arrays, stress, q, force)
+            for j in range(v.size):
+                total, forth = 0.0, factor * v[j]
+                for k in range(rate.size):
+                    total += table[j, k] * rate[k]
+                    stress[k] += forth * table[j, k]
+                force[j] -= factor * total
+    add_slopes(arrays.first, arrays.second, stress, q, force)
 
 
 @jit
-def add_centrifugal(hub: HubArrays, at: HubPlace, twist: Array, force: Array) -> None:
+def add_centrifugal(turns: Indices, first: Indices, second: Indices, pulls: Array, twist: Array, force: Array) -> None:
     """Add the centrifugal forces of a twist."""
-    for p in range(hub.first.size):
-        a, b = hub.turns[hub.first[p]], hub.turns[hub.second[p]]
+    for p in range(first.size):
+        a, b = turns[first[p]], turns[second[p]]
         factor = twist[3 + a] * twist[3 + b] * (1.0 if a == b else 2.0)
         for i in range(force.size):
-            force[i] += factor * at.pulls[p, i]
+            force[i] += factor * pulls[p, i]
 
 
 @jit
-def add_carried(at: HubPlace, rates: Array, force: Array) -> None:
+def add_carried(coupling: Array, rates: Array, force: Array) -> None:
     """Add ``G' rates``, shape (6,); held rates are zero."""
     for k in range(6):
         if rates[k] != 0.0:
             for i in range(force.size):
-                force[i] += rates[k] * at.coupling[k, i]
+                force[i] += rates[k] * coupling[k, i]
 
 
 @jit
@@ -271,7 +276,9 @@ def solve_rates(
     """
     if hub.turns.size == 1:
         row = 3 + hub.turns[0]
-        left = wrench[row] + 2.0 * dot(at.pulls[0], v) * twist[row] - bend(arrays, at.follow[row], v)
+        left = (
+            wrench[row] + 2.0 * dot(at.pulls[0], v) * twist[row] - bend(arrays.first, arrays.second, at.follow[row], v)
+        )
         left -= dot(at.coupling[row], free)
         rates[row] = left / (at.mass[row, row] - dot(at.coupling[row], solved[row]))
         return

@@ -13,8 +13,8 @@ import numpy as np
 
 from tautflex.numeric import Array, Indices, jit
 from tautflex.reduction.marching.dispatch import average_force, internal_force, tangent
-from tautflex.reduction.marching.hub_arrays import HubArrays, HubInputs
-from tautflex.reduction.marching.hub_inertia import (
+from tautflex.reduction.marching.free_hub.hub_arrays import HubArrays, HubInputs
+from tautflex.reduction.marching.free_hub.hub_inertia import (
     MOMENTUM,
     RATES,
     TWIST,
@@ -26,8 +26,9 @@ from tautflex.reduction.marching.hub_inertia import (
     place_hub,
     ride_to,
 )
-from tautflex.reduction.marching.hub_steps import carried_mass, keep
-from tautflex.reduction.marching.hub_work import HubWork, enter_rigid, enter_rows, set_inputs
+from tautflex.reduction.marching.free_hub.hub_mobile import carried_mass
+from tautflex.reduction.marching.free_hub.hub_steps import keep
+from tautflex.reduction.marching.free_hub.hub_work import HubWork, enter_rigid, enter_rows, set_inputs
 from tautflex.reduction.marching.steps import MOST_ITERATIONS, SCALE_FLOOR, SLOW, invert, lagging, mix, recall
 from tautflex.reduction.marching.work import StageNumbers, Work
 from tautflex.reduction.polynomial.forces import add_times
@@ -60,9 +61,9 @@ def _residual(
     twist, frame = end[TWIST:MOMENTUM], rows[3]
     rows.fill(0.0)
     add_late_coriolis(hub, arrays, at, place, velocity, twist, frame)
-    add_coriolis(hub, velocity, twist, frame)
-    add_centrifugal(hub, at, twist, frame)
-    add_carried(at, end[RATES:], frame)
+    add_coriolis(hub.turns, hub.spin, velocity, twist, frame)
+    add_centrifugal(hub.turns, hub.first, hub.second, at.pulls, twist, frame)
+    add_carried(at.coupling, end[RATES:], frame)
     add_times(1.0, arrays.mass, acceleration, rows[0])
     add_times(1.0, arrays.damping, velocity, rows[2])
     inside, moving = 0.0, dot(frame, frame)

@@ -13,12 +13,12 @@ from tautflex.motion import rotations
 from tautflex.motion.hub import FreeHub, HubState
 from tautflex.motion.kinematics import AtRest, RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, Indices
-from tautflex.reduction.marching import hub_implicit, hub_steps
 from tautflex.reduction.marching.books import Start
 from tautflex.reduction.marching.frame_terms import frame_at
-from tautflex.reduction.marching.hub_arrays import HubInputs, hub_arrays, inputs_from
-from tautflex.reduction.marching.hub_inertia import new_place
-from tautflex.reduction.marching.hub_work import DONE, new_hub_work
+from tautflex.reduction.marching.free_hub import hub_implicit, hub_mobile, hub_steps
+from tautflex.reduction.marching.free_hub.hub_arrays import HubInputs, hub_arrays, inputs_from
+from tautflex.reduction.marching.free_hub.hub_inertia import new_place
+from tautflex.reduction.marching.free_hub.hub_work import DONE, new_hub_work
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.work import StageNumbers
 from tautflex.reduction.on_basis import OnBasis
@@ -68,6 +68,11 @@ class HubRun(ReducedRun):
         """Motion at the start, and segments between jumps: the motion is not known beforehand."""
         segments = split_segments(AtRest().segments(), (*self.inputs.breaks, *maneuver.breaks))
         return steady_motion(maneuver, self.rom.state.system.inertia), segments
+
+    @property
+    def idle(self) -> list[str]:
+        """None: forces on held nodes push the hub."""
+        return []
 
     def _begin(self) -> None:
         """Hub and accelerations at the start."""
@@ -222,7 +227,7 @@ class HubRun(ReducedRun):
     def _check_step(self, time_step: float) -> None:
         """Raise InputError if the step [s] of an explicit method is not stable at the start of the run."""
         inputs = self._at(0.0, np.inf, self.ride.rigid)
-        fastest = hub_steps.stiffest(self.arrays, self.hub, inputs, 0, self._work, self.ride)
+        fastest = hub_mobile.stiffest(self.arrays, self.hub, inputs, 0, self._work, self.ride)
         limit = 2.0 / float(np.sqrt(fastest))
         if time_step > limit:
             raise InputError(

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from tautflex.numeric import Array, Indices, jit
-from tautflex.reduction.marching.dispatch import internal_force, tangent
-from tautflex.reduction.marching.hub_arrays import HubArrays, HubInputs
-from tautflex.reduction.marching.hub_inertia import (
+from tautflex.reduction.marching.dispatch import internal_force
+from tautflex.reduction.marching.free_hub.hub_arrays import HubArrays, HubInputs
+from tautflex.reduction.marching.free_hub.hub_inertia import (
     MOMENTUM,
     RATES,
     TWIST,
@@ -31,7 +31,8 @@ from tautflex.reduction.marching.hub_inertia import (
     spin,
     turn,
 )
-from tautflex.reduction.marching.hub_work import (
+from tautflex.reduction.marching.free_hub.hub_mobile import mobile_square, solve_mass, stable
+from tautflex.reduction.marching.free_hub.hub_work import (
     DONE,
     KNOWN,
     POWER,
@@ -42,32 +43,10 @@ from tautflex.reduction.marching.hub_work import (
 )
 from tautflex.reduction.marching.work import Work
 from tautflex.reduction.polynomial.forces import add_times
-from tautflex.solvers.transient.free_hub.balance import cholesky, inertial, solve
-from tautflex.solvers.transient.free_hub.momentum import held_apart
+from tautflex.solvers.transient.free_hub.balance import inertial
 
-# Steps between two looks at the stability of an explicit method, and the part of its limit that is used.
-CHECK_INTERVAL, _STABLE_SHARE = 32, 0.8
-
-
-@jit
-def solve_mass(hub: HubArrays, inverse: Array, ride: HubWork) -> None:
-    """Fill ``solved`` for an inverse of the coordinates' mass."""
-    for k in range(6):
-        if hub.freedom[k] != 0.0:
-            ride.solved[k].fill(0.0)
-            add_times(1.0, inverse, ride.at.coupling[k], ride.solved[k])
-
-
-@jit
-def mobile_square(hub: HubArrays, ride: HubWork, v: Array) -> float:
-    """What a free hub takes from ``v' M v`` at the last place, ``(G v)' R^-1 G v``."""
-    if hub.turns.size == 1:
-        row = 3 + hub.turns[0]
-        return dot(ride.at.coupling[row], v) ** 2 / ride.at.mass[row, row]
-    relative = np.empty(6)
-    for k in range(6):
-        relative[k] = hub.freedom[k] * dot(ride.at.coupling[k], v)
-    return dot(relative, solve(cholesky(held_apart(ride.at.mass, hub.freedom)), relative))
+# Steps between two looks at the stability of an explicit method.
+CHECK_INTERVAL = 32
 
 
 @jit
@@ -81,8 +60,9 @@ def explicit_step(
     between monomials and coordinates the predicted one. ``work.inverse`` is that of ``M + h C / 2``.
     """
     r, at, end, inverse = work.q.size, ride.at, ride.moved, work.inverse[0]
-    half, q, v, free = np.empty(r), np.empty(r), np.empty(r), np.empty(r)
-    known, force = np.empty(r), np.empty(r)
+    space = ride.space
+    half, q, v, free, known, force = space[0], space[1], space[2], space[3], space[4], space[5]
+    axis = 3 + hub.turns[0] if hub.turns.size == 1 else -1
     for i in range(r):
         half[i] = work.v[i] + 0.5 * size * work.a[i]
         q[i], v[i] = work.q[i] + size * half[i], half[i] + 0.5 * size * work.a[i]
@@ -110,13 +90,13 @@ def explicit_step(
     add_times(1.0, arrays.damping, half, known)
     twist, rates = end[TWIST:MOMENTUM], end[RATES:]
     for _ in range(2):
-        if hub.turns.size == 1:
-            spin(hub, at, v, ride.rigid, size, ride.wrench, end)
+        if axis > 0:
+            spin(axis, at.coupling[axis], at.mass[axis, axis], v, ride.rigid, size, ride.wrench, end)
         else:
             ride_to(hub, arrays, at, v, work.a, ride.rigid, size, ride.wrench, end)
         force.fill(0.0)
-        add_coriolis(hub, v, twist, force)
-        add_centrifugal(hub, at, twist, force)
+        add_coriolis(hub.turns, hub.spin, v, twist, force)
+        add_centrifugal(hub.turns, hub.first, hub.second, at.pulls, twist, force)
         for i in range(r):
             known[i] += force[i]
         free.fill(0.0)
@@ -128,10 +108,10 @@ def explicit_step(
                 if rates[k] != 0.0:
                     free[i] -= rates[k] * ride.solved[k, i]
             v[i] = half[i] + 0.5 * size * free[i]
-    add_carried(at, rates, force)
-    if hub.turns.size == 1:
-        spin(hub, at, v, ride.rigid, size, ride.wrench, end)
-        turn(hub, ride.rigid, size, end)
+    add_carried(at.coupling, rates, force)
+    if axis > 0:
+        spin(axis, at.coupling[axis], at.mass[axis, axis], v, ride.rigid, size, ride.wrench, end)
+        turn(axis - 3, ride.rigid, size, end)
     else:
         ride_to(hub, arrays, at, v, free, ride.rigid, size, ride.wrench, end)
     rows = ride.rows
@@ -151,49 +131,6 @@ def explicit_step(
 
 
 @jit
-def stable(arrays: Any, hub: HubArrays, inputs: HubInputs, row: int, size: float, work: Work, ride: HubWork) -> bool:
-    """Whether central differences follow the stiffness, and the lagged damping, at the present state."""
-    limit = size * size * stiffest(arrays, hub, inputs, row, work, ride)
-    lagged, y = 0.0, ride.at.on_monomials
-    for i in range(work.q.size):
-        for n in range(arrays.viscous.shape[0]):
-            total = 0.0
-            for k in range(y.size):
-                a, b = arrays.first[k], arrays.second[k]
-                slope = (work.q[b] if a == i else 0.0) + (work.q[a] if b == i else 0.0)
-                total += arrays.viscous[n, k] * slope
-            lagged += total * total
-    return limit <= _STABLE_SHARE * 4.0 and size * lagged <= _STABLE_SHARE
-
-
-@jit
-def stiffest(arrays: Any, hub: HubArrays, inputs: HubInputs, row: int, work: Work, ride: HubWork) -> float:
-    """Largest squared angular frequency of the coordinates on their hub at the present state [1/s^2]."""
-    set_inputs(arrays, inputs, row, work.q, ride)
-    place_hub(hub, arrays, work.q, ride.at)
-    matrix = tangent(arrays, work.q, ride.given)
-    solve_mass(hub, ride.inverse, ride)
-    lower = np.linalg.cholesky(arrays.mass - carried_mass(hub, ride))
-    half = np.linalg.solve(lower, matrix)
-    return np.linalg.eigvalsh(np.linalg.solve(lower, half.T))[-1]
-
-
-@jit
-def carried_mass(hub: HubArrays, ride: HubWork) -> Array:
-    """What a free hub takes from the coordinates' mass at the last place, ``G' R^-1 G``, shape (r, r)."""
-    r, lower = ride.load.shape[1], cholesky(held_apart(ride.at.mass, hub.freedom))
-    result, column = np.zeros((r, r)), np.empty(6)
-    for j in range(r):
-        for k in range(6):
-            column[k] = hub.freedom[k] * ride.at.coupling[k, j]
-        moved = solve(lower, column)
-        for i in range(r):
-            for k in range(6):
-                result[i, j] += hub.freedom[k] * ride.at.coupling[k, i] * moved[k]
-    return result
-
-
-@jit
 def balance(
     arrays: Any, hub: HubArrays, inputs: HubInputs, row: int, work: Work, ride: HubWork, explicit: bool
 ) -> None:
@@ -202,18 +139,23 @@ def balance(
     place_hub(hub, arrays, work.q, at)
     set_inputs(arrays, inputs, row, work.q, ride)
     internal_force(arrays, work.q, work.v, ride.given, ride.parts)
-    twist, rates, force, free = rigid[TWIST:MOMENTUM], rigid[RATES:], ride.rows[3], np.zeros(r)
-    force.fill(0.0)
-    add_late_coriolis(hub, arrays, at, work.q, work.v, twist, force)
-    add_coriolis(hub, work.v, twist, force)
-    add_centrifugal(hub, at, twist, force)
+    twist, rates, now = rigid[TWIST:MOMENTUM], rigid[RATES:], ride.now
+    frame, force, free = now[3], ride.space[0], ride.space[1]
+    now.fill(0.0)
+    free.fill(0.0)
+    add_late_coriolis(hub, arrays, at, work.q, work.v, twist, frame)
+    add_coriolis(hub.turns, hub.spin, work.v, twist, frame)
+    add_centrifugal(hub.turns, hub.first, hub.second, at.pulls, twist, frame)
+    add_times(1.0, arrays.damping, work.v, now[2])
     for i in range(r):
-        force[i] += ride.parts[i] + ride.load[0, i]
-    add_times(1.0, arrays.damping, work.v, force)
+        force[i] = ride.parts[i] + now[2, i] + frame[i] + ride.load[0, i]
+        now[1, i], now[4, i] = ride.parts[i] - ride.parts[r + i], ride.load[0, i] + ride.load[1, i]
+        now[2, i] += ride.parts[r + i] - ride.load[1, i]
     add_times(-1.0, ride.inverse, force, free)
     solve_mass(hub, ride.inverse, ride)
     solve_rates(hub, arrays, at, ride.solved, work.v, free, twist, ride.wrench, rates)
-    add_carried(at, rates, force)
+    add_carried(at.coupling, rates, frame)
+    add_carried(at.coupling, rates, force)
     for i in range(r):
         for k in range(6):
             free[i] -= rates[k] * ride.solved[k, i]
@@ -289,7 +231,12 @@ def jump(
         rates[k] = wrench[k] / (at.mass[k, k] - dot(at.coupling[k], ride.solved[k]))
     else:
         rates[:] = shared_rates(hub, at, ride.solved, wrench)
-    add_carried(at, rates, change)
+    kind = 4 if ride.given.size == arrays.first.size else 1
+    for i in range(r):
+        ride.now[4, i] += ride.load[0, i] - load[0, i]
+        ride.now[kind, i] += inside[i]
+    add_carried(at.coupling, rates, change)
+    add_carried(at.coupling, rates, ride.now[3])
     for i in range(r):
         for k in range(6):
             free[i] -= rates[k] * ride.solved[k, i]

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tautflex.numeric import Array, jit
-from tautflex.reduction.marching.hub_arrays import HubArrays, HubInputs
-from tautflex.reduction.marching.hub_inertia import TWIST, WRENCH, HubPlace, add_slopes, dot, new_place
+from tautflex.reduction.marching.free_hub.hub_arrays import HubArrays, HubInputs
+from tautflex.reduction.marching.free_hub.hub_inertia import TWIST, WRENCH, HubPlace, add_slopes, dot, new_place
 from tautflex.solvers.transient.accuracy.books import RIGID
 
 KNOWN, LATE, POWER, DONE = range(4)
@@ -37,6 +37,8 @@ class HubWork(NamedTuple):
         ``M^-1 G'`` by rows, shape (6, r).
     rows
         Forces of a stage by kind, shape (5, r).
+    space
+        Shape (6, r).
     parts
         Internal force, and the part of it that is not elastic, shape (2 r,).
     given
@@ -62,6 +64,7 @@ class HubWork(NamedTuple):
     at: HubPlace
     solved: Array
     rows: Array
+    space: Array
     parts: Array
     given: Array
     load: Array
@@ -73,13 +76,26 @@ class HubWork(NamedTuple):
 
 def new_hub_work(hub: HubArrays, mass: Array, given: int) -> HubWork:
     """Zeros of the right shapes; ``given`` numbers are given to the internal force."""
-    r = len(mass)
-    rigid, moved = np.zeros((2, 31))
-    own, now, rows = np.zeros((3, 5, r))
-    space = new_place(hub), np.zeros((6, r)), rows, np.zeros(2 * r), np.zeros(given), np.zeros((2, r)), np.zeros(6)
-    inverse = np.ascontiguousarray(np.linalg.inv(mass))
+    r, zeros = len(mass), np.zeros
     return HubWork(
-        rigid, np.zeros(r), np.zeros(7), own, now, np.zeros(4), moved, *space, inverse, np.zeros((2, r)), np.zeros(31)
+        rigid=zeros(31),
+        balanced=zeros(r),
+        work=zeros(7),
+        own=zeros((5, r)),
+        now=zeros((5, r)),
+        marks=zeros(4),
+        moved=zeros(31),
+        at=new_place(hub),
+        solved=zeros((6, r)),
+        rows=zeros((5, r)),
+        space=zeros((6, r)),
+        parts=zeros(2 * r),
+        given=zeros(given),
+        load=zeros((2, r)),
+        wrench=zeros(6),
+        inverse=np.ascontiguousarray(np.linalg.inv(mass)),
+        seen=zeros((2, r)),
+        seen_hub=zeros(31),
     )
 
 
@@ -92,7 +108,7 @@ def set_inputs(arrays: Any, inputs: HubInputs, row: int, q: Array, ride: HubWork
     for k in range(stress.size):
         ride.given[k] = stress[k]
     # Stresses in elements are part of the internal force.
-    add_slopes(arrays, stress[: arrays.first.size], q, ride.load[1])
+    add_slopes(arrays.first, arrays.second, stress[: arrays.first.size], q, ride.load[1])
     given, arms = inputs.wrench[row % inputs.wrench.shape[0]], inputs.arms[row % inputs.arms.shape[0]]
     for k in range(6):
         ride.wrench[k] = given[k]

@@ -40,7 +40,7 @@ class HubArrays(NamedTuple):
     reach, reach_follow
         b of unit accelerations of the hub, on coordinates and monomials, shapes (6, r) and (6, m).
     spin, spin_follow
-        A on coordinates, and between monomials and coordinates, shapes (n, r, r) and (n, m, r).
+        A on coordinates, and between coordinates and monomials (transposed), shapes (n, r, r) and (n, r, m).
     pull, pull_follow, square, square_follow
         c and D of the pairs, likewise.
     spun, squared
@@ -101,7 +101,10 @@ def hub_arrays(
     load = np.concatenate([c.load, c.load_stress], axis=1)
     reach = np.concatenate([load[9:], crosses.reshape(3, 9) @ load[:9]])
     pull = square.reshape(-1, 9) @ load[:9]
-    spin_follow, square_follow = (np.einsum("nab,abmr->nmr", weights, follow) for weights in (spin, square))
+    # Monomials last: there are many, and the kernels' inner loops run along them.
+    spin_follow, square_follow = (
+        np.ascontiguousarray(np.einsum("nab,abmr->nrm", weights, follow)) for weights in (spin, square)
+    )
     scale = _ROUND_OFF * float(np.abs(follow).max(initial=0.0))
     for each in (spin_follow, square_follow):
         each[np.abs(each) <= scale] = 0.0
