@@ -10,7 +10,7 @@ import pytest
 import tautflex as tf
 from tautflex import CaseError, load_case
 from tautflex.case import parse_case, template
-from tautflex.case.build import build_inputs
+from tautflex.case.build import build_inputs, build_state
 from tautflex.cli import main
 from verification.builders import FILM_CASE
 
@@ -58,6 +58,56 @@ expansion = 1e-5
     assert reel == tf.CableTension(0.1, breaks=(0.5,))
     assert (sun.expansion, float(sun.change(0.5)), float(sun.change(9.0))) == (1e-5, 20.0, 40.0)
     assert sun.change.breaks == (0.0, 1.0)
+
+
+def test_every_effect_is_a_section_of_a_case():
+    text = """
+[inputs.pull]
+kind = "tension-group"
+cables = "y"
+change = { times = [0.0, 0.1], values = [0.0, 0.2] }
+share = "pretension"
+[inputs.reel]
+kind = "tension-group"
+side = "+x"
+change = 1e-4
+command = "length"
+stiffness = 2e3
+[inputs.stay]
+kind = "stay-cable"
+point = [0.2, 0.1]
+anchor = [0.0, 0.0, 0.5]
+tension = 0.1
+[inputs.patch]
+kind = "piezo-film"
+coefficient = 2e-11
+field = 1e5
+region = [0.0, 1.0, -0.5, 0.5]
+[inputs.frame]
+kind = "piezo-pair"
+beams = [0, 1]
+moment = 0.1
+[inputs.shaker]
+kind = "nodal-force"
+near = [0.1, 0.1]
+direction = [0, 0, 1]
+force = { times = [0.0, 1.0], values = [0.0, 1e-3] }
+"""
+    case = parse_case(M2_TEMPLATE + text)
+    assert parse_case(case.to_toml()) == case
+    state = build_state(case)
+    pull, reel, stay, patch, frame, shaker = build_inputs(case, state)
+    assert (pull.cables, pull.command, pull.share) == ("y", "tension", "pretension")
+    assert (len(reel.cables), reel.stiffness) == (6, 2e3)
+    assert stay == tf.StayCable((0.2, 0.1), (0.0, 0.0, 0.5), 0.1)
+    assert patch == tf.PiezoFilm(2e-11, 1e5, (0.0, 1.0, -0.5, 0.5))
+    assert frame == tf.PiezoPair((0, 1), 0.1)
+    assert shaker.direction == (0, 0, 1)
+    run = tf.run_case(case.replaced(solver={"end_time": 5e-3}))
+    assert run.status.value == "completed"
+    bare = tf.solve_prestress(tf.build_model(case))
+    moduli = [plant.system.blocks[plant.system.block_index("cable")[0]].elasticity for plant in (bare, state)]
+    assert [len(np.unique(modulus)) for modulus in moduli] == [1, 3]
 
 
 def test_places_instead_of_numbers(antenna):
@@ -143,6 +193,16 @@ BAD = {
     "no such node": ('kind = "nodal-force"\nnodes = [99]\nforce = [0, 0, 1]', ["inputs.one.nodes", "0..24", "got 99"]),
     "no such side": ('kind = "nodal-force"\nside = "up"\nforce = [0, 0, 1]', ["inputs.one.side", "'up'", "'+x'"]),
     "no cables": ('kind = "cable-tension"\nchange = 1.0', ["inputs.one.", "cables", "got none"]),
+    "no beams": ('kind = "piezo-pair"\nbeams = [0]\nmoment = 1.0', ["inputs.one.", "beams", "got none"]),
+    "unknown command": (
+        'kind = "tension-group"\nchange = 1.0\ncommand = "pull"',
+        ["inputs.one.command", "'tension', 'length'", "got 'pull'"],
+    ),
+    "no tension": ('kind = "stay-cable"\npoint = [0, 0]\nanchor = [0, 0, 1]', ["inputs.one.tension: missing", "[N]"]),
+    "beside the film": (
+        'kind = "stay-cable"\npoint = [9, 0]\nanchor = [0, 0, 1]\ntension = 1.0',
+        ["inputs.one.point: expected a point of the film", "[9.0, 0.0]"],
+    ),
     "half a table": (
         'kind = "nodal-force"\nnear = [0, 0]\nforce = { times = [0, 1] }',
         ["inputs.one.force", "values: missing"],

@@ -16,10 +16,11 @@ from verification.builders import FILM_CASE
 
 # Made by the package, or written by authors of elements, laws, methods and maneuvers; not doors that users go through.
 INNER = """
-BasisVectors Basis Batch Case Combination Damping DampingMatrix Element ElementBlock ElementGroup FixedAxis
+BasisVectors Basis Batch Case Combination Damping DampingMatrix Effect Element ElementBlock ElementGroup FixedAxis
 FollowerForce HubState
-HyperReducedModel InertiaPoints Law LawFunction LinearStructure Maneuver Method OneStageMethod PreparedInput RateFormula
-ReducedModel RigidMotion Run Segment Shape Stage StepScheme Stretch TensionOnly TimeInput UnitStep
+HyperReducedModel InertiaPoints Law LawFunction LinearInput LinearStructure Maneuver Method OneStageMethod PatternLoad
+PreparedInput RateFormula ReducedModel ReeledCables RigidMotion Run Segment Shape Stage StepScheme StressChange Stretch
+TensionOnly TimeInput UnitStep
 isoparametric_membrane register
 """
 ANY = {("MeshData", "groups"), ("read_mesh", "names")}  # parameters of which nothing is asked before they are used
@@ -74,7 +75,7 @@ def doors(t):
     nodes, triangles = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
     knots = np.linspace(0, 1, 4)
     fixed = {"rate": 0.1, "duration": 0.1, "axis": (1, 0, 0), "origin": (0, 0, 0)}
-    force = {"nodes": [0], "force": lambda t: np.zeros(3), "breaks": ()}
+    force = {"nodes": [0], "force": lambda t: np.zeros(3), "breaks": (), "direction": None}
     hub = {
         "mass": 1.0,
         "inertia": (1, 1, 1),
@@ -106,7 +107,11 @@ def doors(t):
     }
 
     def bound(kind):
-        return lambda **given: tf.simulate(t["hung"], inputs=[kind(**given)], **short)
+        def door(**given):
+            item = kind(**given)
+            return tf.simulate(tf.equip(t["hung"], [item]), inputs=[item], **short)
+
+        return door
 
     def laid(film=lambda **_: t["film"], rope=lambda **_: t["rope"]):
         return lambda **given: tf.solve_prestress(
@@ -143,13 +148,17 @@ def doors(t):
         "EnergyConserving": (tf.EnergyConserving, {}),
         "FreeHub": (tf.FreeHub, hub),
         "GeneralizedAlpha": (tf.GeneralizedAlpha, {"rho_inf": 0.8}),
+        "Held": (tf.Held, {"values": 1.0}),
         "HHT": (tf.HHT, {"alpha": 0.05}),
         "Material": (tf.Material, {"youngs_modulus": 1.0, "density": 1.0, "poisson_ratio": 0.3}),
         "MembraneSection": (
             laid(film=tf.MembraneSection),
             {"material": material, "thickness": 1e-4, "strain": "von-karman", "law": "elastic"},
         ),
-        "MembraneTemperature": (bound(tf.MembraneTemperature), {"change": 1.0, "expansion": 1e-5, "breaks": ()}),
+        "MembraneTemperature": (
+            bound(tf.MembraneTemperature),
+            {"change": 1.0, "expansion": 1e-5, "breaks": (), "region": (0.0, 1.0, 0.0, 1.0)},
+        ),
         "MeshData": (
             lambda **given: tf.MeshData(**given).model(membrane=t["film"]),
             {
@@ -182,6 +191,11 @@ def doors(t):
         "Newmark": (tf.Newmark, {"gamma": 0.5, "beta": 0.25}),
         "NodalForce": (bound(tf.NodalForce), force),
         "PodBasis": (tf.PodBasis, {"data": run.data, "count": 2, "lost": 1e-5, "derivatives": "condensed"}),
+        "PiezoFilm": (
+            bound(tf.PiezoFilm),
+            {"coefficient": 1e-11, "field": 1.0, "region": (0.0, 1.0, 0.0, 1.0), "breaks": ()},
+        ),
+        "PiezoPair": (bound(tf.PiezoPair), {"beams": [0], "moment": 0.1, "axis": "y", "breaks": ()}),
         "Pressure": (bound(tf.Pressure), {"pressure": 1.0, "breaks": ()}),
         "PressureLoad": (tf.PressureLoad, {"system": state.system, "pressure": 1.0}),
         "Rayleigh": (tf.Rayleigh, {"alpha": 0.1, "beta": 0.1}),
@@ -201,6 +215,10 @@ def doors(t):
             },
         ),
         "SpinUp": (tf.SpinUp, fixed | {"profile": "versine", "initial_rate": 0.0}),
+        "StayCable": (
+            bound(tf.StayCable),
+            {"point": (0.5, 0.5), "anchor": (0.0, 0.0, 1.0), "tension": 1e-3, "breaks": ()},
+        ),
         "Stop": (tf.Stop, fixed),
         "Support": (tf.Support, {"nodes": (0, 1), "directions": ("x",)}),
         "Tabulated": (
@@ -214,6 +232,10 @@ def doors(t):
                 "accelerations": None,
                 "ends": "free",
             },
+        ),
+        "TensionGroup": (
+            bound(tf.TensionGroup),
+            {"cables": [0], "change": 0.1, "command": "length", "stiffness": 1.0, "share": "equal", "breaks": ()},
         ),
         "TimeTable": (tf.TimeTable, {"times": knots, "values": knots}),
         "TransientProblem": (tf.TransientProblem, {"plant": state, **question}),
@@ -240,6 +262,7 @@ def doors(t):
         ),
         "dominant_shape": (tf.dominant_shape, {"pod_data": made, "energy": 0.5}),
         "dynamic_mass": (tf.dynamic_mass, {"data": appendage, "frequencies": [0.1]}),
+        "equip": (tf.equip, {"state": state, "inputs": []}),
         "hyper_reduce": (
             tf.hyper_reduce,
             {

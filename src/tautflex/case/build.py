@@ -17,7 +17,8 @@ from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.motion.kinematics import Maneuver
 from tautflex.numeric import within_arithmetic
 from tautflex.reduction.on_basis import require_forces
-from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.static.equip import equip
+from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
 from tautflex.structure.mesh import blend_by_direction
@@ -121,6 +122,22 @@ def build_damping(case: Case, state: PrestressedState) -> Damping:
         damping: Damping = case.damping.build()
         damping.matrix(state.linear)
         return damping
+
+
+def build_state(case: Case) -> PrestressedState:
+    """Build the structure of a case in its prestressed state, with the tendons of its inputs.
+
+    Raises
+    ------
+    InputError
+        If the case cannot be built or prestressed, or an input does not fit the structure.
+    """
+    state, inputs = solve_prestress(build_model(case)), []
+    for name, given in case.inputs.items():
+        with within(f"inputs.{name}"):
+            inputs.append(given.placed(state.model))
+            state = equip(state, inputs[-1:])
+    return equip(state, inputs)
 
 
 def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:

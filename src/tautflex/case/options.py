@@ -41,10 +41,12 @@ def value_type(hint: Any) -> tuple[Any, Any]:
     if get_origin(hint) in (Union, types.UnionType):
         if any(get_origin(part) is Callable for part in parts):
             return _IN_TIME, 1.0
-        rest = set(parts) - set(get_args(ArrayLike))
+        array = set(get_args(ArrayLike))  # its parts come one by one, text among them
+        whole = array <= set(parts)
+        rest = set(parts) - array if whole else set(parts)
         inner = [value_type(part) for part in parts if part in rest and part is not type(None)]
         kinds, examples = [kind for kind, _ in inner], [example for _, example in inner]
-        if len(rest) + len(get_args(ArrayLike)) == len(parts):
+        if whole:
             kinds, examples = [*kinds, _TABLE], [*examples, (0.0, 1.0)]
         if type(None) in parts:
             kinds.append(None)
@@ -138,6 +140,11 @@ class Chosen(Section):
         return (cls,)
 
     @classmethod
+    def needed_keys(cls, target: type) -> tuple[str, ...]:
+        """Fields that a case must give, though the class can do without."""
+        return ()
+
+    @classmethod
     def homes(cls) -> dict[str, str]:
         """Keys of all classes, and the first class that has each, for a guess at what a misplaced one means."""
         return {name: kind for kind in reversed(cls.kinds()) for name in cls.of_kind(kind).model_fields}
@@ -228,7 +235,9 @@ def within(name: str) -> Iterator[None]:
         raise CaseError(f"{name}.{error}") from None
 
 
-def keys_of(target: type, omitted: Sequence[str] = (), optional: Sequence[str] = ()) -> dict[str, Any]:
+def keys_of(
+    target: type, omitted: Sequence[str] = (), optional: Sequence[str] = (), demanded: Sequence[str] = ()
+) -> dict[str, Any]:
     """Keys of a section for the fields of a dataclass, as `pydantic.create_model` takes them."""
     try:
         texts, hints, keys = docstrings.field_texts(target), get_type_hints(target), {}
@@ -238,7 +247,7 @@ def keys_of(target: type, omitted: Sequence[str] = (), optional: Sequence[str] =
     for field in dataclasses.fields(target):
         if not field.init or field.name in omitted:
             continue
-        needed = field.default is field.default_factory is dataclasses.MISSING
+        needed = field.name in demanded or field.default is field.default_factory is dataclasses.MISSING
         try:
             kind, example = value_type(hints[field.name])
         except TypeError as error:
@@ -249,7 +258,7 @@ def keys_of(target: type, omitted: Sequence[str] = (), optional: Sequence[str] =
         given: dict[str, Any] = {}
         if field.name in optional:
             kind, given["default"] = kind | None, None
-        elif field.default is not dataclasses.MISSING:
+        elif field.default is not dataclasses.MISSING and not needed:
             given["default"], example = field.default, example if field.default in (None, ()) else field.default
         elif not needed:
             given["default_factory"] = field.default_factory
@@ -273,7 +282,7 @@ def _section(base: type[Chosen], kind: str, target: type) -> Any:
     keys: dict[str, Any] = {
         base.naming_key: (Literal[kind], Field(default=kind, description=base.registry.role, examples=[kind]))
     }
-    keys |= keys_of(target, taken, bases[0].optional_keys)
+    keys |= keys_of(target, taken, bases[0].optional_keys, base.needed_keys(target))
     section = create_model(target.__name__, __base__=bases, __doc__=target.__doc__, **keys)
     made: Any = section  # type checkers do not know the parents of a class made on the fly
     made.made_from, made.origin_section = target, base

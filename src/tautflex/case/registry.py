@@ -112,11 +112,15 @@ INPUTS = Registry(
     "input",
     ("mechanics.loads.inputs:TimeInput",),
     {
-        "nodal-force": "mechanics.loads.nodal_force:NodalForce",
-        "edge-force": "mechanics.loads.edge_force:EdgeForce",
-        "pressure": "mechanics.loads.film_pressure:Pressure",
-        "cable-tension": "mechanics.loads.cable_tension:CableTension",
-        "membrane-temperature": "mechanics.loads.membrane_temperature:MembraneTemperature",
+        "nodal-force": "mechanics.loads.effects.nodal_force:NodalForce",
+        "edge-force": "mechanics.loads.effects.edge_force:EdgeForce",
+        "pressure": "mechanics.loads.effects.film_pressure:Pressure",
+        "cable-tension": "mechanics.loads.effects.cable_tension:CableTension",
+        "tension-group": "mechanics.loads.effects.tension_group:TensionGroup",
+        "stay-cable": "mechanics.loads.effects.stay_cable:StayCable",
+        "membrane-temperature": "mechanics.loads.effects.membrane_temperature:MembraneTemperature",
+        "piezo-film": "mechanics.loads.effects.piezo_film:PiezoFilm",
+        "piezo-pair": "mechanics.loads.effects.piezo_pair:PiezoPair",
     },
 )
 DAMPINGS = Registry(

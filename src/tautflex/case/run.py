@@ -21,7 +21,7 @@ from tautflex.files import netcdf
 from tautflex.motion.kinematics import Maneuver
 from tautflex.reduction.polynomial.model import reduce
 from tautflex.solvers.modal.natural import solve_modes
-from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
+from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.simulate import simulate
 from tautflex.solvers.transient.status import Run
 
@@ -119,7 +119,7 @@ def write_case_run(
 def _prestressed(case: Case, progress: Progress) -> tuple[Maneuver, PrestressedState]:
     maneuver = build.build_maneuver(case)  # a table that is not there is known before the work begins
     progress(0.0, "prestress")
-    return maneuver, solve_prestress(build.build_model(case))
+    return maneuver, build.build_state(case)
 
 
 def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress: Progress, throw: bool) -> Run:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
+from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.mechanics.membrane import principal_values
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion.kinematics import Maneuver
@@ -21,6 +22,7 @@ from tautflex.structure.model import Model
 
 PRESTRAIN = 0.01  # the reference shape stands for the unstressed one
 STRAIN = 0.05  # linear elasticity
+ASTRAY = 0.05  # [rad], of a force that keeps its direction
 SLOPE = 0.3  # von Karman strains leave out slope^4/8 beside slope^2/2: 1 % of it
 ROTATION = 0.2  # [rad], beams whose rotations add up like vectors
 IMBALANCE = 0.05  # of the largest force of an element, carried by the reference state
@@ -158,7 +160,9 @@ def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
         g = np.einsum("nij,nj->ni", block.gradient, extended[places])
         strain = g @ block.linear.T + 0.5 * np.einsum("ni,sij,nj->ns", g, block.quadratic, g)
         stress = initial + np.einsum("nst,nt->ns", block.elasticity, strain)
-        found = {"strain": np.abs(stress[:, 0]) / block.elasticity[:, 0, 0]}
+        # What a cable strains, not what a tendon or a drive in series with it gives way.
+        modulus = block.material.youngs_modulus if block.kind == "cable" else block.elasticity[:, 0, 0]
+        found = {"strain": np.abs(stress[:, 0]) / modulus}
         if block.kind == "membrane":
             material, principal = block.material, principal_values(stress)
             found["strain"] = (
@@ -196,7 +200,8 @@ class MotionWatch:
     They are measured at the instants of largest strain energy and of largest displacement, when the run has ended.
     """
 
-    def __init__(self, system: StructuralSystem) -> None:
+    def __init__(self, system: StructuralSystem, inputs: InputSet | None = None) -> None:
+        self._inputs = [] if inputs is None else inputs.named
         self._system = system
         self._kept: dict[int, tuple[float, float, Array]] = {}
 
@@ -217,6 +222,13 @@ class MotionWatch:
             if worst.value > limit:
                 at = f"{worst.kind} {worst.element} at {place_of(self._system.model, worst.kind, worst.element)}"
                 found.append(f"the {name} reached {worst.value:{style}} at t = {time:.4g} s in {at}: {remedy}")
+        for name, item in self._inputs:
+            angle, time = max(((item.turned(q), time) for *_, time, q in self._kept.values()), default=(0.0, 0.0))
+            if angle > ASTRAY:
+                found.append(
+                    f"inputs: the pull of {name} keeps its direction, which motion turned by {angle:.2g} rad at "
+                    f"t = {time:.4g} s: that share of it is missing across; put its anchor farther away"
+                )
         return found
 
 

@@ -12,6 +12,8 @@ from tautflex.case.options import Chosen
 from tautflex.case.registry import INPUTS
 from tautflex.case.section import Number, key
 from tautflex.errors import CaseError
+from tautflex.mechanics.loads.effects.cables import cables_along
+from tautflex.mechanics.loads.inputs import Effect
 from tautflex.numeric import Array
 
 if TYPE_CHECKING:
@@ -22,7 +24,7 @@ Point = tuple[Number, Number] | tuple[Number, Number, Number]
 
 
 class Input(Chosen):
-    """Force, tension, temperature or an input of yours in time: a number or vector, or a table over time."""
+    """Force, tension, temperature, electric field or an input of yours in time: a number, a vector, or a table."""
 
     registry = INPUTS
 
@@ -31,6 +33,11 @@ class Input(Chosen):
         """Nodes and cables, which a case knows no numbers of, may be chosen by place."""
         names = {field.name for field in dataclasses.fields(target)}
         return (*((_Nodes,) if "nodes" in names else ()), *((_Cables,) if "cables" in names else ()), cls)
+
+    @classmethod
+    def needed_keys(cls, target: type) -> tuple[str, ...]:
+        """The signal: an input in time has no one else who commands it."""
+        return (target.signal,) if issubclass(target, Effect) else ()
 
     def placed(self, model: Model) -> Any:
         """Make the input for a model.
@@ -128,9 +135,7 @@ def _nodes_of_side(model: Model, side: Side) -> tuple[int, ...]:
 def _cables_of_side(model: Model, side: Side) -> tuple[int, ...]:
     """Cables that run mainly along an axis, on one side of the origin."""
     axis, sign = _axis(side)
-    ends = model.nodes[model.cables]
-    along = np.abs(ends[:, 1] - ends[:, 0])
-    chosen = (along[:, axis] >= along[:, 1 - axis]) & (sign * ends[:, :, axis].mean(axis=1) > 0.0)
+    chosen = cables_along(model, axis) & (sign * model.nodes[model.cables][:, :, axis].mean(axis=1) > 0.0)
     if not chosen.any():
         raise CaseError(f"side: expected a side with cables, got {show(side)}; give the numbers of cables instead")
     return tuple(int(cable) for cable in np.flatnonzero(chosen))

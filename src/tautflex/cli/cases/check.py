@@ -19,16 +19,15 @@ def check(case: CaseFile, /, *, override: Overrides = None) -> Answer:
         loaded = load(case, override)
 
         from tautflex.case.advice import advise, notes
-        from tautflex.case.build import build_model
-        from tautflex.solvers.static.prestress import solve_prestress
+        from tautflex.case.build import build_state
 
         with about(case):
-            model = build_model(loaded)
-            state = solve_prestress(model)
+            state = build_state(loaded)
             warnings = advise(loaded, state)
     except InputError as error:
         nothing = {"ok": False, "nodes": 0, "dofs": 0, "mass": 0.0, "warnings": [], "notes": [], "error": str(error)}
         return Answer(nothing, list, error=error)
+    model = state.model
     answer = {
         "ok": True,
         "nodes": len(model.nodes),

@@ -50,13 +50,12 @@ def modes(
     if output is not None:
         require_output_directory(output)
 
-    from tautflex.case.build import build_model
+    from tautflex.case.build import build_state
     from tautflex.solvers.modal.natural import solve_modes
-    from tautflex.solvers.static.prestress import solve_prestress
 
     extra: dict[str, Any] = {}
     with about(case):
-        state = solve_prestress(build_model(loaded))
+        state = build_state(loaded)
         found = solve_modes(state, n=count)
         if request.rate is not None:
             extra["spinning"] = spinning.solve_single(loaded, state, request, count)

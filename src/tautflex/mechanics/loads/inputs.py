@@ -8,56 +8,20 @@ so they drive the structure where tension does: in geometric stiffness as well a
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from tautflex import checks
+from tautflex.errors import InputError
+from tautflex.mechanics.loads.prepared import FollowerForce, LinearInput, PatternLoad, PreparedInput, StressChange
+from tautflex.mechanics.loads.signals import Signal
 from tautflex.mechanics.loads.time_table import TimeTable
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array
-
-
-class FollowerForce(Protocol):
-    """Force that depends on the free unknowns q, shape (size,)."""
-
-    def force(self, q: Array) -> Array:
-        """Force on the free unknowns [N, N m], shape (size,)."""
-        ...
-
-    def mean_force(self, start: Array, end: Array) -> Array:
-        """Its mean on the straight way between two states, shape (size,)."""
-        ...
-
-    def wrench(self, q: Array) -> Array:
-        """Force [N], and torque about the origin [N m], on all nodes, held ones too, shape (6,)."""
-        ...
-
-
-class PreparedInput:
-    """An input bound to a system; as it stands here, it does nothing."""
-
-    @property
-    def idle(self) -> bool:
-        """Whether supported directions take up all of its force, so that it matters on a free hub alone."""
-        return False
-
-    def load(self, time: float) -> Array | None:
-        """Force on the free unknowns [N, N m], shape (size,), or None."""
-        return None
-
-    def held_wrench(self, time: float) -> Array | None:
-        """Force, and torque about the origin, that supported directions take up [N, N m], shape (6,), or None."""
-        return None
-
-    def follower(self, time: float) -> FollowerForce | None:
-        """Force that depends on the motion, or None."""
-        return None
-
-    def stress(self, time: float) -> dict[int, Array]:
-        """Change of initial stress by block number, shapes (element, strain)."""
-        return {}
 
 
 class TimeInput(ABC):
@@ -73,11 +37,39 @@ class TimeInput(ABC):
     def prepare(self, system: StructuralSystem) -> PreparedInput:
         """Bind to a system; raises InputError where it does not fit."""
 
+    def equipped(self, system: StructuralSystem) -> StructuralSystem:
+        """The structure that the input needs, for example with tendons; the given one itself if it is that already."""
+        return system
+
+
+class Effect(TimeInput):
+    """What one unit of an input does to a structure; how much, and when, is its signal.
+
+    The field that ``signal`` names is that signal: a number, a `TimeTable`, a function of time or `Held` numbers. An
+    actuator has none (None): the plant commands it.
+    """
+
+    signal: ClassVar[str]
+
+    def driven(self, signal: Signal | None) -> Self:
+        """The same effect under another signal."""
+        changed: dict[str, Any] = {self.signal: signal}
+        return replace(self, **changed)  # type: ignore[type-var]
+
 
 def _breaks(item: TimeInput) -> tuple[float, ...]:
     """Instants at which an input jumps, its own and those of its tables [s]."""
     tables = [value for value in vars(item).values() if isinstance(value, TimeTable)]
     return (*item.breaks, *(instant for table in tables for instant in table.breaks))
+
+
+def require_equipped(item: TimeInput, system: StructuralSystem) -> None:
+    """Raise InputError for a system that has not what the input needs."""
+    if item.equipped(system) is not system:
+        raise InputError(
+            f"inputs: expected a structure equipped for {type(item).__name__}, whose tendons change its stiffness; use "
+            "equip(state, inputs) in place of the state"
+        )
 
 
 def earlier(time: float, jump: float) -> float:
@@ -94,22 +86,47 @@ class InputSet:
         The structure.
     inputs
         The inputs.
+
+    Raises
+    ------
+    InputError
+        If one of them does not fit the structure, or needs another one than this.
     """
 
     def __init__(self, system: StructuralSystem, inputs: Sequence[TimeInput]) -> None:
         for item in checks.several("inputs", inputs, TimeInput, "CableTension(...)"):
             checks.float_array("breaks", item.breaks, (None,))
-        self._size, self._given = system.size, inputs
+            require_equipped(item, system)
+        self.system, self._given = system, inputs
         self.breaks = tuple(instant for item in inputs for instant in _breaks(item))
         self._inputs = [item.prepare(system) for item in inputs]
+        self._outside = [item for item in self._inputs if not (isinstance(item, PatternLoad) and item.internal)]
 
     def __bool__(self) -> bool:
         return bool(self._inputs)
 
+    @property
+    def named(self) -> list[tuple[str, PreparedInput]]:
+        """Inputs bound to the system, each with the name and number of what was given."""
+        pairs = zip(self._given, self._inputs, strict=True)
+        return [(f"{type(given).__name__} number {number}", item) for number, (given, item) in enumerate(pairs, 1)]
+
     def load(self, time: float) -> Array:
         """Force on the free unknowns at an instant [s] [N, N m], shape (size,)."""
-        load = np.zeros(self._size)
-        for item in self._inputs:
+        return self._load(time, self._inputs)
+
+    @property
+    def internal(self) -> bool:
+        """Whether the spacecraft pulls at itself, so that not the whole load pushes it."""
+        return len(self._outside) < len(self._inputs)
+
+    def outside_load(self, time: float) -> Array:
+        """The part of the load that pushes the spacecraft, shape (size,)."""
+        return self._load(time, self._outside)
+
+    def _load(self, time: float, inputs: Iterable[PreparedInput]) -> Array:
+        load = np.zeros(self.system.size)
+        for item in inputs:
             part = item.load(time)
             if part is not None:
                 load += part
@@ -120,8 +137,11 @@ class InputSet:
         return np.array([self.load(earlier(float(time), before)) for time in times])
 
     def held_wrench(self, time: float) -> Array:
-        """Force [N], and torque about the origin [N m], on supported directions at an instant [s], shape (6,)."""
-        held = [part for item in self._inputs if (part := item.held_wrench(time)) is not None]
+        """Force [N], and torque about the origin, on supported directions at an instant [s], shape (6,).
+
+        That of internal forces is left out: what they pull at pulls back.
+        """
+        held = [part for item in self._outside if (part := item.held_wrench(time)) is not None]
         return np.sum(held, axis=0) if held else np.zeros(6)
 
     def followers(self, time: float) -> list[FollowerForce]:
@@ -139,13 +159,50 @@ class InputSet:
     def idle(self) -> list[str]:
         """What a user should know about forces that move nothing where the supports' motion is prescribed."""
         return [
-            f"inputs: {type(given).__name__} number {number} acts on supported directions alone; its whole force goes "
+            f"inputs: {name} acts on supported directions alone; its whole force goes "
             "into the support, whose motion is prescribed, and moves nothing; push nodes that can move, or simulate "
             "on a FreeHub"
-            for number, (given, item) in enumerate(zip(self._given, self._inputs, strict=True), 1)
+            for name, item in self.named
             if item.idle
         ]
 
     def changes_stress(self) -> bool:
         """Whether an input acts through the initial stress."""
-        return any(bool(item.stress(0.0)) for item in self._inputs)
+        return any(isinstance(item, StressChange) or bool(item.stress(0.0)) for item in self._inputs)
+
+    @cached_property
+    def linear(self) -> list[LinearInput]:
+        """Inputs that are linear in a few numbers u, in order: `PatternLoad` or `StressChange`."""
+        return [item for item in self._inputs if isinstance(item, LinearInput)]
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Name and unit of each number of the linear inputs, for example ``"force_x [N]"``."""
+        return tuple(label for item in self.linear for label in item.labels)
+
+    def values(self, time: float) -> Array:
+        """Numbers u of the linear inputs at an instant [s], shape (n,)."""
+        return np.concatenate([np.zeros(0), *(item.values(time) for item in self.linear)])
+
+    @cached_property
+    def pattern(self) -> Array:
+        """Force on the free unknowns per number of the linear inputs, shape (size, n); 0 where one is a stress."""
+        empty = np.zeros((self.system.size, 0))
+        parts = [_pattern(item, self.system.size) for item in self.linear]
+        return np.concatenate([empty, *parts], axis=1)
+
+    @cached_property
+    def columns(self) -> dict[int, Array]:
+        """Change of initial stress per number of the linear inputs by block, shapes (element, strain, n)."""
+        whole: dict[int, Array] = {}
+        first = 0
+        for item in self.linear:
+            for index, column in item.columns.items() if isinstance(item, StressChange) else ():
+                filled = whole.setdefault(index, np.zeros((*column.shape[:2], len(self.labels))))
+                filled[:, :, first : first + item.count] = column
+            first += item.count
+        return whole
+
+
+def _pattern(item: LinearInput, size: int) -> Array:
+    return item.pattern if isinstance(item, PatternLoad) else np.zeros((size, item.count))

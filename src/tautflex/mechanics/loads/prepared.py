@@ -1,108 +1,159 @@
-"""What inputs come down to once they are bound to a structure: a pattern of forces, or a change of initial stresses."""
+"""What inputs come down to once they are bound to a structure.
+
+Linear ones come in two kinds: a force whose nodal pattern is constant, or a change of the initial stresses. Either is
+linear in a few numbers u, and a stress acts through ``Gᵀ V B(g)ᵀ s u``: a force and a stiffness for each number.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.mechanics.loads.inputs import PreparedInput
-from tautflex.mechanics.system import StructuralSystem
-from tautflex.numeric import Array, Indices
-from tautflex.text import shown
-
-TimeFunction = Callable[[float], ArrayLike] | ArrayLike
-"""Constant, or function of time [s]."""
+from tautflex.mechanics.loads.signals import Signal, check_signal, value_at
+from tautflex.numeric import Array
 
 
-def value_at(name: str, function: TimeFunction, time: float) -> Array:
-    """Value of a function of time, or of a constant; InputError, with the name of the argument, if it is no number."""
-    value = function(time) if callable(function) else function
-    try:
-        return np.asarray(value, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{name}: expected numbers at t = {time:g} s, got {shown(value)}") from None
+class FollowerForce(Protocol):
+    """Force that depends on the free unknowns q, shape (size,)."""
+
+    def force(self, q: Array) -> Array:
+        """Force on the free unknowns [N, N m], shape (size,)."""
+        ...
+
+    def mean_force(self, start: Array, end: Array) -> Array:
+        """Its mean on the straight way between two states, shape (size,)."""
+        ...
+
+    def wrench(self, q: Array) -> Array:
+        """Force [N], and torque about the origin [N m], on all nodes, held ones too, shape (6,)."""
+        ...
+
+
+class PreparedInput:
+    """An input bound to a system; as it stands here, it does nothing."""
+
+    @property
+    def idle(self) -> bool:
+        """Whether supported directions take up all of its force, so that it matters on a free hub alone."""
+        return False
+
+    def load(self, time: float) -> Array | None:
+        """Force on the free unknowns [N, N m], shape (size,), or None."""
+        return None
+
+    def held_wrench(self, time: float) -> Array | None:
+        """Force, and torque about the origin, that supported directions take up [N, N m], shape (6,), or None."""
+        return None
+
+    def follower(self, time: float) -> FollowerForce | None:
+        """Force that depends on the motion, or None."""
+        return None
+
+    def stress(self, time: float) -> dict[int, Array]:
+        """Change of initial stress by block number, shapes (element, strain)."""
+        return {}
+
+    def turned(self, q: Array) -> float:
+        """Angle by which motion turns a direction that the input keeps [rad]."""
+        return 0.0
 
 
 @dataclass(frozen=True)
-class PatternLoad(PreparedInput):
+class LinearInput(PreparedInput):
+    """Input that is linear in a few numbers u, shape (n,).
+
+    Parameters
+    ----------
+    function
+        The numbers in time; None where a plant commands them.
+    name
+        Argument that the signal is, for messages.
+    labels
+        Name and unit of each number, for example ``"force_x [N]"``.
+    lowest
+        Least number that makes sense: cables cannot push.
+    """
+
+    function: Signal | None
+    name: str
+    labels: tuple[str, ...]
+    lowest: float
+
+    def __post_init__(self) -> None:
+        check_signal(self.name, self.function)
+
+    @property
+    def count(self) -> int:
+        """How many numbers there are."""
+        return len(self.labels)
+
+    def values(self, time: float) -> Array:
+        """The numbers u at an instant [s], shape (n,).
+
+        Raises
+        ------
+        InputError
+            If there is no signal, or it gives too many or too few numbers, or such as make no sense.
+        """
+        if self.function is None:
+            text = f"{self.name}: missing, expected a number, a TimeTable, a function of time, or Held numbers"
+            raise InputError(f"{text}; give {self.name}=..., or command it as an actuator of a plant")
+        value = value_at(self.name, self.function, time)
+        if self.count > 1:
+            value = checks.float_array(self.name, value, (self.count,))
+        elif value.shape not in ((), (1,)) or not np.all(np.isfinite(value)):
+            raise InputError(f"{self.name}: expected one finite number, got {value.tolist()}; correct it")
+        if value.min() < self.lowest:
+            text = f"{self.name}: expected numbers >= {self.lowest:g} at t = {time:g} s, got {value.min():g}"
+            raise InputError(f"{text}; a cable cannot push")
+        return np.atleast_1d(value)
+
+
+@dataclass(frozen=True)
+class PatternLoad(LinearInput):
     """Force whose nodal pattern is constant.
 
-    ``pattern`` gives the force on the free unknowns, shape (size, 3), ``held`` the wrench of the rest, shape (6, 3).
+    Parameters
+    ----------
+    pattern
+        Force on the free unknowns per number, shape (size, n).
+    held
+        Force, and torque about the origin, that supported directions take up per number, shape (6, n).
+    internal
+        Whether the spacecraft pushes against itself: the whole wrench of the input on it is zero, in any state.
     """
 
     pattern: Array
     held: Array
-    function: TimeFunction
-    name: str
-
-    def __post_init__(self) -> None:
-        check_function(self.name, self.function)
+    internal: bool = False
 
     @property
     def idle(self) -> bool:
-        """Whether supported directions take up all of the force; of a function of time any direction may be one."""
-        if callable(self.function):
+        """Whether supported directions take up all of the force; of a function of time any number may be one."""
+        if self.function is None or callable(self.function):
             return not self.pattern.any()
         return bool(np.any(self.function)) and not self.load(0.0).any()
 
     def load(self, time: float) -> Array:
         """Force on the free unknowns [N, N m], shape (size,)."""
-        return self.pattern @ checks.vector3(self.name, value_at(self.name, self.function, time))
+        return self.pattern @ self.values(time)
 
     def held_wrench(self, time: float) -> Array:
         """Force, and torque about the origin, that supported directions take up [N, N m], shape (6,)."""
-        return self.held @ checks.vector3(self.name, value_at(self.name, self.function, time))
+        return self.held @ self.values(time)
 
 
 @dataclass(frozen=True)
-class StressChange(PreparedInput):
-    """Stress change linear in a few numbers: ``columns[block]`` has shape (element, strain, number)."""
+class StressChange(LinearInput):
+    """Change of the initial stresses: ``columns[block]`` is that per number, shape (element, strain, n)."""
 
-    function: TimeFunction
     columns: dict[int, Array]
-    count: int
-    name: str
-
-    def __post_init__(self) -> None:
-        check_function(self.name, self.function)
 
     def stress(self, time: float) -> dict[int, Array]:
         """Change of initial stress by block number, shapes (element, strain)."""
-        value = np.atleast_1d(value_at(self.name, self.function, time))
-        if value.shape not in ((1,), (self.count,)) or not np.all(np.isfinite(value)):
-            several = "" if self.count == 1 else f", or {self.count} of them"
-            raise InputError(f"{self.name}: expected one finite number{several}, got {value.tolist()}; correct it")
-        value = np.broadcast_to(value, (self.count,))
+        value = self.values(time)
         return {index: column @ value for index, column in self.columns.items()}
-
-
-def check_function(name: str, function: TimeFunction) -> None:
-    """Raise InputError for a function of anything but the time."""
-    if callable(function):
-        checks.function(name, function, "time")
-
-
-def checked_nodes(system: StructuralSystem, nodes: Sequence[int]) -> Indices:
-    """Node numbers as an array; InputError if there is none, one is not in the model, or one stands twice."""
-    found = checks.indices("nodes", nodes, len(system.model.nodes))
-    if not len(found):
-        raise InputError("nodes: expected at least one node, got none; give its number")
-    if len(np.unique(found)) < len(found):
-        raise InputError(f"nodes: expected every node once, got {found.tolist()}; leave repeated ones out")
-    return found
-
-
-def nodal_pattern(system: StructuralSystem, nodes: Sequence[int], share: Array) -> tuple[Array, Array]:
-    """Force on free unknowns and wrench of the others (`PatternLoad`), where each node gets its share."""
-    pattern, held = np.zeros((system.size + 1, 3)), np.zeros((6, 3))
-    for node, part in zip(checked_nodes(system, nodes), share, strict=True):
-        place = system.place[system.model.translation_dofs[node]]
-        pattern[place, range(3)] += part
-        forces = part * np.diag(place == system.size)
-        held += np.concatenate([forces, np.cross(system.model.nodes[node], forces).T])
-    return pattern[:-1], held

@@ -15,7 +15,8 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.loads.inputs import FollowerForce, InputSet, earlier
+from tautflex.mechanics.loads.inputs import InputSet, earlier
+from tautflex.mechanics.loads.prepared import FollowerForce
 from tautflex.mechanics.products import MassDamping
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import RigidMotion, Segment

@@ -78,7 +78,8 @@ class Recorder:
         self._spin = np.zeros((samples, 2, 3))
         self._scalars = {name: np.zeros(samples) for name in SCALARS}
         self._fields: list[tuple[float, Array, NDArray[np.int8]]] = []
-        self._watch, self._motion = CompressionWatch(equation.system), MotionWatch(equation.system)
+        self._watch = CompressionWatch(equation.system)
+        self._motion = MotionWatch(equation.system, equation.inputs)
         self._count = 0
 
     def store(self, at: MotionState, segment: Segment) -> None:

@@ -113,7 +113,7 @@ class HubEquation(EquationOfMotion):
         self.body: tuple[Any, ...] = tuple(Body.of(self.inertia, self.hub))
         self._mobile = LowRankUpdate(self._mass_factor)
         self._constant = None if self.hub.feedback else self.hub.wrench()
-        self._held = np.zeros(6)
+        self._held, self._outside = np.zeros(6), self.input_load
         model = self.system.model
         dofs, turning = model.translation_dofs, np.flatnonzero(np.diff(model.dof_offset) == 6)
         self._moves = self.system.place[dofs]
@@ -123,14 +123,17 @@ class HubEquation(EquationOfMotion):
         """Apply the inputs of an instant, those on held nodes too; a jump at ``before`` is not met yet."""
         super().set_time(time, before)
         if self.inputs:
-            self._held = self.inputs.held_wrench(earlier(time, before))
+            instant = earlier(time, before)
+            self._held, self._outside = self.inputs.held_wrench(instant), self.input_load
+            if self.inputs.internal:
+                self._outside = self.inputs.outside_load(instant)
 
     def nodal_wrench(self, q: Array) -> Array:
         """Force, and torque about O, of the inputs at the instant that is set, hub axes, shape (6,)."""
         held = sum((item.wrench(q) for item in self.followers), self._held)
-        if not self.input_load.any():
+        if not self._outside.any():
             return held
-        load, moved = np.append(self.input_load, 0.0), np.append(q, 0.0)
+        load, moved = np.append(self._outside, 0.0), np.append(q, 0.0)
         forces, arms = load[self._moves], self.system.model.nodes + moved[self._moves]
         torque = np.cross(arms, forces).sum(axis=0) + load[self._turns].sum(axis=0)
         return held + np.concatenate([forces.sum(axis=0), torque])

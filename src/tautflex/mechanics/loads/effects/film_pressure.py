@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tautflex.mechanics.loads.inputs import PreparedInput, TimeInput
-from tautflex.mechanics.loads.prepared import TimeFunction, check_function, value_at
+from tautflex.mechanics.loads.inputs import TimeInput
+from tautflex.mechanics.loads.prepared import PreparedInput
 from tautflex.mechanics.loads.pressure import PressureLoad
+from tautflex.mechanics.loads.signals import Signal, check_signal, value_at
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.text import brief
 
@@ -24,22 +25,22 @@ class Pressure(TimeInput):
         Instants at which the function jumps [s].
     """
 
-    pressure: TimeFunction
+    pressure: Signal
     breaks: tuple[float, ...] = ()
 
     __repr__ = brief
 
     def prepare(self, system: StructuralSystem) -> PreparedInput:
         """Bind to a system with a film."""
-        check_function("pressure", self.pressure)
+        check_signal("pressure", self.pressure)
         return _FilmPressure(PressureLoad(system, 0.0), self.pressure)
 
 
 @dataclass(frozen=True)
 class _FilmPressure(PreparedInput):
     film: PressureLoad
-    function: TimeFunction
+    signal: Signal
 
     def follower(self, time: float) -> PressureLoad:
         """The pressure at an instant [s]."""
-        return self.film.scaled(value_at("pressure", self.function, time))
+        return self.film.scaled(value_at("pressure", self.signal, time))

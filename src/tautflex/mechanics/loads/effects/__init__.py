@@ -1,0 +1,1 @@
+"""What one unit of an input does to the structure: one effect a file."""
