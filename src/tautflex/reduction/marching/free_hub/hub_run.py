@@ -91,11 +91,14 @@ class HubRun(ReducedRun):
         r, m = rom.size, self.ride.given.size
         if not self.inputs:
             return HubInputs(np.zeros((1, r)), np.zeros((1, m)), wrench, np.zeros((1, 3, r)))
-        forces = self.inputs.loads(times, before)
-        held = np.array([self.inputs.held_wrench(earlier(float(time), before)) for time in times])
+        forces, instants = self.inputs.loads(times, before), [earlier(float(time), before) for time in times]
+        outside = forces
+        if self.inputs.internal:
+            outside = np.array([self.inputs.outside_load(instant) for instant in instants])
+        held = np.array([self.inputs.held_wrench(instant) for instant in instants])
         stress = -forces @ rom.monomial_vectors.T if m else np.zeros((1, 0))
-        arms = (forces @ self._to_arms).reshape(-1, 3, r)
-        return HubInputs(-forces @ rom.basis.kept.T, stress, wrench + held + forces @ self._to_wrench, arms)
+        arms = (outside @ self._to_arms).reshape(-1, 3, r)
+        return HubInputs(-forces @ rom.basis.kept.T, stress, wrench + held + outside @ self._to_wrench, arms)
 
     def _at(self, time: float, before: float, rigid: Array, seen: Array | None = None) -> HubInputs:
         """What acts from outside at one instant with this hub and these coordinates and velocities, (2, r)."""
