@@ -39,7 +39,7 @@ def antenna():
 
 @cache
 def rom(count=8):
-    return tf.reduce(antenna(), tf.ModalBasis(count=count))
+    return tf.reduce(antenna(), tf.ModalBasis(count=count, candidates=80))
 
 
 def turned(first, second):
@@ -163,7 +163,7 @@ def test_all_vectors_are_the_full_model(verification_row):
         "time_step": 1e-3, "end_time": 0.12, "probes": {"A": (0.1, 0.13)}, "tolerance": 1e-12,
         "initial_velocity": everywhere(state),
     }  # fmt: skip
-    for method in METHODS[1:]:
+    for method in (tf.Newmark(), tf.EnergyConserving(), tf.GeneralizedAlpha(0.8)):
         full, reduced = (tf.simulate(plant, hub, method=method, **given).data for plant in (state, whole))
         for name in (
             "w",
@@ -264,9 +264,9 @@ def test_a_force_on_the_structure_moves_the_spacecraft(verification_row):
             assert abs(run.energy_balance["residual"]) < 1e-8 * float(run.data.work[-1])
         assert gaps[0] / gaps[1] == pytest.approx(4.0, rel=0.2)
         verification_row(f"reduced model, force on the film, {method.name}: momentum - impulse", 0, error, "impulse")
-    full, many = (tf.simulate(plant, tf.FreeHub(**BODY), **given).data for plant in (antenna(), rom(16)))
+    full, many = (tf.simulate(plant, tf.FreeHub(**BODY), **given).data for plant in (antenna(), rom(32)))
     gap = float(np.abs(full.hub_position - many.hub_position).max() / full.hub_position[-1, 2])
-    assert gap < 5e-3
+    assert gap < 2e-4
     verification_row("reduced model, force on the film: way of the hub, relative", 0, gap, "full model")
 
 
