@@ -91,6 +91,7 @@ def doors(t):
         "torque": (0, 0, 1),
         "force": None,
         "breaks": (),
+        "axes": "free",
     }
     question = {
         "maneuver": tf.Stop(0.1, 0.01),

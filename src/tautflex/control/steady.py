@@ -79,7 +79,7 @@ class SteadyState:
         """Free directions of the hub among x, y, z, rx, ry, rz: rotations, then translations."""
         if self.hub is None:
             return []
-        axes = getattr(self.hub, "axes", "free")
+        axes = self.hub.axes
         turns = [3, 4, 5] if axes in ("free", "xyz") else [3 + "xyz".index(axes)]
         return turns + ([0, 1, 2] if axes == "free" else [])
 
@@ -163,7 +163,7 @@ def _motion(hub: FreeHub | None, motion: RigidMotion | None) -> RigidMotion:
     spin = np.asarray(hub.angular_velocity, dtype=float)
     if not spin.any():
         return still
-    if getattr(hub, "axes", "free") not in ("x", "y", "z"):
+    if hub.axes not in ("x", "y", "z"):
         raise UnsupportedError(
             f"hub: expected one at rest, or of one axis, for a linear view, got a spin of {spin.tolist()} rad/s about "
             "free axes; set axes = 'x', 'y' or 'z', or prescribe the spin"

@@ -69,11 +69,15 @@ class FreeHub:
         `scipy.interpolate.CubicSpline`.
     breaks
         Instants at which torque or force jump [s]; integrators step onto them.
+    axes
+        What the hub is free to do: ``"free"`` turns about all axes and moves, ``"xyz"`` turns about an origin at rest,
+        ``"x"``, ``"y"`` or ``"z"`` turns about that axis through an origin at rest.
 
     Raises
     ------
     InputError
-        If a value has the wrong shape or range, or no body has such an inertia.
+        If a value has the wrong shape or range, no body has such an inertia, or the start or a force moves what the
+        axes hold.
     """
 
     mass: float
@@ -85,10 +89,12 @@ class FreeHub:
     torque: ArrayLike | Actuation | None = None
     force: ArrayLike | Actuation | None = None
     breaks: tuple[float, ...] = ()
+    axes: str = "free"
     __repr__ = brief
 
     def __post_init__(self) -> None:
         checks.positive("mass", self.mass)
+        checks.one_of("axes", self.axes, ("free", "xyz", "x", "y", "z"))
         for name in ("center", "angular_velocity", "velocity"):
             checks.vector3(name, getattr(self, name))
         tensor = self.tensor
@@ -109,6 +115,23 @@ class FreeHub:
             elif value is not None:
                 checks.vector3(name, value)
         checks.float_array("breaks", self.breaks, (None,))
+        free = self.freedom
+        for name, allowed in (("velocity", free[:3]), ("angular_velocity", free[3:])):
+            if np.any(np.asarray(getattr(self, name))[allowed == 0.0]):
+                raise InputError(
+                    f"{name}: expected none where axes = {self.axes!r} holds the hub, got {getattr(self, name)!r}"
+                )
+        if self.force is not None and not free[:3].any():
+            raise InputError(
+                f"force: expected None on a hub whose origin rests (axes = {self.axes!r}), got {self.force!r}; use "
+                "axes = 'free'"
+            )
+
+    @property
+    def freedom(self) -> Array:
+        """1 where the velocity of the origin and the angular velocity, hub axes, are free, else 0, shape (6,)."""
+        turns = [float(self.axes in ("free", "xyz", name)) for name in "xyz"]
+        return np.array([float(self.axes == "free")] * 3 + turns)
 
     @property
     def tensor(self) -> Array:

@@ -145,7 +145,7 @@ class ReducedInputs:
 
     def stresses(self, times: Array, before: float = np.inf) -> Array:
         """Those of them that are stresses, shape (time, n_s)."""
-        return self.values(times, before)[:, self._stressing]
+        return np.take(self.values(times, before), self._stressing, axis=1)
 
     def driven(self, numbers: Array) -> tuple[Array, Array]:
         """Load on the coordinates, shape (time, r), and what is given to the internal force, of numbers (time, n).
@@ -153,7 +153,7 @@ class ReducedInputs:
         Both on the left-hand side. Given is a stress per monomial, shape (time, m), or, where stresses act in elements,
         their numbers (time, n_s).
         """
-        load, pulled = -by_rows(numbers, self.load.T), numbers[:, self._stressing]
+        load, pulled = -by_rows(numbers, self.load.T), np.take(numbers, self._stressing, axis=1)
         if self._rom.in_elements:
             return load, pulled
         given = by_rows(pulled, self.stress) - by_rows(numbers, self._on_monomials.T)

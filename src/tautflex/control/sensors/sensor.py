@@ -163,5 +163,5 @@ def noise_of(seed: int, name: str) -> np.random.Generator:
 
 def hub_rows(hub: FreeHub | None) -> Array:
     """Rows of the hub's axes on vectors in its own axes, shape (axes, 3): three, or the one it may turn about."""
-    axes = getattr(hub, "axes", "free")
+    axes = "free" if hub is None else hub.axes
     return np.eye(3) if axes in ("free", "xyz") else np.eye(3)[["xyz".index(axes)]]

@@ -115,7 +115,7 @@ class ReducedBooks(Remembering):
         self._known = True
         if self.errors is not None:
             ends = trace.reshape(count, len(stages), *trace.shape[1:])[:, -1]
-            self._add_errors(self.errors, ends, start, stages[-1], starts[:count], segment)
+            self.add_errors(self.errors, ends, start, stages[-1], starts[:count], segment)
 
     def _loads(self, times: Array, before: float, places: Array) -> Array:
         """Forces of inputs on the left-hand side at instants and coordinates there, shape (time, r); (0, r): none."""
@@ -139,7 +139,7 @@ class ReducedBooks(Remembering):
         none = np.zeros_like(inside)
         return np.stack([none, inside, loss, start.forces - inside - loss, none])
 
-    def _add_errors(
+    def add_errors(
         self, errors: ErrorSum, ends: Array, start: Start, stage: StageNumbers, starts: Array, segment: Segment
     ) -> None:
         """Sum up local errors of steps, filtered by the stiffness of the reference."""

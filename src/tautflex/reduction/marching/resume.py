@@ -45,9 +45,12 @@ def resume(run: ReducedRun) -> bool:
 
 
 def final(run: ReducedRun, whole: bool) -> Checkpoint | None:
-    """State to go on from; where not all steps were taken, the last one that was stored, without memory."""
+    """State to go on from; where not all steps were taken, the last one that was stored.
+
+    This one, and any on a free hub, has no memory.
+    """
     time, eta, rate, memory = run.time, run.work.q, run.work.v, Memory()
-    if whole:
+    if whole and not run.on_hub:
         memory = {
             "work": copied({name: getattr(run.work, name) for name in _KEPT}),
             "books": run.books.memory(),
@@ -57,10 +60,10 @@ def final(run: ReducedRun, whole: bool) -> Checkpoint | None:
             "energies": copied(run.first),
             "largest": run.largest,
         }
-    else:
+    elif not whole:
         last = int(np.searchsorted(run.stored, run.reached, side="right")) - 1
         if last < 0:
             return run.problem.initial
         time, eta, rate = run.problem.instant(int(run.stored[last])), run.eta[last], run.rate[last]
     structure, (q, v) = structure_of(run.rom.state), run.motion_at(time, eta, rate)
-    return Checkpoint(time, q, v, np.zeros(0), structure, question(run), flat(memory))
+    return Checkpoint(time, q, v, run.hub_at(time, eta, rate), structure, question(run), flat(memory))

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
+import xarray as xr
 from scipy.linalg import eigh
 
-from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.inertia import WeighedMoments
 from tautflex.mechanics.loads.inputs import InputSet
-from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, Indices, cross_matrices
 from tautflex.reduction.inputs import ReducedInputs
+from tautflex.reduction.marching.beginning import Beginning
 from tautflex.reduction.marching.books import ReducedBooks, Start
 from tautflex.reduction.marching.dispatch import internal_force, tangent
 from tautflex.reduction.marching.frame_terms import BLOCK, Span, frame_at, frame_terms, sample
@@ -22,7 +23,6 @@ from tautflex.reduction.marching.steps import march, march_explicit
 from tautflex.reduction.marching.work import LOOKED, StageNumbers, Work, new_work, stage_numbers
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, energies, rows_from, total_force
-from tautflex.solvers.static.stability import growth_text, largest_translation
 from tautflex.solvers.transient.accuracy.between import doubts_about_inputs
 from tautflex.solvers.transient.accuracy.books import STRESS
 from tautflex.solvers.transient.accuracy.energy import Energies, energy_balance, frame_twist
@@ -33,25 +33,21 @@ from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.status import Statistics
 
-# Negative eigenvalues smaller than this part of the largest one are zero but for round-off.
-_ROUND_OFF = 1e-12
-
 
 class ReducedRun:
     """State and record of a run.
 
-    Raises UnsupportedError if a free hub, adaptive steps or an unknown explicit method are asked for, or an input is
-    not linear in a few numbers.
+    Raises UnsupportedError if adaptive steps or an unknown explicit method are asked for, or an input is not linear
+    in a few numbers.
     """
+
+    on_hub: ClassVar[bool] = False
+    """Whether the motion of the hub is part of the answer."""
 
     def __init__(self, rom: OnBasis, problem: TransientProblem) -> None:
         self.rom, self.problem = rom, problem
         if problem.adaptive is not None:
             raise UnsupportedError("adaptive: expected None for a reduced model, whose steps cost next to nothing")
-        if isinstance(problem.maneuver, FreeHub):
-            raise UnsupportedError(
-                "maneuver: expected a prescribed motion for a reduced model, got a free hub; simulate the full state"
-            )
         method = problem.method
         if not isinstance(method, Method | CentralDifference):
             raise UnsupportedError(f"method: expected an implicit method or CentralDifference(), got {method!r}")
@@ -64,8 +60,7 @@ class ReducedRun:
         c = rom.coefficients if kinds is None else rom.weighed(kinds)
         self.moments = WeighedMoments(np.concatenate([c.load, c.load_stress], axis=1))
         self._offsets = WeighedMoments(c.follow_load)
-        self._began = problem.maneuver.start()
-        self.segments = split_segments(problem.maneuver.segments(), self.inputs.breaks)
+        self._began, self.segments = self._plan(problem.maneuver)
         self._tolerance = problem.tolerance or self._method.tolerance
         # Numbers of the grid instants whose coordinates are kept, sorted.
         fields = np.array(sorted(problem.field_steps), dtype=np.int64)
@@ -83,6 +78,10 @@ class ReducedRun:
         self.first_stored = self.largest = 0.0
         self.before = self._work.counts.copy()
         self._trace = np.empty((0, 8, rom.size))
+
+    def _plan(self, maneuver: Any) -> tuple[RigidMotion, tuple[Segment, ...]]:
+        """Motion at the start, and smooth segments of the motion and the inputs."""
+        return maneuver.start(), split_segments(maneuver.segments(), self.inputs.breaks)
 
     @property
     def time(self) -> float:
@@ -102,7 +101,7 @@ class ReducedRun:
         if not self.rom.in_elements:
             # The steps' books have what stresses of inputs do as the work of a load.
             work[STRESS] += self.stored_now() - self.first_stored
-        return energy_balance(self.first, self._energies_now(), work, free=False)
+        return energy_balance(self.first, self._energies_now(), work, self.on_hub)
 
     def stored_now(self) -> float:
         """What stresses of inputs add to the strain energy where the steps have come to [J]."""
@@ -123,6 +122,11 @@ class ReducedRun:
         return q + self.inputs.answer(np.array([time]))[0], v
 
     @property
+    def idle(self) -> list[str]:
+        """What to know about inputs that move nothing."""
+        return self.inputs.given.idle()
+
+    @property
     def work(self) -> Work:
         """What survives from step to step."""
         return self._work
@@ -137,17 +141,28 @@ class ReducedRun:
         """Steady spinning equilibrium and projected velocity, or those another run ended with; accelerations follow."""
         work, initial = self._work, self.problem.initial
         if initial is None:
-            work.q[:] = self._equilibrium(self._began)
-            work.q[:] += self._imperfection(work.q.copy())
+            beginning = Beginning(self.rom, self.arrays, self.problem.coupling, self.moments, self._began)
+            work.q[:] = beginning.equilibrium()
+            offset, found = beginning.imperfection(work.q.copy(), self.problem.initial_imperfection)
+            work.q[:] += offset
+            self.warnings += found
             work.v[:] = self.rom.coordinates(self.problem.velocity)
         else:
             work.q[:], work.v[:] = self.rom.coordinates(np.stack([initial.displacement, initial.velocity]))
-        self._balance(self._frame(self.segments[self._current], self.time))
+        self._begin()
         self.first, self.first_stored = self._energies_now(), self.stored_now()
         if initial is None:
-            self.eta[0], self.rate[0] = work.q, work.v
+            self._keep(0)
         if self._explicit:
             self._check_step(self.problem.time_step)
+
+    def _begin(self) -> None:
+        """Accelerations at the start."""
+        self._balance(self._frame(self.segments[self._current], self.time))
+
+    def _keep(self, row: int) -> None:
+        """Store the present state."""
+        self.eta[row], self.rate[row] = self._work.q, self._work.v
 
     @property
     def _current(self) -> int:
@@ -185,20 +200,24 @@ class ReducedRun:
         rows = self._rows(stretch.grid)
         first = 0
         while first < len(rows):
-            part = rows_from(frame, first * len(stages))
+            part = self._rest(frame, first * len(stages))
             first += self._steps(part, stages, rows[first:], stretch.starts[first:], segment)
             if first < len(rows):
                 start = float(stretch.starts[first])
                 if not self._halve(segment, start, stretch.size, self.problem.max_halvings):
                     break
                 if rows[first] >= 0:
-                    self.eta[rows[first]], self.rate[rows[first]] = self._work.q, self._work.v
+                    self._keep(int(rows[first]))
                 first += 1
         self.reached = max(self.reached, int(stretch.grid[:first].max(initial=0)))
         return first == len(rows)
 
+    def _rest(self, frame: Any, first: int) -> Any:
+        """Terms from one instant on."""
+        return rows_from(frame, first)
+
     def _steps(
-        self, frame: FrameTerms, stages: tuple[StageNumbers, ...], rows: Indices, starts: Array, segment: Segment
+        self, frame: Any, stages: tuple[StageNumbers, ...], rows: Indices, starts: Array, segment: Segment
     ) -> int:
         """Steps of equal size from these instants on, and their books; how many converged."""
         start, count, stored = Start.of(self._work), len(rows) * len(stages), (self.eta, self.rate)
@@ -207,11 +226,15 @@ class ReducedRun:
         trace = self._trace[:count]
         done = self._march(self.arrays, frame, stages, self._work, rows, stored, self._tolerance, trace)
         self.books.take(trace[: done * len(stages)], start, stages, starts, segment)
-        if done and self.rom.in_elements:
-            ends = np.concatenate([start.q[None], trace[len(stages) - 1 : done * len(stages) : len(stages), 0]])
-            began = starts[:done]
-            self._restress(0.5 * (ends[1:] + ends[:-1]), began, began + stages[0].step, segment.end)
+        ends = trace[len(stages) - 1 : done * len(stages) : len(stages), 0]
+        self._restress_steps(start.q, ends, starts[:done], stages[0].step, segment)
         return int(done)
+
+    def _restress_steps(self, q: Array, ends: Array, starts: Array, step: float, segment: Segment) -> None:
+        """Book what stresses in elements add in steps from q to ``ends``, at the middle of each."""
+        if len(ends) and self.rom.in_elements:
+            before = np.concatenate([q[None], ends[:-1]])
+            self._restress(0.5 * (ends + before), starts, starts + step, segment.end)
 
     def _restress(self, q: Array, starts: Array, ends: Array, before: float, jump: float = np.inf) -> None:
         """Book what stresses in elements add to the strain energy of coordinates (n, r) between instants [s]."""
@@ -242,7 +265,7 @@ class ReducedRun:
 
     def _frames(
         self, segment: Segment, starts: Array, stages: tuple[StageNumbers, ...], span: Span | None = None
-    ) -> FrameTerms:
+    ) -> Any:
         """Terms of the moving frame and inputs for every stage of steps inside one segment, sampled over a span."""
         into = np.cumsum([0.0, *(stage.size for stage in stages[:-1])])
         offsets = into + np.array([stage.evaluation * stage.size for stage in stages])
@@ -315,48 +338,6 @@ class ReducedRun:
             work.jerk[:] = 0.0
             self.books.restart()
 
-    def _equilibrium(self, motion: RigidMotion) -> Array:
-        """Steady equilibrium of the coordinates under a constant motion, by Newton's method, shape (r,)."""
-        frame = frame_at(self.problem.coupling, self.moments, motion, self.rom.size)
-        q, v = np.zeros(self.rom.size), np.zeros(self.rom.size)
-        if not (frame.load.any() or frame.turns):
-            return q
-        force = np.empty(self.rom.size)
-        for _ in range(50):
-            total_force(self.arrays, frame, 0, q, v, force)
-            scale = max(float(np.linalg.norm(frame.load)), 1e-300)
-            if float(np.linalg.norm(force)) <= 1e-9 * scale:
-                return q
-            q = q - np.linalg.solve(self._stiffness(q, frame), force)
-        raise NotConvergedError(
-            "spinning equilibrium of the reduced model: Newton's method failed; reduce the angular rate or raise the "
-            "pretension"
-        )
-
-    def _stiffness(self, q: Array, frame: FrameTerms) -> Array:
-        """``K_tan(q) + K_T`` of a steady motion on the coordinates, shape (r, r)."""
-        stress, other = np.empty(frame.stress.shape[1]), np.empty(self.rom.size)
-        derivative_forces(self.arrays, frame, 0, q, np.zeros(self.rom.size), stress, other)
-        return tangent(self.arrays, q, stress) + np.einsum("ab,abij->ij", frame.displacement[0], self.arrays.turning)
-
-    def _imperfection(self, q: Array) -> Array:
-        """Offset from the equilibrium, shape (r,); warns of motion that grows out of it, as `find_instability` does."""
-        frame = frame_at(self.problem.coupling, self.moments, self._began, self.rom.size)
-        stiffness, mass = self._stiffness(q, frame), self.arrays.mass
-        values, vectors = eigh(0.5 * (stiffness + stiffness.T), mass)
-        shape, count = vectors[:, 0], int(np.sum(values < -_ROUND_OFF * np.abs(values).max()))
-        if count:
-            velocity = self.arrays.damping + np.einsum("ab,abij->ij", frame.velocity[0], self.arrays.turning)
-            down = -np.linalg.solve(mass, np.hstack([stiffness, velocity]))
-            roots, motions = np.linalg.eig(np.vstack([np.eye(len(q), 2 * len(q), len(q)), down]))
-            fastest = int(roots.real.argmax())
-            if roots[fastest].real > 1e-6 * np.sqrt(-values[0]):
-                shape, rate = motions[: len(q), fastest].real, float(roots[fastest].real)
-                grown = self.rom.displacement(shape)
-                self.warnings.append(growth_text(self.rom.state, count, rate, grown, self._began))
-        largest = largest_translation(self.rom.state, self.rom.displacement(shape))
-        return self.problem.initial_imperfection / largest * shape if largest else np.zeros(len(q))
-
     def frame_now(self, time: float) -> FrameTerms:
         """Terms of the moving frame and inputs at a sample."""
         return self._frame(self.segments[int(_place(self.segments, np.array([time]))[0])], time)
@@ -392,6 +373,14 @@ class ReducedRun:
         place, speed = self.rom.seen(probes.map, eta, rate, self.prescribed_offset(motions))
         place = place + self.inputs.answer(times, probes.map)
         return np.stack([place, speed], axis=1).reshape(len(eta), 2, -1, 3)
+
+    def complete(self, data: xr.Dataset, place: Indices) -> xr.Dataset:
+        """The record with what else is known of samples with these places among the stored ones."""
+        return data
+
+    def hub_at(self, time: float, eta: Array, rate: Array) -> Array:
+        """Free hub at a stored instant or where the steps have come to, shape (31,); (0,): there is none."""
+        return np.zeros(0)
 
 
 def _place(segments: tuple[Segment, ...], times: Array) -> Indices:

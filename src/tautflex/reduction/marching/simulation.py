@@ -9,8 +9,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from tautflex.mechanics.membrane import survey_at
+from tautflex.motion.hub import FreeHub
 from tautflex.numeric import Array
 from tautflex.reduction.marching.frame_terms import in_blocks
+from tautflex.reduction.marching.free_hub.hub_run import HubRun
 from tautflex.reduction.marching.resume import final, resume
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.validity import check_validity
@@ -29,7 +31,7 @@ def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = 
     instants of ``check_time`` (the largest motion of each of a few windows) and are NaN between them. Raises as
     `ReducedRun`, and InputError if the step of an explicit method is not stable.
     """
-    run = ReducedRun(rom, problem)
+    run = (HubRun if isinstance(problem.maneuver, FreeHub) else ReducedRun)(rom, problem)
     began = clock.perf_counter()
     status = Status.COMPLETED
     try:
@@ -43,7 +45,6 @@ def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = 
     statistics.seconds = clock.perf_counter() - began
     ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
     data, balance = _dataset(run).assign_attrs(ended), run.balance()
-    run.largest = float(np.max(data["kinetic_energy"].values + data["strain_energy"].values, initial=run.largest))
     accuracy = judge(problem, run.books.errors, balance, run.largest, problem.time_step)
     data.attrs |= accuracy.attributes | {"warnings": data.attrs["warnings"] + accuracy.warnings}
     ended_in = final(run, status is Status.COMPLETED)
@@ -60,6 +61,7 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
     motions = run.motions(times)
     before = problem.stored_steps.start // problem.every
     energy = in_blocks(run.energies, before, times, eta, rate)
+    run.largest = float(np.max(energy.sum(axis=1), initial=run.largest))
     checked = check_validity(run, times, eta, rate, motions, energy.sum(axis=1))
     scalars = {name: np.full(len(rows), np.nan) for name in SCALARS}
     scalars |= {"kinetic_energy": energy[:, 0], "strain_energy": energy[:, 1]}
@@ -70,13 +72,13 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
     spin = motions[:, :6].reshape(-1, 2, 3)
     probe = in_blocks(lambda *states: run.read(problem.placed, *states), before, times, eta, rate, motions)
     samples = Samples(times, probe, spin, scalars, fields)
-    said = [*run.inputs.given.idle(), *run.warnings, *checked.warnings]
+    said = [*run.idle, *run.warnings, *checked.warnings]
     attributes = problem.attributes | {"reduced_model": repr(rom), "warnings": said}
     attributes["title"] += ", reduced model"
     data = run_dataset(rom.model, problem.placed, samples, attributes)
     arrays = {"coordinate": eta, "truncated_energy": checked.truncated}
     instants = described(REDUCED_RUN, {"check_time": times[checked.samples]})
-    return data.assign(described(REDUCED_RUN, arrays)).assign_coords(instants)
+    return run.complete(data.assign(described(REDUCED_RUN, arrays)).assign_coords(instants), place)
 
 
 def _field(run: ReducedRun, row: int) -> tuple[float, Array, NDArray[np.int8]]:

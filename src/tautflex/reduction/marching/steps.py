@@ -17,17 +17,17 @@ from tautflex.reduction.polynomial.forces import (
 )
 
 # A tangent is renewed when an iteration leaves more than this part of the error.
-_SLOW = 0.2
+SLOW = 0.2
 # As in the full model: the force scale never falls below this part of the largest one met.
-_SCALE_FLOOR = 1e-3
+SCALE_FLOOR = 1e-3
 _EPSILON = 2.220446049250313e-16
-_MOST_ITERATIONS = 40
+MOST_ITERATIONS = 40
 # Steps between two looks at the stability of an explicit method, and the part of its limit that is used.
 _CHECK_INTERVAL, _STABLE_SHARE = 32, 0.8
 
 
 @jit
-def _mix(a: float, x: Array, b: float, y: Array, c: float, z: Array) -> Array:
+def mix(a: float, x: Array, b: float, y: Array, c: float, z: Array) -> Array:
     """``a x + b y + c z``."""
     result = np.empty(x.size)
     for i in range(x.size):
@@ -44,7 +44,7 @@ def _dot(x: Array, y: Array) -> float:
 
 
 @jit
-def _invert(matrix: Array, tangent: int, size: float, work: Work) -> bool:
+def invert(matrix: Array, tangent: int, size: float, work: Work) -> bool:
     """Keep the inverse of a numbered matrix for steps of a size; whether that was possible."""
     work.counts[2] += 1
     if not np.isfinite(matrix.sum()):
@@ -58,7 +58,7 @@ def _invert(matrix: Array, tangent: int, size: float, work: Work) -> bool:
 
 
 @jit
-def _lagging(arrays: ReducedArrays, q: Array) -> Array:
+def lagging(arrays: ReducedArrays, q: Array) -> Array:
     """Damping matrix of the static derivatives at q, shape (r, r)."""
     moved = arrays.viscous @ slopes(arrays, q)
     return moved.T @ moved
@@ -68,17 +68,17 @@ def _lagging(arrays: ReducedArrays, q: Array) -> Array:
 def _renew(arrays: ReducedArrays, c: StageNumbers, q: Array, given: Array, work: Work) -> bool:
     """Invert the effective stiffness at q; whether that was possible."""
     matrix = tangent(arrays, q, given)
-    damping = _lagging(arrays, q)
+    damping = lagging(arrays, q)
     for i in range(q.size):
         for j in range(q.size):
             rate = work.on_velocity[i, j] + damping[i, j]
             stiffness = matrix[i, j] + work.on_displacement[i, j] + c.velocity[0] * rate
             matrix[i, j] = c.inertia[0] * arrays.mass[i, j] + c.weight * stiffness
-    return _invert(matrix, c.tangent, c.step, work)
+    return invert(matrix, c.tangent, c.step, work)
 
 
 @jit
-def _recall(c: StageNumbers, work: Work) -> tuple[Array, Array]:
+def recall(c: StageNumbers, work: Work) -> tuple[Array, Array]:
     """What a stage takes for velocity and acceleration at its start, see `Stage`."""
     v, a = np.zeros(work.q.size), np.zeros(work.q.size)
     for n in range(c.recalled.shape[0]):
@@ -100,10 +100,10 @@ def _residual(
     ``parts`` gets the internal force, and the part of it that is not elastic, shape (2 r,).
     """
     r = d.size
-    place = _mix(1.0, work.q, 1.0, d, 0.0, d)
-    velocity = _mix(c.velocity[0], d, c.velocity[1], start[0], c.velocity[2], start[1])
+    place = mix(1.0, work.q, 1.0, d, 0.0, d)
+    velocity = mix(c.velocity[0], d, c.velocity[1], start[0], c.velocity[2], start[1])
     if c.average:
-        average_force(arrays, work.q, _mix(1.0, work.q, 1.0 / c.evaluation, d, 0.0, d), velocity, given, parts)
+        average_force(arrays, work.q, mix(1.0, work.q, 1.0 / c.evaluation, d, 0.0, d), velocity, given, parts)
     else:
         internal_force(arrays, place, velocity, given, parts)
     for i in range(r):
@@ -126,32 +126,32 @@ def implicit_step(
     r = work.q.size
     start = work.v, work.a
     if c.recalled.shape[0] > 0:
-        start = _recall(c, work)
+        start = recall(c, work)
     reach = c.evaluation * c.size
-    d = _mix(reach, work.v, 0.5 * reach * reach, work.a, reach**3 / 6.0, work.jerk)
+    d = mix(reach, work.v, 0.5 * reach * reach, work.a, reach**3 / 6.0, work.jerk)
     given, constant, known = np.empty(frame.stress.shape[1]), np.empty(r), np.zeros(r)
-    speed = _mix(c.velocity[1], start[0], c.velocity[2], start[1], 0.0, work.a)
-    place, predicted = _mix(1.0, work.q, 1.0, d, 0.0, d), _mix(1.0, speed, c.velocity[0], d, 0.0, d)
+    speed = mix(c.velocity[1], start[0], c.velocity[2], start[1], 0.0, work.a)
+    place, predicted = mix(1.0, work.q, 1.0, d, 0.0, d), mix(1.0, speed, c.velocity[0], d, 0.0, d)
     derivative_forces(arrays, frame, row, place, predicted, given, constant)
     frame_matrices(arrays, frame, row, work.on_velocity, work.on_displacement)
     load = frame.load[row % frame.load.shape[0]]
     add_times(1.0, work.on_velocity, speed, constant)
-    add_times(1.0, arrays.mass, _mix(c.inertia[1], start[0], c.inertia[2], start[1], 0.0, work.a), known)
+    add_times(1.0, arrays.mass, mix(c.inertia[1], start[0], c.inertia[2], start[1], 0.0, work.a), known)
     for i in range(r):
         constant[i] += load[i]
         known[i] += c.weight * constant[i] + (1.0 - c.weight) * work.forces[i]
     lost = 100.0 * _EPSILON / tolerance * np.sqrt(_dot(known, known))
-    floor = max(c.weight * np.sqrt(_dot(load, load)), lost, _SCALE_FLOOR * work.scale[0])
+    floor = max(c.weight * np.sqrt(_dot(load, load)), lost, SCALE_FLOOR * work.scale[0])
     forces, residual, trial, trial_forces = np.empty(r), np.empty(r), np.empty(r), np.empty(r)
     parts, trial_parts = np.empty(2 * r), np.empty(2 * r)
     norm, size = _residual(arrays, c, work, start, d, known, given, forces, parts, residual)
     fresh, count = False, 0
     while not norm <= tolerance * max(size, floor):
         count += 1
-        if count > _MOST_ITERATIONS or not np.isfinite(norm):
+        if count > MOST_ITERATIONS or not np.isfinite(norm):
             return False
         if work.sizes[c.tangent] != c.step:
-            if not _renew(arrays, c, _mix(1.0, work.q, 1.0, d, 0.0, d), given, work):
+            if not _renew(arrays, c, mix(1.0, work.q, 1.0, d, 0.0, d), given, work):
                 return False
             fresh = True
         move = np.zeros(r)
@@ -159,7 +159,7 @@ def implicit_step(
         work.counts[1] += 1
         fraction = 1.0
         while True:
-            moved = _mix(1.0, d, fraction, move, 0.0, d)
+            moved = mix(1.0, d, fraction, move, 0.0, d)
             after, after_size = _residual(arrays, c, work, start, moved, known, given, trial_forces, trial_parts, trial)
             done = after <= tolerance * max(after_size, floor)
             if after < norm or done or not fresh or fraction < 1e-3:
@@ -168,7 +168,7 @@ def implicit_step(
         if not (after < norm or done or fresh):
             work.sizes[c.tangent] = 0.0
             continue
-        if not (done or after <= _SLOW * norm):
+        if not (done or after <= SLOW * norm):
             work.sizes[c.tangent] = 0.0
         d, norm, size = moved, after, after_size
         residual, trial = trial, residual
@@ -176,8 +176,8 @@ def implicit_step(
         parts, trial_parts = trial_parts, parts
         fresh = False
     work.scale[0] = max(work.scale[0], size, floor if lost < floor else 0.0)
-    acceleration = _mix(c.inertia[0], d, c.inertia[1], start[0], c.inertia[2], start[1])
-    velocity, place = _mix(1.0, speed, c.velocity[0], d, 0.0, d), _mix(1.0, work.q, 1.0, d, 0.0, d)
+    acceleration = mix(c.inertia[0], d, c.inertia[1], start[0], c.inertia[2], start[1])
+    velocity, place = mix(1.0, speed, c.velocity[0], d, 0.0, d), mix(1.0, work.q, 1.0, d, 0.0, d)
     for i in range(r):
         q, v, a, before = work.q[i], start[0][i], start[1][i], work.a[i]
         work.q[i] = q + c.end_displacement[0] * d[i] + c.end_displacement[1] * v + c.end_displacement[2] * a
@@ -246,12 +246,12 @@ def explicit_step(arrays: ReducedArrays, frame: FrameTerms, row: int, size: floa
         for i in range(r):
             for j in range(r):
                 matrix[i, j] = arrays.mass[i, j] + 0.5 * size * work.on_velocity[i, j]
-        if not _invert(matrix, 0, 0.0 if frame.turns else size, work):
+        if not invert(matrix, 0, 0.0 if frame.turns else size, work):
             return False
-    half = _mix(1.0, work.v, 0.5 * size, work.a, 0.0, work.a)
-    q = _mix(1.0, work.q, size, half, 0.0, half)
+    half = mix(1.0, work.v, 0.5 * size, work.a, 0.0, work.a)
+    q = mix(1.0, work.q, size, half, 0.0, half)
     given, total, parts, inertia = np.empty(frame.stress.shape[1]), np.empty(r), np.empty(2 * r), np.zeros(r)
-    predicted = _mix(1.0, half, 0.5 * size, work.a, 0.0, half)
+    predicted = mix(1.0, half, 0.5 * size, work.a, 0.0, half)
     derivative_forces(arrays, frame, row, q, predicted, given, total)
     internal_force(arrays, q, predicted, given, parts)
     internal = parts[:r].copy()
@@ -289,7 +289,7 @@ def _stable(arrays: ReducedArrays, frame: FrameTerms, row: int, size: float, wor
     given, other = np.empty(frame.stress.shape[1]), np.empty(work.q.size)
     derivative_forces(arrays, frame, row, work.q, work.v, given, other)
     stiffest = np.linalg.eigvalsh(tangent(arrays, work.q, given))[-1]
-    damping, lagged = _lagging(arrays, work.q), 0.0
+    damping, lagged = lagging(arrays, work.q), 0.0
     for i in range(work.q.size):
         lagged += damping[i, i]
     return size * size * stiffest <= _STABLE_SHARE * 4.0 and size * lagged <= _STABLE_SHARE

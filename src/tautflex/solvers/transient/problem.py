@@ -197,6 +197,13 @@ class TransientProblem:
             name = "initial_imperfection" if self.initial_velocity is None else "initial_velocity"
             raise InputError(f"{name}: expected none where a run goes on from initial, which has its own; leave it out")
         found.check(self.state)
+        hub = self.maneuver
+        if isinstance(hub, FreeHub) and found.hub.size and np.any(found.hub[7:13][hub.freedom == 0.0]):
+            raise InputError(
+                f"initial: expected a hub that does not move where axes = {hub.axes!r} holds it, got one with the "
+                f"velocity {found.hub[7:10].tolist()} m/s and angular velocity {found.hub[10:13].tolist()} rad/s; use "
+                "axes = 'free'"
+            )
 
     def __repr__(self) -> str:
         lines = {
@@ -339,5 +346,5 @@ class TransientProblem:
         if self.shift:
             found["grid"] = f"shifted by {self.shift!r} s"
         if isinstance(hub, FreeHub):
-            found["hub"] = repr([float(hub.mass), hub.tensor.tolist(), [float(x) for x in hub.center]])
+            found["hub"] = repr([float(hub.mass), hub.tensor.tolist(), [float(x) for x in hub.center], hub.axes])
         return found

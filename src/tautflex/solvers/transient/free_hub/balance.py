@@ -8,7 +8,7 @@ import numpy as np
 
 from tautflex.motion import rotations
 from tautflex.numeric import Array, cross, jit, jit_in_order
-from tautflex.solvers.transient.free_hub.momentum import Momenta, add_frame_forces, momenta_of
+from tautflex.solvers.transient.free_hub.momentum import Momenta, add_frame_forces, held_apart, momenta_of
 
 _cross = jit_in_order(cross)
 _matrix, _product, _exponential = rotations.matrix, rotations.product, rotations.exponential
@@ -52,7 +52,7 @@ _parts = jit_in_order(rigid_parts)
 
 
 @jit_in_order
-def _cholesky(matrix: Array) -> Array:
+def cholesky(matrix: Array) -> Array:
     """Lower factor L of ``L L'``."""
     size = matrix.shape[0]
     lower = np.zeros((size, size))
@@ -66,7 +66,7 @@ def _cholesky(matrix: Array) -> Array:
 
 
 @jit_in_order
-def _solve(lower: Array, right: Array) -> Array:
+def solve(lower: Array, right: Array) -> Array:
     """Solve ``L L' x = right``."""
     size, x = lower.shape[0], right.copy()
     for i in range(size):
@@ -100,14 +100,14 @@ def inertial(attitude: Array, position: Array, vector: Array) -> Array:
 
 
 @jit_in_order
-def _advance(momenta: Momenta, start: Array, reach: float, wrench: Array, twist: Array) -> Array:
+def advance(momenta: Momenta, freedom: Array, start: Array, reach: float, wrench: Array, twist: Array) -> Array:
     """Hub at ``reach`` [s] after ``start`` from the balance of momenta, with the accelerations that keep it.
 
     ``momenta`` are those of the structure at the end, ``wrench`` acts there, and ``twist`` is a first guess. Attitude
     follows the mean angular velocity, the impulse is that of the trapezoidal rule. A fixed-point iteration over
     attitude and velocities, which contracts by (reach times spin), down to round-off, where the changes stop falling.
     """
-    before, lower, last = _parts(start), _cholesky(momenta.mass), np.inf
+    before, lower, last = _parts(start), cholesky(held_apart(momenta.mass, freedom)), np.inf
     applied = inertial(before.attitude, before.position, before.wrench)
     velocity = _turned(_matrix(before.attitude), before.twist)
     end = start.copy()
@@ -121,19 +121,23 @@ def _advance(momenta: Momenta, start: Array, reach: float, wrench: Array, twist:
         after.momentum[:] = before.momentum + 0.5 * reach * (applied + push)
         about = after.momentum.copy()
         about[3:] -= _cross(after.position, about[:3])
-        twist = _solve(lower, _turned(axes.T, about) - momenta.relative)
+        twist = solve(lower, freedom * (_turned(axes.T, about) - momenta.relative))
         change = np.abs(twist - after.twist).max()
         after.twist[:] = twist
         if not 0.5 * _ROUND_OFF * np.abs(twist).max() < change < last:
             break
         last = change
     after.attitude[:] /= np.sqrt(np.sum(after.attitude * after.attitude))
-    after.rates[:] = _solve(lower, _rate_forces(momenta, wrench, after.twist))
+    after.rates[:] = solve(lower, freedom * rate_forces(momenta, wrench, after.twist))
+    if freedom.min() == 0.0:
+        # What holds the hub takes up momentum.
+        whole = momenta.mass @ after.twist + momenta.relative
+        after.momentum[:] = inertial(after.attitude, after.position, whole)
     return end
 
 
 @jit_in_order
-def _rate_forces(momenta: Momenta, wrench: Array, twist: Array) -> Array:
+def rate_forces(momenta: Momenta, wrench: Array, twist: Array) -> Array:
     """What the rigid accelerations have to balance, ``R (a0, dw)``, shape (6,)."""
     spin, flow, mass = twist[3:], momenta.flow, momenta.mass
     first = np.array([mass[1, 5], mass[2, 3], mass[0, 4]])
@@ -152,7 +156,8 @@ def add_forces_at_rates(body: tuple[Any, ...], q: Array, v: Array, a: Array, rig
     """Add the forces of a known hub with the structure at q, v, a to ``forces``; the hub with the rates that follow."""
     momenta, end = momenta_of(body, q, v, a), rigid.copy()
     parts = _parts(end)
-    parts.rates[:] = _solve(_cholesky(momenta.mass), _rate_forces(momenta, parts.wrench, parts.twist))
+    lower, free = cholesky(held_apart(momenta.mass, body[13])), body[13]
+    parts.rates[:] = solve(lower, free * rate_forces(momenta, parts.wrench, parts.twist))
     add_frame_forces(body, momenta.products, parts.twist, parts.rates, 1.0, forces)
     return end
 
@@ -161,8 +166,8 @@ def add_forces_at_rates(body: tuple[Any, ...], q: Array, v: Array, a: Array, rig
 def end_hub(
     body: tuple[Any, ...], q: Array, v: Array, a: Array, start: Array, reach: float, wrench: Array, twist: Array
 ) -> Array:
-    """Hub at ``reach`` [s] after ``start`` with the structure at q, v, a there; see `_advance`."""
-    return _advance(momenta_of(body, q, v, a), start, reach, wrench, twist)
+    """Hub at ``reach`` [s] after ``start`` with the structure at q, v, a there; see `advance`."""
+    return advance(momenta_of(body, q, v, a), body[13], start, reach, wrench, twist)
 
 
 @jit
@@ -189,10 +194,10 @@ def add_hub_forces(
 ) -> tuple[Array, float, float]:  # fmt: skip
     """Add the forces of a hub at ``reach`` [s] after ``start``, with the structure at q, v, a there, to ``forces``.
 
-    Returns the hub, see `_advance`, and the norms of `add_frame_forces`.
+    Returns the hub, see `advance`, and the norms of `add_frame_forces`.
     """
     momenta = momenta_of(body, q, v, a)
-    end = _advance(momenta, start, reach, wrench, twist)
+    end = advance(momenta, body[13], start, reach, wrench, twist)
     parts = _parts(end)
     load, norm = add_frame_forces(body, momenta.products, parts.twist, parts.rates, weight, forces)
     return end, load, norm

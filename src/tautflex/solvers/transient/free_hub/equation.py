@@ -48,7 +48,7 @@ from tautflex.solvers.transient.free_hub.balance import (
     motion_at,
     rigid_parts,
 )
-from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy, rigid_blocks
+from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy, momenta_of, rigid_blocks
 from tautflex.solvers.transient.free_hub.motion import HubMotion, slopes
 from tautflex.solvers.transient.methods.scheme import StepScheme
 from tautflex.solvers.transient.probes import ProbeSet
@@ -127,10 +127,10 @@ class HubEquation(EquationOfMotion):
 
         ``motion`` is not looked at.
         """
-        mass, coupling = self.blocks(q)
+        momenta = momenta_of(self.body, q, v, v)
         rigid = hub.copy() if hub.size else self._given()
         parts = rigid_parts(rigid)
-        parts.momentum[:] = inertial(parts.attitude, parts.position, mass @ parts.twist + coupling @ v)
+        parts.momentum[:] = inertial(parts.attitude, parts.position, momenta.mass @ parts.twist + momenta.relative)
         self.set_time(time)
         parts.wrench[:] = self.wrench(time, rigid, q, v)
         return self._balanced(HubMotion(time, q, v, np.zeros_like(q), rigid=rigid))

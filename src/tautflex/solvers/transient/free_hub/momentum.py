@@ -42,6 +42,8 @@ class Body(NamedTuple):
         ``int rho x x'`` of the structure [kg m^2], shape (3, 3).
     tensor
         Inertia of the hub about O [kg m^2], shape (3, 3).
+    freedom
+        1 for rigid velocities that are free, 0 for held ones, shape (6,).
     """
 
     first: Indices
@@ -57,6 +59,7 @@ class Body(NamedTuple):
     center: Array
     second: Array
     tensor: Array
+    freedom: Array
 
     @classmethod
     def of(cls, inertia: InertiaOperator, hub: FreeHub | None) -> Body:
@@ -70,9 +73,10 @@ class Body(NamedTuple):
             if len(kept) < len(seen):
                 kept.append(k)
         entries = np.concatenate([np.zeros(0, dtype=np.int64), *(np.arange(start[k], start[k + 1]) for k in kept)])
-        weight, center, tensor = 0.0, np.zeros(3), np.zeros((3, 3))
+        weight, center, tensor, freedom = 0.0, np.zeros(3), np.zeros((3, 3)), np.ones(6)
         if hub is not None:
             weight, center, tensor = hub.mass, np.asarray(hub.center, dtype=float), hub.tensor
+            freedom = hub.freedom
         moments = np.concatenate([inertia.zeroth_moment[:, None], inertia.first_moment], axis=1)
         places = [np.flatnonzero(np.any(moment != 0.0, axis=0)) for moment in moments]
         return cls(
@@ -89,6 +93,7 @@ class Body(NamedTuple):
             inertia.mass_moment + weight * center,
             inertia.second_moment,
             tensor + weight * (center @ center * np.eye(3) - np.outer(center, center)),
+            freedom,
         )
 
 
@@ -203,7 +208,7 @@ def add_frame_forces(
     They are ``weight (M(2 S(w)) dq + M(Z) q + int rho N' (Z x + a0))`` with ``Z = S(dw) + S(w)^2``. Returns the norms
     of the part that does not depend on q, and of all the forces after it.
     """
-    first, line, which, _, _, _, begin, place, moment, _, _, _, _ = body
+    first, line, which, _, _, _, begin, place, moment, _, _, _, _, _ = body
     x, y, z = twist[3], twist[4], twist[5]
     turning = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     moving = np.array(
@@ -233,12 +238,27 @@ def add_frame_forces(
 
 @jit
 def rigid_blocks(body: tuple[Any, ...], q: Array) -> tuple[Array, Array]:
-    """R(q), shape (6, 6), and B(q), shape (6, size), whose rows are the forces of unit rates."""
+    """R(q), shape (6, 6), and B(q), shape (6, size), whose rows are the forces of unit rates.
+
+    Of a held velocity they are a row of the unit matrix and zeros.
+    """
     still, rates, coupling = np.zeros(q.size), np.eye(6), np.zeros((6, q.size))
     momenta = momenta_of(body, q, still, still)
     for k in range(6):
-        add_frame_forces(body, momenta.products, np.zeros(6), rates[k], 1.0, coupling[k])
-    return momenta.mass, coupling
+        if body[13][k] > 0.0:
+            add_frame_forces(body, momenta.products, np.zeros(6), rates[k], 1.0, coupling[k])
+    return held_apart(momenta.mass, body[13]), coupling
+
+
+@jit
+def held_apart(mass: Array, freedom: Array) -> Array:
+    """The mass (6, 6) with rows and columns of held velocities as in the unit matrix."""
+    result = mass.copy()
+    for i in range(6):
+        for k in range(6):
+            if freedom[i] == 0.0 or freedom[k] == 0.0:
+                result[i, k] = 1.0 if i == k else 0.0
+    return result
 
 
 def carried_energy(body: tuple[Any, ...], q: Array, v: Array, twist: Array) -> float:

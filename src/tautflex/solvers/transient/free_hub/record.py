@@ -29,10 +29,10 @@ def check_coupling(coupling: Coupling) -> None:
 
 
 def steady_motion(hub: FreeHub, inertia: InertiaOperator) -> RigidMotion:
-    """Motion of the hub with its angular velocity kept and the centre of mass unaccelerated."""
+    """Motion of the hub with its angular velocity kept and the centre of mass unaccelerated, or its origin held."""
     spin, own = np.asarray(hub.angular_velocity, dtype=float), np.asarray(hub.center, dtype=float)
     center = (inertia.mass_moment + hub.mass * own) / (inertia.mass + hub.mass)
-    return RigidMotion(spin, np.zeros(3), -np.cross(spin, np.cross(spin, center)))
+    return RigidMotion(spin, np.zeros(3), -hub.freedom[:3] * np.cross(spin, np.cross(spin, center)))
 
 
 class HubRecorder(Recorder):
@@ -54,10 +54,16 @@ class HubRecorder(Recorder):
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset with the hub's motion, momenta and work added; kinetic energy is that of the whole spacecraft."""
         vectors = np.array([sample[1] for sample in self._of_hub]).reshape(-1, 4, 3)
-        arrays = {name: vectors[:, column] for column, name in enumerate(_HISTORIES)}
-        arrays["attitude"] = np.array([sample[0] for sample in self._of_hub]).reshape(-1, 4)
-        arrays["work"] = np.array([sample[2] for sample in self._of_hub])
-        data = super().to_dataset(attributes).assign(described(HUB, arrays))
-        data = data.assign_coords(component=COMPONENTS, quaternion=["w", "x", "y", "z"])
-        data["kinetic_energy"].attrs |= about(HUB["kinetic_energy"])
-        return data
+        attitude = np.array([sample[0] for sample in self._of_hub]).reshape(-1, 4)
+        return hub_variables(
+            super().to_dataset(attributes), attitude, vectors, np.array([sample[2] for sample in self._of_hub])
+        )
+
+
+def hub_variables(data: xr.Dataset, attitude: Array, vectors: Array, work: Array) -> xr.Dataset:
+    """Dataset with the hub added: attitude (n, 4), position, velocity and both momenta (n, 4, 3), and work (n,) [J]."""
+    arrays = {name: vectors[:, column] for column, name in enumerate(_HISTORIES)}
+    data = data.assign(described(HUB, arrays | {"attitude": attitude, "work": work}))
+    data = data.assign_coords(component=COMPONENTS, quaternion=["w", "x", "y", "z"])
+    data["kinetic_energy"].attrs |= about(HUB["kinetic_energy"])
+    return data

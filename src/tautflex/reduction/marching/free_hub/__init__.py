@@ -1,0 +1,1 @@
+"""Reduced models on a free hub."""
