@@ -321,8 +321,8 @@ def test_tension_moves_no_momentum_and_the_balance_closes(method, hub, verificat
         kind = "free hub" if hub is FREE else "hub about x"
         verification_row(f"reduced model under tension, {kind}, {method.name}: {name} drift", 0, found, "conservation")
     balance = run.energy_balance
-    assert abs(balance["loads"]) > 1e-4 * max(abs(value) for value in balance.values())
     moving = float((run.data.kinetic_energy - run.data.kinetic_energy[0]).max() + run.data.strain_energy.max())
+    assert abs(balance["loads"]) > 1e-2 * moving
     assert abs(balance["residual"]) < 1e-8 * moving
     # Tension is no force from outside.
     assert np.abs(run.data.work.values).max() < 1e-14 * moving
