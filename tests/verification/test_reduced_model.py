@@ -145,7 +145,7 @@ def test_condensed_derivatives_are_exact_in_statics(verification_row):
     motion = transverse_spin(400.0)
     q = solve_static(state, Coupling().load(motion, state.system.inertia))
     run = run_of(rom)
-    ours = rom.displacement(run._equilibrium(motion))
+    ours = rom.displacement(run.beginning(motion).equilibrium())
     error = float(np.abs(ours - q).max() / np.abs(q).max())
     linear = solver.solve(-Coupling().load(motion, state.system.inertia))
     assert np.abs(linear).max() > 2.0 * np.abs(q).max()  # the film has hardened
@@ -164,7 +164,7 @@ def test_centrifugal_load_stiffens_through_the_derivatives():
     run = run_of(rom)
     frame = frame_at(Coupling(), run.moments, motion, rom.size)
     # Slow in-plane fields are coordinates, fast ones are condensed; both carry the load.
-    eta = run._equilibrium(motion)
+    eta = run.beginning(motion).equilibrium()
     ours = tangent(run.arrays, eta, frame.stress[0])
     q = spinning_equilibrium(state, motion, Coupling())
     matrix = state.system.pattern.symmetric_matrix(state.system.tangent(q))

@@ -141,7 +141,7 @@ class ReducedRun:
         """Steady spinning equilibrium and projected velocity, or those another run ended with; accelerations follow."""
         work, initial = self._work, self.problem.initial
         if initial is None:
-            beginning = Beginning(self.rom, self.arrays, self.problem.coupling, self.moments, self._began)
+            beginning = self.beginning(self._began)
             work.q[:] = beginning.equilibrium()
             offset, found = beginning.imperfection(work.q.copy(), self.problem.initial_imperfection)
             work.q[:] += offset
@@ -155,6 +155,10 @@ class ReducedRun:
             self._keep(0)
         if self._explicit:
             self._check_step(self.problem.time_step)
+
+    def beginning(self, motion: RigidMotion) -> Beginning:
+        """Where the coordinates begin under a constant motion."""
+        return Beginning(self.rom, self.arrays, self.problem.coupling, self.moments, motion)
 
     def _begin(self) -> None:
         """Accelerations at the start."""
