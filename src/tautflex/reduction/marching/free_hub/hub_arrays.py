@@ -76,7 +76,7 @@ class HubInputs(NamedTuple):
     load, stress
         As of `FrameTerms`, but of inputs alone, shapes (n, r) and (n, m).
     inside, inside_stress
-        What of these changes of stress do, which are not forces from outside, shapes (n, r) and (n, m).
+        What of these changes of stress do, which are not forces from outside, shapes (n, r) and (n, m); (n, 0): none.
     wrench
         Force, and torque about O, on hub and structure at the reference, hub axes, shape (n, 6).
     arms

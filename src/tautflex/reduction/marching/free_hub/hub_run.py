@@ -109,8 +109,7 @@ class HubRun(ReducedRun):
     def _inputs(self, times: Array, before: float) -> HubInputs:
         """What acts at instants but for feedback; a jump at ``before`` is not met yet."""
         rom, wrench = self.rom, np.zeros((1, 6)) if self.free.feedback else self.free.wrench()[None]
-        r, m = rom.size, len(self.arrays.first)
-        none = np.zeros((1, r)), np.zeros((1, m))
+        r, none = rom.size, (np.zeros((1, rom.size)), np.zeros((1, 0)))
         if not self.inputs:
             return HubInputs(none[0], np.zeros((1, self.ride.given.size)), *none, wrench, np.zeros((1, 3, r)))
         load, stress = self.inputs.forces(times, before)
