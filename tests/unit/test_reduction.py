@@ -9,7 +9,7 @@ import tautflex as tf
 from tautflex import Segment
 from tautflex.reduction.bases.snapshots import full_snapshots, transverse_unknowns
 from tautflex.reduction.marching.frame_terms import sample
-from tautflex.reduction.marching.schedule import LONGEST, stretches
+from tautflex.reduction.marching.schedule import stretches
 from tautflex.reduction.polynomial.monomials import monomial_rates, monomials, packed, pairs, stress_fields
 from verification.dynamic_cases import small_antenna, soft_film
 
@@ -48,13 +48,15 @@ def test_sampled_functions_are_exact_to_round_off():
         calls.append(time)
         return np.array([np.sin(3.0 * time), time**2, 1.0])
 
-    span = times[0], times[-1], len(times)
+    span = (times[0], times[-1], len(times))
     values = sample(smooth, times, span)
     assert len(calls) < 100
     assert np.abs(values - np.array([smooth(time) for time in times])).max() < 1e-12
     assert sample(lambda time: np.array([4.0, 5.0]), times, span).tolist() == [[4.0, 5.0]]
     kink = sample(lambda time: np.array([abs(time - 1.0)]), times, span)
     assert np.array_equal(kink[:, 0], np.abs(times - 1.0))
+    # Some of the instants are read to the same bits as all of them.
+    assert np.array_equal(sample(smooth, times[123:], span), values[123:])
 
 
 def test_steps_meet_the_grid_and_the_limits():
@@ -67,11 +69,17 @@ def test_steps_meet_the_grid_and_the_limits():
     assert np.allclose(starts + sizes, [0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7])
     assert grid.tolist() == [1, 2, -1, 3, 4, 5, 6, 7]
     assert [piece.segment for piece in pieces] == [0, 0, 1, 1, 2]
-    # A run that is cut takes the same steps.
-    cut = [*stretches(segments, 0.1, 0, 2), *stretches(segments, 0.1, 2, 7)]
-    assert np.array_equal(np.concatenate([piece.starts for piece in cut]), starts)
-    blocks = list(stretches(segments, 1e-4, 0, 20000))
-    assert max(len(piece.starts) for piece in blocks) == LONGEST
+    # A run that begins later takes the same steps from there on, in blocks of the same limits.
+    later = list(stretches(segments, 0.1, 4, 7))
+    assert [piece.grid.tolist() for piece in later] == [[5, 6, 7]]
+    assert np.array_equal(later[0].starts, pieces[-1].starts)
+    assert later[0].span == pieces[-1].span
+
+
+def test_blocks_of_steps_bound_memory():
+    pieces = list(stretches((Segment(0.0, np.inf, lambda time: None),), 0.1, 0, 20_000))
+    assert sum(len(piece.starts) for piece in pieces) == 20_000
+    assert max(len(piece.starts) for piece in pieces) <= 4096
 
 
 @pytest.fixture(scope="module")
