@@ -31,6 +31,7 @@ class _Panel(NamedTuple):
     curves: Array
     names: Sequence[str] = ()
     wanted: Array | None = None
+    asked: Array | None = None
     held: bool = False
     logarithmic: bool = False
     level: float | None = None
@@ -112,7 +113,7 @@ def _against(label: str, time: Array, curves: Array, data: xr.Dataset, asked: st
     wanted = wanted if wanted.shape[1] == curves.shape[1] else np.full((len(wanted), curves.shape[1]), np.nan)
     sizes = np.maximum(np.abs(curves).max(axis=0), np.nan_to_num(np.abs(wanted)).max(axis=0))
     kept = np.flatnonzero(sizes >= _SMALL * sizes.max())
-    return _Panel(label, time, curves[:, kept], ["xyz"[k] for k in kept], wanted[:, kept])
+    return _Panel(label, time, curves[:, kept], ["xyz"[k] for k in kept], wanted[:, kept], data["sample_time"].values)
 
 
 def _draw(axes: Axes, panel: _Panel) -> None:
@@ -120,14 +121,18 @@ def _draw(axes: Axes, panel: _Panel) -> None:
     for k, (curve, color) in enumerate(zip(panel.curves.T, cycle(COLORS), strict=False)):
         name = panel.names[k] if k < len(panel.names) else None
         axes.plot(panel.time, curve, color=color, label=name, drawstyle="steps-post" if panel.held else "default")
-        if panel.wanted is not None and np.isfinite(panel.wanted[:, k]).any():
-            axes.plot(np.linspace(panel.time[0], panel.time[-1], len(panel.wanted)), panel.wanted[:, k], "--", color=GREY)
+        if panel.asked is not None and panel.wanted is not None and np.isfinite(panel.wanted[:, k]).any():
+            label = "to follow" if k == 0 else None
+            axes.plot(panel.asked, panel.wanted[:, k], "--", color=GREY, label=label)
     largest = float(np.nanmax(np.abs(panel.curves), initial=0.0))
     if panel.level is not None:
-        axes.axhline(panel.level, color=GREY, linewidth=0.8, linestyle=":", label=f"settled within {panel.level:.3g}")
+        axes.axhline(panel.level, color=GREY, linewidth=0.8, linestyle=":", label=f"settled below {panel.level:.3g}")
     if panel.logarithmic and largest > 0.0:
         axes.set_yscale("log")
         low = float(np.nanmin(np.where(panel.curves > 0.0, panel.curves, np.nan)))
-        axes.set_ylim(max(0.5 * low, 1e-5 * largest), 4.0 * largest)
+        axes.set_ylim(max(0.5 * low, 1e-5 * largest), 30.0 * max(largest, panel.level or 0.0))
+    elif panel.names:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + 0.35 * (high - low))  # keeps the legend's line free of curves
     if panel.names or panel.level is not None:
         axes.legend(loc="upper right", ncols=4)

@@ -1,4 +1,4 @@
-"""Sections of a case file that make a closed loop: hub, actuators, sensors, controller; classes are their own sections."""
+"""Sections of a case file that make a closed loop: hub, actuators, sensors, controller, loop."""
 
 from __future__ import annotations
 
@@ -97,7 +97,9 @@ class Controller(Chosen):
         if isinstance(values, dict):
             return cls.from_table(values)
         if not isinstance(values, list | tuple) or not values:
-            raise problem("a table of keys and values, or a list of them", values, "write for example kind = 'pd' in it")
+            raise problem(
+                "a table of keys and values, or a list of them", values, "write for example kind = 'pd' in it"
+            )
         laws = []
         for number, one in enumerate(values):
             if not isinstance(one, dict | Controller):
