@@ -24,6 +24,12 @@ LinearLaw LinearPlant LinearStructure LoopSpec Maneuver Method OneStageMethod Pa
 RateFormula ReducedModel ReeledCables Reference RigidMotion Run Segment SensedMotion Sensor SensorRows Shape Stage
 StepScheme StressChange Stretch TensionOnly TimeInput UnitStep isoparametric_membrane register
 """
+LOOP = {
+    "actuators": {"push": {"kind": "nodal-force", "near": (0.2, 0.2), "direction": (0, 0, 1)}},
+    "sensors": {"film": {"kind": "displacement", "points": (0.2, 0.2)}},
+    "controller": {"kind": "positive-position-feedback", "gain": 1.0, "frequency": 9.0, "measurement": "film",
+                   "command": "push"},
+}  # fmt: skip
 ANY = {
     ("MeshData", "groups"),
     ("MeshData", "beam_orientation"),
@@ -303,6 +309,7 @@ def doors(t):
         ),
         "reduce": (tf.reduce, {"state": state, "basis": tf.ModalBasis(count=2), "weak_field": 1e-5}),
         "run_case": (tf.run_case, {"case": case}),
+        "control_case": (tf.control_case, {"case": case.replaced(**LOOP)}),
         "save": (tf.save, {"dataset": run.data, "path": folder / "again.nc"}),
         "save_appendage": (tf.save_appendage, {"data": appendage, "path": folder / "appendage.json"}),
         "scalogram": (

@@ -61,6 +61,10 @@ class Actuator(section_of(Drive), Placed):  # type: ignore[misc] # beside the ke
     @classmethod
     def unused_fields(cls, target: type) -> tuple[str, ...]:
         """The signal, which the controller sets."""
+        twice = {field.name for field in dataclasses.fields(target)} & set(_DRIVE)
+        if twice and not issubclass(target, Drive):
+            text = f"{target.__name__}: expected no field {min(twice)}, which is a key of every drive"
+            raise InputError(f"{text}; rename it, so that it can be an actuator")
         return (target.signal, "breaks") if issubclass(target, Effect) else ()
 
     def arguments(self) -> dict[str, Any]:
