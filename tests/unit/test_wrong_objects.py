@@ -355,6 +355,7 @@ def doors(t):
         "write_csv": (tf.write_csv, {"dataset": run.data, "path": folder / "run.csv"}),
         "write_vtu": (tf.write_vtu, {"dataset": run.data, "directory": folder / "vtu", "name": "run"}),
         "plot_campbell": (plot.plot_campbell, {"table": table, "orders": (1,), "highest": 10.0}),
+        "plot_loop": (plot.plot_loop, {"run": tf.control_case(case.replaced(**LOOP))}),
         "plot_modes": (plot.plot_modes, {"modes": modes, "count": 1, "columns": 1}),
         "plot_scalogram": (
             plot.plot_scalogram,

@@ -122,7 +122,7 @@ def _draw(axes: Axes, panel: _Panel) -> None:
         name = panel.names[k] if k < len(panel.names) else None
         axes.plot(panel.time, curve, color=color, label=name, drawstyle="steps-post" if panel.held else "default")
         if panel.asked is not None and panel.wanted is not None and np.isfinite(panel.wanted[:, k]).any():
-            label = "to follow" if k == 0 else None
+            label = "to follow" if k + 1 == panel.curves.shape[1] else None
             axes.plot(panel.asked, panel.wanted[:, k], "--", color=GREY, label=label)
     largest = float(np.nanmax(np.abs(panel.curves), initial=0.0))
     if panel.level is not None:
