@@ -48,25 +48,38 @@ def test_sampled_functions_are_exact_to_round_off():
         calls.append(time)
         return np.array([np.sin(3.0 * time), time**2, 1.0])
 
-    values = sample(smooth, times)
+    span = (times[0], times[-1], len(times))
+    values = sample(smooth, times, span)
     assert len(calls) < 100
     assert np.abs(values - np.array([smooth(time) for time in times])).max() < 1e-12
-    assert sample(lambda time: np.array([4.0, 5.0]), times).tolist() == [[4.0, 5.0]]
-    kink = sample(lambda time: np.array([abs(time - 1.0)]), times)
+    assert sample(lambda time: np.array([4.0, 5.0]), times, span).tolist() == [[4.0, 5.0]]
+    kink = sample(lambda time: np.array([abs(time - 1.0)]), times, span)
     assert np.array_equal(kink[:, 0], np.abs(times - 1.0))
+    # Some of the instants are read to the same bits as all of them.
+    assert np.array_equal(sample(smooth, times[123:], span), values[123:])
 
 
 def test_steps_meet_the_grid_and_the_limits():
     still = lambda time: None  # noqa: E731
     segments = (Segment(0.0, 0.25, still), Segment(0.25, 0.4, still), Segment(0.4, np.inf, still))
-    pieces = list(stretches(segments, 0.1, 7, 3))
+    pieces = list(stretches(segments, 0.1, 0, 7))
     starts = np.concatenate([piece.starts for piece in pieces])
     sizes = np.concatenate([np.full(len(piece.starts), piece.size) for piece in pieces])
     grid = np.concatenate([piece.grid for piece in pieces])
     assert np.allclose(starts + sizes, [0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7])
     assert grid.tolist() == [1, 2, -1, 3, 4, 5, 6, 7]
     assert [piece.segment for piece in pieces] == [0, 0, 1, 1, 2]
-    assert max(len(piece.starts) for piece in pieces) <= 3
+    # A run that begins later takes the same steps from there on, in blocks of the same limits.
+    later = list(stretches(segments, 0.1, 4, 7))
+    assert [piece.grid.tolist() for piece in later] == [[5, 6, 7]]
+    assert np.array_equal(later[0].starts, pieces[-1].starts)
+    assert later[0].span == pieces[-1].span
+
+
+def test_blocks_of_steps_bound_memory():
+    pieces = list(stretches((Segment(0.0, np.inf, lambda time: None),), 0.1, 0, 20_000))
+    assert sum(len(piece.starts) for piece in pieces) == 20_000
+    assert max(len(piece.starts) for piece in pieces) <= 4096
 
 
 @pytest.fixture(scope="module")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.mechanics.loads.prepared import PreparedInput
@@ -40,7 +41,8 @@ class Pressure(TimeInput):
 class _FilmPressure(PreparedInput):
     film: PressureLoad
     function: Signal
+    name: ClassVar[str] = "pressure"
 
     def follower(self, time: float) -> PressureLoad:
         """The pressure at an instant [s]."""
-        return self.film.scaled(value_at("pressure", self.function, time))
+        return self.film.scaled(value_at(self.name, self.function, time))

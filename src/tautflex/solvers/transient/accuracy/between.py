@@ -29,46 +29,46 @@ def doubts_about_inputs(driven: InputSet, problem: TransientProblem) -> list[str
     Each is compared with a straight line in at most `_MOST` steps, those with jumps left out; steps that adapt
     themselves see it by their errors.
     """
-    step, count = problem.time_step, problem.count
+    step, begin, count = problem.time_step, problem.begin, problem.count
     if problem.adaptive is not None:
         return []
-    starts = step * np.unique(np.linspace(0, count - 1, min(count, _MOST)).round())
+    starts = problem.shift + step * np.unique(np.linspace(begin, count - 1, min(count - begin, _MOST)).round())
     breaks, slack = np.array(driven.breaks), 1e-9 * step
     jumps = np.any((breaks > starts[:, None] - slack) & (breaks < starts[:, None] + step + slack), axis=1)
     found = []
     for name, item in driven.named:
-        function = getattr(item, "function", None)
+        function, argument = getattr(item, "function", None), getattr(item, "name", "inputs")
         if not callable(function) or isinstance(function, TimeTable | Held):  # steps meet every row and every change
             continue
-        off, largest = _off_line(function, starts[~jumps], step)
+        off, largest = _off_line(argument, function, starts[~jumps], step)
         if not off.size or not off.max() > _ALLOWED * largest:
             continue
         worst = float(starts[~jumps][off.argmax()])
         told = f"{off.max() / largest:.0%} of its largest value beside the straight line between the ends of a step"
         found.append(
             f"inputs: {name} changes faster than the time steps: at t = {worst:.4g} s it goes {told} of {step:g} s, "
-            f"and steps see the ends alone; {_remedy(function, worst, step, _WANTED * largest)}"
+            f"and steps see the ends alone; {_remedy(argument, function, worst, step, _WANTED * largest)}"
         )
     return found
 
 
-def _off_line(function: Callable[[float], ArrayLike], starts: Array, step: float) -> tuple[Array, float]:
+def _off_line(argument: str, function: Callable[[float], ArrayLike], starts: Array, step: float) -> tuple[Array, float]:
     """How far a function leaves straight lines through steps of a size [s], shape (start,), and its largest value."""
     instants = starts[:, None] + step * _SHARES
-    given = [np.ravel(value_at("inputs", function, float(time))) for time in instants.ravel()]
+    given = [np.ravel(value_at(argument, function, float(time))) for time in instants.ravel()]
     for value in given:
         if value.shape != given[0].shape:
-            checks.float_array("inputs", value, given[0].shape)
+            checks.float_array(argument, value, given[0].shape)
     values = np.array(given).reshape(*instants.shape, -1)
     line = values[:, :1] + _SHARES[:, None] * (values[:, -1:] - values[:, :1])
     return np.abs(values - line).max(axis=(1, 2), initial=0.0), float(np.abs(values).max(initial=0.0))
 
 
-def _remedy(function: Callable[[float], ArrayLike], start: float, step: float, allowed: float) -> str:
+def _remedy(argument: str, function: Callable[[float], ArrayLike], start: float, step: float, allowed: float) -> str:
     for _ in range(_HALVINGS):
         step /= 2.0
         halves = start + step * np.array([0.0, 1.0])
-        off, _ = _off_line(function, halves, step)
+        off, _ = _off_line(argument, function, halves, step)
         if off.max() <= allowed:
             return f"set time_step = {rounded_down(step):.2g} s or less"
         start = float(halves[off.argmax()])
