@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex import CaseError
+from tautflex import CaseError, plot
 from tautflex.case import parse_case, template
 from tautflex.case.build import build_state
 from tautflex.case.loop import build_law, build_plant
@@ -88,7 +88,9 @@ def test_the_template_through_the_command_line(slew, capsys):
     assert data["attitude_error"].values[-1] < 1e-5
     # from rest to rest: what wheels put in, the damping took out
     assert found["energy_by_source"]["torque"] == pytest.approx(found["energy_balance"]["loads"], rel=1e-9)
-    # wheels know no results that are there
+    labels = [axes.get_ylabel() for axes in plot.plot_loop(data).axes]
+    assert labels == ["attitude [rad]", "rate [rad/s]", "error [rad]", "command [N m]", "film rms [mm]", "work [J]"]
+    # results that are there stay
     assert main(["control", str(path), "-o", str(out)]) == 2
     assert "add --force" in capsys.readouterr().err
 

@@ -144,9 +144,10 @@ def _with_loop(
         "reference": np.array([each.numbers for each in follow[:count]]).reshape(count, 3, -1),
         "source_work": np.array([list(each.values()) for each in work]).reshape(count, -1),
     }
+    labels = {"output": list(labels_of(plant.outputs)), "input": list(labels_of(plant.inputs)), "source": list(work[0])}
     if plant.hub is not None:
         arrays["attitude_error"] = _attitude_error(run.data, plant.maneuver, times[:count])
-    labels = {"output": list(labels_of(plant.outputs)), "input": list(labels_of(plant.inputs)), "source": list(work[0])}
+        labels["axis"] = ["xyz"[int(row.argmax())] for row in hub_rows(plant.hub)]
     data = run.data.assign(described(LOOP, arrays)).assign_coords(
         described(LOOP, {"sample_time": times[:count]}) | labels | {"asked": ["attitude", "rate", "acceleration"]}
     )

@@ -109,8 +109,8 @@ def _panels(data: xr.Dataset) -> Iterator[_Panel]:
 
 def _against(label: str, time: Array, curves: Array, data: xr.Dataset, asked: str) -> _Panel:
     """Components of a vector that move, and what they were to follow."""
-    wanted = data["reference"].sel(asked=asked).values
-    wanted = wanted if wanted.shape[1] == curves.shape[1] else np.full((len(wanted), curves.shape[1]), np.nan)
+    wanted = np.full((data.sizes["sample_time"], 3), np.nan)
+    wanted[:, ["xyz".index(axis) for axis in data["axis"].values]] = data["reference"].sel(asked=asked).values
     sizes = np.maximum(np.abs(curves).max(axis=0), np.nan_to_num(np.abs(wanted)).max(axis=0))
     kept = np.flatnonzero(sizes >= _SMALL * sizes.max())
     return _Panel(label, time, curves[:, kept], ["xyz"[k] for k in kept], wanted[:, kept], data["sample_time"].values)
