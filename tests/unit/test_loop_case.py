@@ -276,3 +276,14 @@ def test_angle_between_a_hub_and_what_it_follows():
     run = tf.control_case(case.replaced(solver={"end_time": 2.4}, sensors={"rate": {"kind": "rate"}}))
     np.testing.assert_allclose(run.data["attitude_error"].values[-1], 0.5, rtol=1e-9)
     assert run.data.attrs["maneuver_end"] == 2.0
+
+
+def test_a_law_that_fails_at_once_leaves_its_first_sample(small):
+    def broken(time, measurement):
+        raise RuntimeError("no")
+
+    plant = build_plant(small, build_state(small))
+    with pytest.raises(tf.NotConvergedError, match=r"t = 0 s: the law failed \(RuntimeError: no\)") as caught:
+        tf.close_loop(plant, broken, end_time=0.1)
+    assert caught.value.result.status.value == "not-converged"
+    assert np.isnan(caught.value.result.data["command"].values).tolist() == [[True]]

@@ -137,7 +137,7 @@ def _with_loop(
     """The run with what went through the loop; the last sample has no command yet (NaN)."""
     count = len(work)
     given = np.full((count, sum(each.size for each in plant.inputs)), np.nan)
-    given[: len(commands)] = np.reshape(commands, (len(commands), -1))
+    given[: len(commands)] = np.reshape(commands, (len(commands), given.shape[1]))
     arrays = {
         "measurement": np.array(measured[:count]).reshape(count, -1),
         "command": given,
