@@ -52,6 +52,10 @@ def control_doors(t):
         "rate": "rate",
         "torque": "torque",
     }
+    drive = {"limit": 1.0, "rate": 10.0, "lag": 0.0, "delay": 0.0, "resolution": 0.0}
+    push_film = tf.NodalForce([int(np.argmax(state.model.nodes[:, 0] == 0.0))], direction=(0, 0, 1))
+    spacecraft = tf.FreeHub(20.0, (3.0, 4.0, 5.0))
+    wheel = tf.Plant(state, spacecraft, {"torque": tf.HubTorque("x")}, {"rate": tf.Rate()}, interval=2e-3)
     points = {"points": (0.2, 0.1), "component": "w"}
     return {
         "authority": (tf.authority, {"plant": state, "limits": {"push": 1.0}, **view}),
@@ -76,6 +80,18 @@ def control_doors(t):
         "TensionDamping": (started(tf.TensionDamping, held), tension | {"gain": 1.0}),
         "StiffnessSwitching": (started(tf.StiffnessSwitching, held), tension | {"mode": 1}),
         "ShapedReference": (started(tf.ShapedReference, hub), {"law": tf.PD(1.0, 1.0), **shaped}),
+        "HubTorque": (tf.HubTorque, drive | {"axis": "x", "momentum": 1.0}),
+        "Actuator": (tf.Actuator, drive | {"effect": push_film}),
+        "Plant": (
+            tf.Plant,
+            {"state": state, "hub": spacecraft, "actuators": {"torque": tf.HubTorque("x")},
+             "sensors": {"rate": tf.Rate()}, "interval": 2e-3, "time_step": 1e-3, "method": None, "damping": None,
+             "maneuver": None, "inputs": [], "probes": {"A": (0.2, 0.1)}},
+        ),
+        "close_loop": (
+            tf.close_loop,
+            {"plant": wheel, "law": lambda time, y: -0.1 * y[:1], "maneuver": None, "end_time": 4e-3, "seed": 0},
+        ),
         "Attitude": (bound(tf.Attitude), reading),
         "Rate": (bound(tf.Rate), reading),
         "Displacement": (bound(tf.Displacement), reading | points),

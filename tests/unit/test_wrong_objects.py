@@ -18,11 +18,11 @@ from verification.builders import FILM_CASE
 
 # Made by the package, or written by authors of elements, laws, methods and maneuvers; not doors that users go through.
 INNER = """
-Basis BasisVectors Batch Case Channel Combination ControlLaw Damping DampingMatrix Effect Element ElementBlock
-ElementGroup FixedAxis FollowerForce HubState HyperReducedModel InertiaPoints Law LawFunction LawMatrices LinearInput
-LinearLaw LinearPlant LinearStructure LoopSpec Maneuver Method OneStageMethod PatternLoad PreparedInput PreparedSensor
-RateFormula ReducedModel ReeledCables Reference RigidMotion Run Segment SensedMotion Sensor SensorRows Shape Stage
-StepScheme StressChange Stretch TensionOnly TimeInput UnitStep isoparametric_membrane register
+Basis BasisVectors Batch Case Channel Checkpoint Combination ControlLaw Damping DampingMatrix Effect Element
+ElementBlock ElementGroup FixedAxis FollowerForce HubState HyperReducedModel InertiaPoints Law LawFunction LawMatrices
+LinearInput LinearLaw LinearPlant LinearStructure LoopSpec Maneuver Method OneStageMethod PatternLoad PlantState
+PreparedInput PreparedSensor RateFormula ReducedModel ReeledCables Reference RigidMotion Run Segment SensedMotion Sensor
+SensorRows Shape Stage StepScheme StressChange Stretch TensionOnly TimeInput UnitStep isoparametric_membrane register
 """
 LOOP = {
     "actuators": {"push": {"kind": "nodal-force", "near": (0.2, 0.2), "direction": (0, 0, 1)}},
@@ -108,6 +108,7 @@ def doors(t):
         "probes": {"A": (0, 0)},
         "probe_reading": "interpolate",
         "initial_velocity": None,
+        "initial": None,
         "initial_imperfection": 0.0,
         "time_error": True,
         "every": 1,
@@ -307,7 +308,7 @@ def doors(t):
             tf.read_mesh,
             {"path": folder / "none.inp", "names": None, "unit_length": 1.0, "unit_mass": None, "step": None},
         ),
-        "reduce": (tf.reduce, {"state": state, "basis": tf.ModalBasis(count=2), "weak_field": 1e-5}),
+        "reduce": (tf.reduce, {"state": state, "basis": tf.ModalBasis(count=2), "weak_field": 1e-5, "inputs": ()}),
         "run_case": (tf.run_case, {"case": case}),
         "control_case": (tf.control_case, {"case": case.replaced(**LOOP)}),
         "save": (tf.save, {"dataset": run.data, "path": folder / "again.nc"}),
@@ -382,6 +383,7 @@ def doors(t):
             plot.save_figure,
             {"figure": plot.plot_modes(modes.to_dataset(), 1, 1), "stem": folder / "figure", "formats": ("png",)},
         ),
+        "load_run": (tf.load_run, {"path": folder / "run.nc"}),
         **control_doors(t),
     }
 

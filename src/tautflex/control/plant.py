@@ -161,6 +161,7 @@ class Plant:
             "every": self._steps,
         }
         self._inputs = given
+        self._problem([], interval)
         self._run: FullRun | None = None
         self._bank = self._new_bank()
 
@@ -223,12 +224,16 @@ class Plant:
             return state.measurement.copy()
         return self._observe()
 
+    def _problem(
+        self, driven: Sequence[TimeInput], end_time: float, initial: Checkpoint | None = None
+    ) -> TransientProblem:
+        """What the integrator is asked."""
+        asked = {**self._asked, "inputs": [*self._inputs, *driven], "end_time": end_time, "initial": initial}
+        return TransientProblem(self.state_of, self.hub if self.hub is not None else self.maneuver, **asked)
+
     def _begin(self, initial: Checkpoint | None) -> None:
         """Take up a run, from the start or a state."""
-        end = (self._intervals + _RESERVED) * self.interval
-        inputs = [*self._inputs, *self._bank.inputs]
-        motion = self.hub if self.hub is not None else self.maneuver
-        problem = TransientProblem(self.state_of, motion, end_time=end, inputs=inputs, initial=initial, **self._asked)
+        problem = self._problem(self._bank.inputs, (self._intervals + _RESERVED) * self.interval, initial)
         run = self._run = FullRun(problem)
         self._bank.push(run)
         run.start()
