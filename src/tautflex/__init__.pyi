@@ -18,6 +18,7 @@ from .batch import Batch as Batch
 from .case import Case as Case
 from .case import load_case as load_case
 from .case.build import build_model as build_model
+from .case.loop import control_case as control_case
 from .case.registry import register as register
 from .case.run import run_case as run_case
 from .control.actuators.actuator import Actuator as Actuator

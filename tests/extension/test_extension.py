@@ -121,6 +121,36 @@ def test_sensor_and_law_from_outside():
         Controller(kind="dead-zone", push=-1.0, zone=0.0)
 
 
+def test_sensor_law_and_actuator_from_outside_in_a_case(tmp_path, capsys):
+    """The same through the command line, which knows them by their files."""
+    path = tmp_path / "film.toml"
+    sections = """[maneuver]
+kind = "stop"
+rate = 0.5
+duration = 0.1
+[actuators.push]
+kind = "nodal-force"
+near = [0.0, 0.0]
+direction = [0.0, 0.0, 1.0]
+[sensors.film]
+kind = "edge-mean"
+bias = 1e-6
+[controller]
+kind = "dead-zone"
+push = 1e-3
+zone = 1e-9
+"""
+    path.write_text(FILM_CASE + sections, encoding="utf-8")
+    files = [
+        part for name in ("controller_dead_zone", "sensor_edge_mean") for part in ("--plugin", str(HERE / f"{name}.py"))
+    ]
+    assert main(["control", str(path), "-o", str(tmp_path / "out"), "--json", *files]) == 0
+    capsys.readouterr()
+    commands = tf.load(tmp_path / "out" / "run.nc")["command"].values[:-1]
+    assert {*np.abs(commands).ravel()} <= {0.0, 1e-3}
+    assert np.abs(commands).max() == 1e-3
+
+
 def test_coning_turns_the_frame_as_it_says():
     coning = MANEUVERS["coning"](rate=0.3, transverse_rate=0.2, coning_rate=7.0)
     motion = coning.segments()[0].motion

@@ -227,12 +227,13 @@ def test_init_writes_the_template_that_is_named(tmp_path, capsys, name):
     file = tmp_path / "case.toml"
     assert main(["init", str(file), "--template", name]) == 0
     assert file.read_text(encoding="utf-8") == template(name)
-    assert f"tautflex run {file}" in capsys.readouterr().out.replace("\n", "")
+    following = "control" if name == "control" else "run"
+    assert f"tautflex {following} {file}" in capsys.readouterr().out.replace("\n", "")
 
 
 def test_init_without_such_a_template(refuse):
     message = refuse("init", "new.toml", "--template", "m3")
-    assert "template: expected one of 'm2', 'm2-nearest-node' or 'm2-paper', got 'm3'" in message
+    assert "template: expected one of 'control', 'm2', 'm2-nearest-node' or 'm2-paper', got 'm3'" in message
 
 
 def test_output_directory_that_is_a_file(refuse):

@@ -13,10 +13,10 @@ import tautflex as tf
 from tautflex.case import Damping, Input, Maneuver, Reduction, Solver, template
 from tautflex.case.help.docstrings import field_texts, short, unit
 from tautflex.case.help.reference import markdown, reference
-from tautflex.case.sections.control import Controller, Sensor
+from tautflex.case.sections.control import Actuator, Controller, Sensor
 from tautflex.cli import main
 
-M2_TEMPLATE = template("m2-nearest-node")
+M2_TEMPLATE, CONTROL_TEMPLATE = template("m2-nearest-node"), template("control")
 
 PAGE = Path(__file__).parents[2] / "docs" / "case.md"
 
@@ -28,18 +28,20 @@ def test_the_page_of_the_docs_is_current():
 def test_every_key_of_the_template_is_listed():
     listed: dict[str, set[str]] = {}
     for entry in reference():
-        section = entry.title.split("]")[0].strip("[")
+        section = entry.title.split("]")[0].strip("[").removesuffix(".NAME")
         listed.setdefault(section, set()).update(key.name for key in entry.keys)
-    for section, table in tomllib.loads(M2_TEMPLATE).items():
-        if isinstance(table, dict):
+    for section, given in [*tomllib.loads(M2_TEMPLATE).items(), *tomllib.loads(CONTROL_TEMPLATE).items()]:
+        named = section in ("actuators", "sensors")
+        for table in given.values() if named else [given] if isinstance(given, dict) else []:
             assert set(table) - {"kind", "method"} <= listed[section]
 
 
-@pytest.mark.parametrize("section", [Maneuver, Damping, Solver, Input, Reduction, Sensor, Controller])
+@pytest.mark.parametrize("section", [Maneuver, Damping, Solver, Input, Reduction, Sensor, Controller, Actuator])
 def test_every_field_of_every_class_is_a_key_with_a_meaning(section):
     for kind, cls in section.registry.items():
         keys = section.of_kind(kind).model_fields
         wanted = {field.name for field in dataclasses.fields(cls)} - set(section.of_kind(kind).omitted_fields)
+        wanted -= set(section.unused_fields(cls))
         assert wanted <= set(keys)
         assert wanted <= set(field_texts(cls)), f"{cls.__name__}: a field without words in the docstring"
         assert all(field.description and field.examples for field in keys.values())

@@ -24,6 +24,12 @@ LinearInput LinearLaw LinearPlant LinearStructure LoopSpec Maneuver Method OneSt
 PreparedInput PreparedSensor RateFormula ReducedModel ReeledCables Reference RigidMotion Run Segment SensedMotion Sensor
 SensorRows Shape Stage StepScheme StressChange Stretch TensionOnly TimeInput UnitStep isoparametric_membrane register
 """
+LOOP = {
+    "actuators": {"push": {"kind": "nodal-force", "near": (0.2, 0.2), "direction": (0, 0, 1)}},
+    "sensors": {"film": {"kind": "displacement", "points": (0.2, 0.2)}},
+    "controller": {"kind": "positive-position-feedback", "gain": 1.0, "frequency": 9.0, "measurement": "film",
+                   "command": "push"},
+}  # fmt: skip
 ANY = {
     ("MeshData", "groups"),
     ("MeshData", "beam_orientation"),
@@ -305,6 +311,7 @@ def doors(t):
         ),
         "reduce": (tf.reduce, {"state": state, "basis": tf.ModalBasis(count=2), "weak_field": 1e-5, "inputs": ()}),
         "run_case": (tf.run_case, {"case": case}),
+        "control_case": (tf.control_case, {"case": case.replaced(**LOOP)}),
         "save": (tf.save, {"dataset": run.data, "path": folder / "again.nc"}),
         "save_appendage": (tf.save_appendage, {"data": appendage, "path": folder / "appendage.json"}),
         "scalogram": (
@@ -350,6 +357,7 @@ def doors(t):
         "write_csv": (tf.write_csv, {"dataset": run.data, "path": folder / "run.csv"}),
         "write_vtu": (tf.write_vtu, {"dataset": run.data, "directory": folder / "vtu", "name": "run"}),
         "plot_campbell": (plot.plot_campbell, {"table": table, "orders": (1,), "highest": 10.0}),
+        "plot_loop": (plot.plot_loop, {"run": tf.control_case(case.replaced(**LOOP))}),
         "plot_modes": (plot.plot_modes, {"modes": modes, "count": 1, "columns": 1}),
         "plot_scalogram": (
             plot.plot_scalogram,

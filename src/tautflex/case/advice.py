@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tautflex.case.build import build_damping, build_inputs, build_maneuver
+from tautflex.case.loop import check_loop
 from tautflex.errors import CaseError
 from tautflex.motion.kinematics import Maneuver
 from tautflex.numeric import Array
@@ -31,6 +32,7 @@ def advise(case: Case, state: PrestressedState) -> tuple[list[str], list[str]]:
     """
     maneuver = build_maneuver(case)
     build_inputs(case, state)
+    check_loop(case, state)
     damping = build_damping(case, state)
     count, most = getattr(case.reduction, "count", None), state.system.size - 1
     if count is not None and count > most:
@@ -89,7 +91,7 @@ def _about_probes(case: Case, state: PrestressedState, read: Array) -> list[str]
 
 
 def _about_run(case: Case, maneuver: Maneuver) -> Iterator[str]:
-    if case.maneuver.kind == "none":
+    if case.maneuver.kind == "none" and case.hub is None:
         yield "maneuver.kind = 'none': nothing moves the antenna; set kind = 'stop' to excite it"
     fields, solver = case.output.fields, case.solver
     late = [instant for instant in fields if instant > solver.end_time] if isinstance(fields, tuple) else []

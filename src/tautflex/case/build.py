@@ -13,6 +13,8 @@ from tautflex.case.options import within
 from tautflex.case.schema import Case
 from tautflex.case.sections.inputs import nearest_node
 from tautflex.case.sections.structural import Cables, Frame
+from tautflex.control.actuators.actuator import Actuator
+from tautflex.control.actuators.hub_torque import HubTorque
 from tautflex.errors import MeshError
 from tautflex.files.mesh import read_mesh
 from tautflex.mechanics.dampings.damping import Damping
@@ -152,18 +154,22 @@ def build_damping(case: Case, state: PrestressedState) -> Damping:
 
 
 def build_state(case: Case) -> PrestressedState:
-    """Build the structure of a case in its prestressed state, with the tendons of its inputs.
+    """Build the structure of a case in its prestressed state, with the tendons of its inputs and actuators.
 
     Raises
     ------
     InputError
-        If the case cannot be built or prestressed, or an input does not fit the structure.
+        If the case cannot be built or prestressed, or an input or actuator does not fit the structure.
     """
     state, inputs = solve_prestress(build_model(case)), []
-    for name, given in case.inputs.items():
-        with within(f"inputs.{name}"):
-            inputs.append(given.placed(state.model))
-            state = equip(state, inputs[-1:])
+    for section in ("inputs", "actuators"):
+        for name, given in getattr(case, section).items():
+            with within(f"{section}.{name}"):
+                placed = given.placed(state.model)
+                if isinstance(placed, HubTorque):
+                    continue
+                inputs.append(placed.effect if isinstance(placed, Actuator) else placed)
+                state = equip(state, inputs[-1:])
     return equip(state, inputs)
 
 

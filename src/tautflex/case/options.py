@@ -145,6 +145,11 @@ class Chosen(Section):
         return ()
 
     @classmethod
+    def unused_fields(cls, target: type) -> tuple[str, ...]:
+        """Fields that a case cannot give, because another one sets them."""
+        return ()
+
+    @classmethod
     def homes(cls) -> dict[str, str]:
         """Keys of all classes, and the first class that has each, for a guess at what a misplaced one means."""
         return {name: kind for kind in reversed(cls.kinds()) for name in cls.of_kind(kind).model_fields}
@@ -269,9 +274,9 @@ def keys_of(
     return keys
 
 
-def section_of(target: type) -> type[Section]:
+def section_of(target: type, omitted: Sequence[str] = ()) -> type[Section]:
     """Section of one class, which needs no name for it."""
-    return create_model(target.__name__, __base__=Section, __doc__=target.__doc__, **keys_of(target))
+    return create_model(target.__name__, __base__=Section, __doc__=target.__doc__, **keys_of(target, omitted))
 
 
 @cache
@@ -279,6 +284,7 @@ def _section(base: type[Chosen], kind: str, target: type) -> Any:
     """Section of a class among those that a base chooses from."""
     bases = base.parts_for(kind, target)
     taken = [name for part in bases for name in (*part.model_fields, *part.omitted_fields)]
+    taken += base.unused_fields(target)
     keys: dict[str, Any] = {
         base.naming_key: (Literal[kind], Field(default=kind, description=base.registry.role, examples=[kind]))
     }

@@ -156,6 +156,25 @@ CONTROLLERS = Registry(
         "stiffness-switching": "control.laws.stiffness_switching:StiffnessSwitching",
     },
 )
+
+
+class _Driven(Registry):
+    """What a plant may command: wheels, and every effect that may also be an input in time."""
+
+    def __iter__(self) -> Iterator[str]:
+        yield from super().__iter__()
+        effect = _imported("mechanics.loads.inputs:Effect")
+        yield from (kind for kind, cls in INPUTS.items() if issubclass(cls, effect))
+
+    def __getitem__(self, kind: str) -> type:
+        return super().__getitem__(kind) if kind in self._classes else INPUTS[kind]
+
+
+ACTUATORS = _Driven(
+    "actuator",
+    ("control.actuators.hub_torque:HubTorque",),
+    {"hub-torque": "control.actuators.hub_torque:HubTorque"},
+)
 _ALL = (MANEUVERS, METHODS, INPUTS, DAMPINGS, BASES, SENSORS, CONTROLLERS)
 # Classes for models, which keep their own lists.
 _PARTS = {"elements:Element": "elements:register_element", "elements:Law": "elements:register_law"}

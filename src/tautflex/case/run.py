@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +17,7 @@ from tautflex.analysis import amplitude, dominant_frequency, maneuver_end, settl
 from tautflex.case import build
 from tautflex.case.options import within
 from tautflex.case.schema import Case
-from tautflex.errors import InputError
+from tautflex.errors import CaseError, InputError
 from tautflex.files import netcdf
 from tautflex.motion.kinematics import Maneuver
 from tautflex.reduction.polynomial.model import reduce
@@ -61,8 +61,9 @@ def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True
     >>> run = tf.run_case(tf.load_case("m2.toml"))  # doctest: +SKIP
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
-    maneuver, state = _prestressed(case, progress or _silent)
-    return _simulate(case, state, maneuver, progress or _silent, throw)
+    _require_open_loop(case)
+    maneuver, state = prestressed(case, progress or silent)
+    return _simulate(case, state, maneuver, progress or silent, throw)
 
 
 def write_case_run(
@@ -84,11 +85,26 @@ def write_case_run(
     dict
         The content of ``summary.json``, SI units; the dominant frequency of a probe is that after the maneuver.
     """
-    tell = progress or _silent
-    maneuver, state = _prestressed(case, tell)
-    tell(0.0, "modes")
-    modes = solve_modes(state, n=min(MODE_COUNT, len(state.model.free_dofs) - 1))
+    _require_open_loop(case)
+    tell = progress or silent
+    maneuver, state = prestressed(case, tell)
     run = _simulate(case, state, maneuver, tell, throw=False)
+    return write_results(case, state, run, directory, tell, figures, title)
+
+
+def write_results(
+    case: Case,
+    state: PrestressedState,
+    run: Run,
+    directory: Path,
+    tell: Progress,
+    figures: Figures | None,
+    title: str,
+    more: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Write a run of a case as `write_case_run` says; ``more`` joins the summary, or replaces what it says."""
+    tell(1.0, "modes")
+    modes = solve_modes(state, n=min(MODE_COUNT, len(state.model.free_dofs) - 1))
     run = replace(run, data=run.data.assign_attrs(title=title))
     data = run.data
     directory.mkdir(parents=True, exist_ok=True)
@@ -103,7 +119,7 @@ def write_case_run(
         "message": run.status.message,
         "maneuver": case.maneuver.describe(),
         "probes": {str(name): _read_probe(data["w"].sel(probe=name), end) for name in data["probe"].values},
-        "surface": _read_surface(data, end, case.output.surface_tolerance),
+        "surface": read_surface(data, end, case.output.surface_tolerance),
         "natural_frequencies": [float(value) for value in modes.frequencies],
         "steps": int(run.stats.steps),
         "seconds": float(run.stats.seconds),
@@ -113,13 +129,22 @@ def write_case_run(
         "time_error": run.error if math.isfinite(run.error) else None,
         "energy_balance": dict(run.energy_balance),
         "warnings": [*state.warnings, *data.attrs["warnings"]],
+        **(more or {}),
         "files": {name: str(path) for name, path in files.items()},
     }
     files["summary"].write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     return summary
 
 
-def _prestressed(case: Case, progress: Progress) -> tuple[Maneuver, PrestressedState]:
+def _require_open_loop(case: Case) -> None:
+    for name in ("hub", "controller"):
+        if getattr(case, name) is not None:
+            text = f"{name}: expected no [{name}] for a run of a prescribed motion, got one"
+            raise CaseError(f"{text}; close the loop by `tautflex control`, or remove the section")
+
+
+def prestressed(case: Case, progress: Progress) -> tuple[Maneuver, PrestressedState]:
+    """Maneuver and prestressed state of a case."""
     maneuver = build.build_maneuver(case)  # a table that is not there is known before the work begins
     progress(0.0, "prestress")
     return maneuver, build.build_state(case)
@@ -154,6 +179,11 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
         throw=throw,
         **{name: value for name, value in stated.items() if value is not None},
     )
+    return labelled(case, run)
+
+
+def labelled(case: Case, run: Run) -> Run:
+    """The run with what it was made from."""
     attributes = {"case": case.to_toml(), "versions": json.dumps(netcdf.versions())}
     tolerance = case.output.surface_tolerance
     return replace(run, data=run.data.assign_attrs(attributes, surface_tolerance=tolerance))
@@ -176,7 +206,7 @@ def _read_probe(record: xr.DataArray, maneuver_end: float | None) -> dict[str, f
     return answer
 
 
-def _read_surface(data: xr.Dataset, maneuver_end: float | None, tolerance: float) -> dict[str, Any]:
+def read_surface(data: xr.Dataset, maneuver_end: float | None, tolerance: float) -> dict[str, Any]:
     """Measures of the film at the end [m, rad], its largest rms after the maneuver, and its time to settle [s].
 
     None without a film, for a record that is too short, and for a film that does not settle to the tolerance [m].
@@ -189,10 +219,16 @@ def _read_surface(data: xr.Dataset, maneuver_end: float | None, tolerance: float
     last = film.isel(time=-1)
     answer |= {"rms": float(last["rms"]), "tilt": [float(last["tilt_x"]), float(last["tilt_y"])]}
     answer["rms_max"] = float(film["rms"].where(film["time"] >= (maneuver_end or 0.0)).max())
-    with suppress(InputError):
-        settled = settling_time(film["rms"], tolerance, after=maneuver_end)
-        answer["settling_time"] = settled if math.isfinite(settled) else None
+    answer["settling_time"] = read_settling(film["rms"], tolerance, maneuver_end)
     return answer
+
+
+def read_settling(record: xr.DataArray, tolerance: float, maneuver_end: float | None) -> float | None:
+    """Time to settle after the maneuver [s]; None where the record does not, or is too short."""
+    with suppress(InputError):
+        settled = settling_time(record, tolerance, after=maneuver_end)
+        return settled if math.isfinite(settled) else None
+    return None
 
 
 def _named(paths: list[Path]) -> dict[str, Path]:
@@ -203,5 +239,5 @@ def _named(paths: list[Path]) -> dict[str, Path]:
     return named
 
 
-def _silent(fraction: float, message: str) -> None:
+def silent(fraction: float, message: str) -> None:
     """Report nothing."""

@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal, Self
 
 import tomli_w
-from pydantic import BeforeValidator, Field, SerializeAsAny, field_validator, model_validator
+from pydantic import BeforeValidator, Field, SerializeAsAny, ValidationInfo, field_validator, model_validator
 
 from tautflex.case import memory
+from tautflex.case.loop_rules import loop_contradictions
 from tautflex.case.messages import meaning, require_names, show
 from tautflex.case.section import Section, key
+from tautflex.case.sections.control import Actuator, Controller, Hub, Loop, Sensor
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
 from tautflex.case.sections.maneuver import Maneuver
@@ -65,6 +67,18 @@ class Case(Section):
     inputs: dict[str, Annotated[SerializeAsAny[Input], BeforeValidator(Input.from_table)]] = key(
         "[inputs.NAME] sections", default={}
     )
+    hub: Annotated[Hub | None, BeforeValidator(Hub.from_table)] = key("[hub] section", None, None)
+    actuators: dict[str, Annotated[SerializeAsAny[Actuator], BeforeValidator(Actuator.from_table)]] = key(
+        "[actuators.NAME] sections", default={}
+    )
+    sensors: dict[str, Annotated[SerializeAsAny[Sensor], BeforeValidator(Sensor.from_table)]] = key(
+        "[sensors.NAME] sections", default={}
+    )
+    controller: Annotated[
+        SerializeAsAny[Controller] | tuple[SerializeAsAny[Controller], ...] | None,
+        BeforeValidator(Controller.one_or_more),
+    ] = key("[controller] section, or [[controller]] sections", None, None)
+    loop: Loop = key("[loop] section", default=Loop())
     output: Output = key("[output] section", default=Output())
     reduction: Annotated[SerializeAsAny[Reduction] | None, BeforeValidator(Reduction.from_table)] = key(
         "[reduction] section", None, None
@@ -99,10 +113,10 @@ class Case(Section):
             values[name] = {key: value for key, value in changed.items() if value is not None}
         return Case(**values)
 
-    @field_validator("inputs")
+    @field_validator("inputs", "actuators", "sensors")
     @classmethod
-    def _inputs_have_names(cls, value: dict[str, Input]) -> dict[str, Input]:
-        require_names(value, "names of inputs", "push")
+    def _sections_have_names(cls, value: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        require_names(value, f"names of {info.field_name}", "push")
         return value
 
     @model_validator(mode="after")
@@ -215,6 +229,12 @@ class Case(Section):
         if self.solver.adaptive_tolerance is not None:
             text = f"reduction: expected no solver.adaptive_tolerance with it, got {self.solver.adaptive_tolerance:g}"
             raise ValueError(f"{text}; remove it, steps of a reduced model cost next to nothing")
+        return self
+
+    @model_validator(mode="after")
+    def _loop_fits_the_case(self) -> Self:
+        for text in loop_contradictions(self):
+            raise ValueError(text)
         return self
 
     @model_validator(mode="after")

@@ -14,6 +14,8 @@ from tautflex.cli.cases.init import init
 from tautflex.cli.cases.keys import keys
 from tautflex.cli.cases.modes import modes
 from tautflex.cli.cases.tune import tune
+from tautflex.cli.loops.authority import authority
+from tautflex.cli.loops.control import control
 from tautflex.cli.runs.export import export
 from tautflex.cli.runs.reproduce import reproduce
 from tautflex.cli.runs.run import run
@@ -32,7 +34,7 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for one in (init, check, keys, modes, tune, run, reproduce, export):
+for one in (init, check, keys, modes, tune, run, control, authority, reproduce, export):
     app.command(one)
 
 

@@ -94,6 +94,11 @@ def show_run(case: Path, summary: Mapping[str, Any]) -> None:
         rows.add_row("surface", _surface(summary["surface"]))
     if summary["time_error"] is not None:
         rows.add_row("time error", f"about {summary['time_error']:.1g} of the largest displacement")
+    if "settling_time" in summary:
+        told = {name: "not settled" if t is None else f"{t:.3g} s" for name, t in summary["settling_time"].items()}
+        rows.add_row("settled after", ", ".join(f"{name} {text}" for name, text in told.items()))
+        work = summary["energy_by_source"].items()
+        rows.add_row("work of", ", ".join(f"{name} {value:.3g} J" for name, value in work) or "no actuator")
     balance = summary["energy_balance"]
     taken = f"{balance['damping']:.3g} J by damping, {balance['method']:.2g} J by the method"
     rows.add_row("energy", f"{balance['kinetic'] + balance['strain']:.3g} J left, {taken}")
@@ -101,6 +106,20 @@ def show_run(case: Path, summary: Mapping[str, Any]) -> None:
     for warning in summary["warnings"]:
         say(f"warning: {warning}")
     list_files(summary["files"])
+
+
+def show_authority(case: Path, answer: Mapping[str, Any]) -> None:
+    """Print what each input at its limit does to each mode."""
+    for name, words, scale in (("stiffness", "change of stiffness [%]", 100.0), ("force", "force [N/kg^1/2]", 1.0)):
+        table = Table(title=f"{case.name}: {words} by each input at its limit", title_style="bold")
+        for text in ("mode", "frequency [Hz]", *answer["inputs"]):
+            table.add_column(text, justify="right")
+        columns = [scale * one[name] for one in answer["inputs"].values()]
+        for number, (frequency, *row) in enumerate(zip(answer["frequencies"], *columns, strict=True), start=1):
+            table.add_row(f"{number}", f"{frequency:.4f}", *(f"{value:.3g}" for value in row))
+        Console().print(table)
+    for remark in answer["remarks"]:
+        say(f"note: {remark}")
 
 
 def _reading(reading: Mapping[str, Any]) -> str:

@@ -38,6 +38,8 @@ def run_figures(run: xr.Dataset, modes: xr.Dataset, directory: Path) -> list[Pat
         natural = modes["frequency"].values
         written += plot.save_time_history(run, directory / "time_history", formats=FORMATS)
         written += plot.save_spectrum(run, directory / "spectrum", natural_frequencies=natural, formats=FORMATS)
+    if "command" in run:
+        written += plot.save_loop(run, directory / "loop", formats=FORMATS)
     if run["surface_rms"].notnull().any():
         written += plot.save_surface(run, directory / "surface", formats=FORMATS)
     return written

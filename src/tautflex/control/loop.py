@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike
 
 from tautflex import checks
@@ -19,7 +21,7 @@ from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import Maneuver
 from tautflex.motion.rotations import rotation_vector
 from tautflex.numeric import Array
-from tautflex.solvers.transient.status import Run
+from tautflex.solvers.transient.status import Run, Status
 from tautflex.solvers.variables import LOOP, described
 
 
@@ -29,6 +31,7 @@ def close_loop(
     maneuver: Maneuver | None = None,
     end_time: float = 10.0,
     seed: int = 0,
+    progress: Callable[[float, str], None] | None = None,
 ) -> Run:
     """Run a plant under a law.
 
@@ -44,11 +47,14 @@ def close_loop(
         Duration [s].
     seed
         Of the sensors' noise.
+    progress
+        Called with the fraction done and a short message; KeyboardInterrupt raised in it ends the run.
 
     Returns
     -------
     Run
-        Its data also has ``measurement``, ``command`` (as asked for) and ``reference`` at ``sample_time``.
+        Its data also has, at ``sample_time``, ``measurement``, ``command`` (as asked for), ``reference``,
+        ``attitude_error`` [rad] of a free hub, and ``source_work`` of every actuator since the start [J].
 
     Raises
     ------
@@ -64,30 +70,47 @@ def close_loop(
     measured = [plant.reset(seed, None if maneuver is None else {"maneuver": maneuver})]
     times = np.asarray(plant.interval * np.arange(count + 1), dtype=np.float64)
     follow = references(plant.maneuver, times, plant.hub)
-    spec = LoopSpec(plant.outputs, plant.inputs, plant.interval, len(follow[0].rate))
+    memory = start_law(plant, asked)
+    commands, work, status = list[Array](), [plant.energy_by_source], Status.COMPLETED
     try:
-        memory = asked.start(spec)
-    except InputError as error:
-        if not str(error).startswith("model:"):
-            raise
-        memory = asked.start(replace(spec, model=plant.linearize()))
-    commands: list[Array] = []
-    try:
-        for reference in follow[:-1]:
+        for number, reference in enumerate(follow[:-1]):
             time = reference.time
             try:
                 memory, given = asked.act(memory, measured[-1].copy(), reference)
                 command = checks.float_array("command", given, (sum(each.size for each in plant.inputs),))
             except Exception as error:
                 said = f"t = {time:.6g} s: the law failed ({type(error).__name__}: {error}); correct it"
-                raise NotConvergedError(said, result=plant.run) from error
+                raise NotConvergedError(said, result=plant.result(Status.NOT_CONVERGED)) from error
             measured.append(plant.step(command))
             commands.append(command)
+            work.append(plant.energy_by_source)
+            if progress is not None and number % max(1, count // 100) == 0:
+                progress((number + 1) / count, f"t = {plant.time:.3g} s")
+    except KeyboardInterrupt:
+        status = Status.INTERRUPTED
     except NotConvergedError as error:
         if isinstance(error.result, Run):
-            error.result = _with_loop(error.result, plant, times, measured, commands, follow)
+            error.result = _with_loop(error.result, plant, times, measured, commands, work, follow)
         raise
-    return _with_loop(plant.run, plant, times, measured, commands, follow)
+    return _with_loop(plant.result(status), plant, times, measured, commands, work, follow)
+
+
+def start_law(plant: Plant, law: ControlLaw) -> Any:
+    """Memory of a law before the first measurement of a plant, which is linearized where the law asks for its model.
+
+    Raises
+    ------
+    InputError
+        If the loop has not what the law needs.
+    """
+    axes = 0 if plant.hub is None else len(hub_rows(plant.hub))
+    spec = LoopSpec(plant.outputs, plant.inputs, plant.interval, axes)
+    try:
+        return law.start(spec)
+    except InputError as error:
+        if not str(error).startswith("model:"):
+            raise
+        return law.start(replace(spec, model=plant.linearize()))
 
 
 def references(maneuver: Maneuver, times: Array, hub: FreeHub | None) -> list[Reference]:
@@ -103,21 +126,44 @@ def references(maneuver: Maneuver, times: Array, hub: FreeHub | None) -> list[Re
 
 
 def _with_loop(
-    run: Run, plant: Plant, times: Array, measured: list[Array], commands: list[Array], follow: list[Reference]
+    run: Run,
+    plant: Plant,
+    times: Array,
+    measured: list[Array],
+    commands: list[Array],
+    work: list[dict[str, float]],
+    follow: list[Reference],
 ) -> Run:
     """The run with what went through the loop; the last sample has no command yet (NaN)."""
-    count = len(measured)
+    count = len(work)
     given = np.full((count, sum(each.size for each in plant.inputs)), np.nan)
-    given[: len(commands)] = np.reshape(commands, (len(commands), -1))
+    given[: len(commands)] = np.reshape(commands, (len(commands), given.shape[1]))
     arrays = {
-        "measurement": np.array(measured).reshape(count, -1),
+        "measurement": np.array(measured[:count]).reshape(count, -1),
         "command": given,
         "reference": np.array([each.numbers for each in follow[:count]]).reshape(count, 3, -1),
+        "source_work": np.array([list(each.values()) for each in work]).reshape(count, -1),
     }
-    labels = {"output": list(labels_of(plant.outputs)), "input": list(labels_of(plant.inputs))}
+    labels = {"output": list(labels_of(plant.outputs)), "input": list(labels_of(plant.inputs)), "source": list(work[0])}
+    if plant.hub is not None:
+        arrays["attitude_error"] = _attitude_error(run.data, plant.maneuver, times[:count])
+        labels["axis"] = ["xyz"[int(row.argmax())] for row in hub_rows(plant.hub)]
     data = run.data.assign(described(LOOP, arrays)).assign_coords(
         described(LOOP, {"sample_time": times[:count]}) | labels | {"asked": ["attitude", "rate", "acceleration"]}
     )
     data["measurement"].attrs["channel_units"] = list(units_of(plant.outputs))
     data["command"].attrs["channel_units"] = list(units_of(plant.inputs))
+    if plant.hub is not None and 0.0 < plant.maneuver.end < np.inf:
+        data.attrs["maneuver_end"] = plant.maneuver.end  # of what the hub was to follow
     return replace(run, data=data)
+
+
+def _attitude_error(data: xr.Dataset, maneuver: Maneuver, times: Array) -> Array:
+    """Angle between a hub and what it was to follow [rad], shape (time,)."""
+    turned = data["attitude"].sel(time=times, method="nearest").values
+    wanted = attitude(maneuver, times)
+    # |product of the one's conjugate and the other|, as sine and cosine of half the angle
+    sine = np.linalg.norm(
+        wanted[:, :1] * turned[:, 1:] - turned[:, :1] * wanted[:, 1:] - np.cross(wanted[:, 1:], turned[:, 1:]), axis=1
+    )
+    return np.asarray(2.0 * np.arctan2(sine, np.abs(np.sum(wanted * turned, axis=1))))

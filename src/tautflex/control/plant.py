@@ -280,7 +280,7 @@ class Plant:
             if not run.advance(number):
                 raise NotConvergedError(
                     f"t = {run.at.time:.6g} s: {Status.NOT_CONVERGED.message}",
-                    result=self._result(Status.NOT_CONVERGED),
+                    result=self.result(Status.NOT_CONVERGED),
                 )
             self._bank.count(run, before)
         self._intervals += 1
@@ -312,9 +312,10 @@ class Plant:
     @property
     def run(self) -> Run:
         """The run since the reset: what `simulate` gives, and ``energy_by_source`` [J] among its attributes."""
-        return self._result(Status.COMPLETED)
+        return self.result(Status.COMPLETED)
 
-    def _result(self, status: Status) -> Run:
+    def result(self, status: Status) -> Run:
+        """The run since the reset, with a word about how it ended."""
         runs = [*self._parts, self._at_work.result(status)]
         data = _joined([run.data for run in runs]).assign_attrs(energy_by_source=json.dumps(self._bank.work))
         work = [asdict(run.stats) for run in runs]

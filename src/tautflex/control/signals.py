@@ -88,11 +88,11 @@ class LoopSpec:
 
     def measurement(self, key: str, name: str) -> Indices:
         """Places of a channel, or of one of its numbers, in the measurement; ``key`` is the law's word for it."""
-        return _places(key, name, self.measurements, "sensor")
+        return _places(key, name, self.measurements, "a sensor")
 
     def command(self, key: str, name: str) -> Indices:
         """The same in the command."""
-        return _places(key, name, self.commands, "actuator")
+        return _places(key, name, self.commands, "an actuator")
 
     def plant(self, law: str) -> LinearPlant:
         """The linear model, with the commands and measurements of the loop alone, in their order.
@@ -148,7 +148,7 @@ def check_numbers(key: str, values: Mapping[str, float] | None, least: int = 0) 
 
 
 def _places(key: str, name: str, channels: tuple[Channel, ...], role: str) -> Indices:
-    checks.instance(key, name, str, f"the name of a {role}")
+    checks.instance(key, name, str, f"the name of {role}")
     first = 0
     for channel in channels:
         if name == channel.name:
@@ -157,7 +157,7 @@ def _places(key: str, name: str, channels: tuple[Channel, ...], role: str) -> In
             return np.array([first + channel.labels.index(name)])
         first += channel.size
     known = ", ".join(repr(channel.name) for channel in channels) or "none"
-    raise InputError(f"{key}: expected the name of a {role}, one of {known}, got {name!r}; choose one, or add it")
+    raise InputError(f"{key}: expected the name of {role}, one of {known}, got {name!r}; choose one, or add it")
 
 
 class Reference(NamedTuple):

@@ -2,6 +2,8 @@ from .campbell import plot_campbell as plot_campbell
 from .campbell import save_campbell as save_campbell
 from .history import plot_time_history as plot_time_history
 from .history import save_time_history as save_time_history
+from .loop import plot_loop as plot_loop
+from .loop import save_loop as save_loop
 from .modes import plot_modes as plot_modes
 from .modes import save_modes as save_modes
 from .settling import plot_surface as plot_surface

@@ -115,6 +115,8 @@ LOOP: Variables = {
     "measurement": _of("sample_time output", "1", "what sensors told, each in its unit"),
     "command": _of("sample_time input", "1", "what actuators were told until the next sample, each in its unit"),
     "reference": _of("sample_time asked axis", "1", "what the hub was to follow, rad, rad s-1, rad s-2"),
+    "attitude_error": _of("sample_time", "rad", "angle between the hub and what it was to follow"),
+    "source_work": _of("sample_time source", "J", "work that each actuator has done since the start"),
     "sample_time": _of("sample_time", "s", "time of a sample of the loop"),
 }
 

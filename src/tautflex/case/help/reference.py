@@ -19,7 +19,7 @@ from tautflex.case.tables import TimeTableKeys
 from tautflex.errors import CaseError
 
 _RANGE = re.compile(r"(?<=, )[<>]=? ?\d+(?:[./]\d+)?|in [\[(][^\])]*[\])]")
-_TITLES = {"inputs": "[inputs.NAME]", "masses": "[[masses]]"}
+_TITLES = {name: f"[{name}.NAME]" for name in ("inputs", "actuators", "sensors")} | {"masses": "[[masses]]"}
 _NAMES = {float: "number", int: "integer", bool: "true or false", str: "text", type(None): ""}
 
 

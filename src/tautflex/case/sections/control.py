@@ -1,9 +1,85 @@
-"""Sections [sensors.NAME] and [controller] of a case file: each sensor's and each law's class is its own section."""
+"""Sections of a case file that make a closed loop: hub, actuators, sensors, controller, loop."""
 
 from __future__ import annotations
 
-from tautflex.case.options import Chosen
-from tautflex.case.registry import CONTROLLERS, SENSORS
+import dataclasses
+from typing import Annotated, Any, Self
+
+from pydantic import Field, Strict, model_validator
+
+from tautflex.case.messages import problem
+from tautflex.case.options import Chosen, section_of, within
+from tautflex.case.registry import ACTUATORS, CONTROLLERS, SENSORS
+from tautflex.case.section import Positive, Section, Vector, key
+from tautflex.case.sections.inputs import Placed
+from tautflex.control.actuators.drive import Drive
+from tautflex.errors import InputError
+from tautflex.mechanics.loads.inputs import Effect
+from tautflex.motion.hub import FreeHub
+
+_DRIVE = tuple(field.name for field in dataclasses.fields(Drive))
+
+
+class Hub(section_of(FreeHub, ("inertia", "torque", "force", "breaks"))):  # type: ignore[misc] # fields of that class
+    """Spacecraft body that is free to move and carries the structure; [maneuver] is then what laws follow."""
+
+    inertia: Vector | tuple[Vector, Vector, Vector] = key(
+        "inertia about the hub's centre of mass in its own axes [kg m^2]: principal moments, or a tensor",
+        (5.0, 5.0, 8.0),
+    )
+
+    @model_validator(mode="after")
+    def _class_takes_the_values(self) -> Self:
+        try:
+            self.build()
+        except InputError as error:
+            raise ValueError(str(error)) from None
+        return self
+
+    def build(self) -> FreeHub:
+        """Make the hub."""
+        return FreeHub(**self.model_dump())
+
+
+class Actuator(section_of(Drive), Placed):  # type: ignore[misc] # beside the keys of a class those of its drive
+    """What the controller commands: wheels on the hub, or an effect on the structure, behind a drive."""
+
+    registry = ACTUATORS
+
+    @model_validator(mode="after")
+    def _drive_takes_the_values(self) -> Self:
+        """Its numbers are checked where the effect cannot be made without a structure, too."""
+        try:
+            Drive(**self._driven())
+        except InputError as error:
+            raise ValueError(self.in_words_of_the_case(str(error))) from None
+        return self
+
+    def _driven(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in _DRIVE}
+
+    @classmethod
+    def unused_fields(cls, target: type) -> tuple[str, ...]:
+        """The signal, which the controller sets."""
+        twice = {field.name for field in dataclasses.fields(target)} & set(_DRIVE)
+        if twice and not issubclass(target, Drive):
+            text = f"{target.__name__}: expected no field {min(twice)}, which is a key of every drive"
+            raise InputError(f"{text}; rename it, so that it can be an actuator")
+        return (target.signal, "breaks") if issubclass(target, Effect) else ()
+
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of the class; an effect has no signal."""
+        target, given = self.made_from, super().arguments()
+        return given | {target.signal: None} if target is not None and issubclass(target, Effect) else given
+
+    def build(self, **known: Any) -> Drive:
+        """Make wheels, or an effect behind its drive."""
+        made = super().build(**known)
+        if isinstance(made, Drive):
+            return made
+        from tautflex.control.actuators.actuator import Actuator as Driven  # beside a section of the same name
+
+        return Driven(effect=made, **self._driven())
 
 
 class Sensor(Chosen):
@@ -13,6 +89,32 @@ class Sensor(Chosen):
 
 
 class Controller(Chosen):
-    """Law from measurements to commands."""
+    """Law from measurements to commands; the commands of several [[controller]] tables add."""
 
     registry = CONTROLLERS
+
+    @classmethod
+    def one_or_more(cls, values: Any) -> Any:
+        """Make the law of a table, or the laws of a list of tables."""
+        if values is None or isinstance(values, Controller):
+            return values
+        if isinstance(values, dict):
+            return cls.from_table(values)
+        if not isinstance(values, list | tuple) or not values:
+            raise problem(
+                "a table of keys and values, or a list of them", values, "write for example kind = 'pd' in it"
+            )
+        laws = []
+        for number, one in enumerate(values):
+            if not isinstance(one, dict | Controller):
+                raise problem("tables of keys and values", one, "write [[controller]] above each law")
+            with within(f"{number}"):
+                laws.append(cls.from_table(one))
+        return tuple(laws)
+
+
+class Loop(Section):
+    """When the controller acts, and what its sensors draw their noise from."""
+
+    interval: Positive = key("time between two commands [s], a multiple of solver.time_step, > 0", default=0.01)
+    seed: Annotated[int, Strict(), Field(ge=0)] = key("seed of the sensors' noise, >= 0", default=0)

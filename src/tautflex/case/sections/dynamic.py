@@ -124,6 +124,9 @@ class Output(Section):
     surface_tolerance: Positive = key(
         "rms of the film about its best plane [m] within which it counts as settled, > 0", default=2e-5
     )
+    attitude_tolerance: Positive = key(
+        "angle between a hub and what it follows [rad] within which it counts as settled, > 0", default=1e-3
+    )
 
     @field_validator("probes")
     @classmethod

@@ -23,10 +23,8 @@ Side = Literal["-x", "+x", "-y", "+y"]
 Point = tuple[Number, Number] | tuple[Number, Number, Number]
 
 
-class Input(Chosen):
-    """Force, tension, temperature, electric field or an input of yours in time: a number, a vector, or a table."""
-
-    registry = INPUTS
+class Placed(Chosen):
+    """What acts somewhere on the structure."""
 
     @classmethod
     def parts_for(cls, kind: str, target: type) -> tuple[type[Chosen], ...]:
@@ -34,13 +32,8 @@ class Input(Chosen):
         names = {field.name for field in dataclasses.fields(target)}
         return (*((_Nodes,) if "nodes" in names else ()), *((_Cables,) if "cables" in names else ()), cls)
 
-    @classmethod
-    def needed_keys(cls, target: type) -> tuple[str, ...]:
-        """The signal: an input in time has no one else who commands it."""
-        return (target.signal,) if issubclass(target, Effect) else ()
-
     def placed(self, model: Model) -> Any:
-        """Make the input for a model.
+        """Make it for a model.
 
         Raises
         ------
@@ -48,6 +41,17 @@ class Input(Chosen):
             If the class refuses the values, or nothing stands where the case says; the message begins with the key.
         """
         return self.build()
+
+
+class Input(Placed):
+    """Force, tension, temperature, electric field or an input of yours in time: a number, a vector, or a table."""
+
+    registry = INPUTS
+
+    @classmethod
+    def needed_keys(cls, target: type) -> tuple[str, ...]:
+        """The signal: an input in time has no one else who commands it."""
+        return (target.signal,) if issubclass(target, Effect) else ()
 
 
 class _Nodes(Chosen):

@@ -18,11 +18,15 @@ def init(
     /,
     *,
     template: Annotated[
-        str, Parameter(help="m2, the antenna that could be built; m2-paper or m2-nearest-node, readings of the paper.")
+        str,
+        Parameter(
+            help="m2, the antenna that could be built; m2-paper or m2-nearest-node, readings of the paper; control, "
+            "a slew under closed-loop control."
+        ),
     ] = "m2",
     force: Force = False,
 ) -> Answer:
-    """Write a commented case: the paper's antenna M2 and its stop maneuver.
+    """Write a commented case: the paper's antenna M2 and its stop maneuver, or a closed loop.
 
     Example: tautflex init m2.toml
     """
@@ -31,4 +35,5 @@ def init(
     text = case.template(template)
     require_new_file(name, force=force)
     name.write_text(text, encoding="utf-8")
-    return Answer({"file": name}, partial(say, f"Wrote {name}. Next: tautflex run {name}"))
+    following = "control" if template == "control" else "run"
+    return Answer({"file": name}, partial(say, f"Wrote {name}. Next: tautflex {following} {name}"))

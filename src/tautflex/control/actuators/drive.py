@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
@@ -58,7 +58,7 @@ class Drive:
         If a number is out of range.
     """
 
-    limit: ArrayLike | None = None
+    limit: float | Sequence[float] | None = None
     rate: float | None = None
     lag: float = 0.0
     delay: float = 0.0

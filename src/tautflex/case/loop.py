@@ -1,0 +1,215 @@
+"""One way from a case to its closed loop: plant and law, run, and written to files."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from tautflex import checks
+from tautflex.analysis import maneuver_end
+from tautflex.case import build
+from tautflex.case.options import within
+from tautflex.case.run import (
+    Figures,
+    Progress,
+    labelled,
+    prestressed,
+    read_settling,
+    read_surface,
+    silent,
+    write_results,
+)
+from tautflex.case.schema import Case
+from tautflex.control.actuators.actuator import Actuator
+from tautflex.control.actuators.drive import Drive
+from tautflex.control.authority import authority
+from tautflex.control.law import ControlLaw, added
+from tautflex.control.loop import close_loop, start_law
+from tautflex.control.plant import Plant
+from tautflex.control.sensors.sensor import Sensor
+from tautflex.errors import CaseError, NotConvergedError
+from tautflex.motion.hub import FreeHub
+from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.transient.status import Run
+
+
+def build_actuators(case: Case, state: PrestressedState) -> dict[str, Drive]:
+    """Build the actuators of a case for its structure; CaseError if one does not fit."""
+    found = dict[str, Drive]()
+    for name, given in case.actuators.items():
+        with within(f"actuators.{name}"):
+            drive = found[name] = given.placed(state.model)
+            if isinstance(drive, Actuator):
+                drive.effect.prepare(state.system)
+    return found
+
+
+def build_sensors(case: Case, state: PrestressedState, hub: FreeHub | None) -> dict[str, Sensor]:
+    """Build the sensors of a case for its structure; CaseError if one does not fit."""
+    found = dict[str, Sensor]()
+    for name, given in case.sensors.items():
+        with within(f"sensors.{name}"):
+            found[name] = given.build()
+            found[name].prepare(state, hub)
+    return found
+
+
+def build_plant(case: Case, state: PrestressedState) -> Plant:
+    """Build the plant of a case: its structure on its hub, with actuators and sensors.
+
+    Raises
+    ------
+    InputError
+        If a part does not fit the structure, or the loop.
+    """
+    hub = None if case.hub is None else case.hub.build()
+    return Plant(
+        state,
+        hub,
+        build_actuators(case, state),
+        build_sensors(case, state, hub),
+        interval=case.loop.interval,
+        time_step=case.solver.time_step,
+        method=case.solver.build(),
+        damping=build.build_damping(case, state),
+        maneuver=build.build_maneuver(case),
+        inputs=build.build_inputs(case, state),
+        probes=case.output.probes,
+    )
+
+
+def build_law(case: Case, plant: Plant) -> ControlLaw:
+    """Build the law of a case, tried on its plant.
+
+    Raises
+    ------
+    InputError
+        If there is none, or the plant has not what it needs.
+    """
+    if case.controller is None:
+        text = "controller: missing, expected a [controller] section with kind = 'pd' or another law"
+        raise CaseError(f"{text}; add it, `tautflex init --template control` writes a case with one")
+    several = case.controller if isinstance(case.controller, tuple) else (case.controller,)
+    laws = list[ControlLaw]()
+    for number, given in enumerate(several):
+        with within("controller" if len(several) == 1 else f"controller.{number}"):
+            laws.append(given.build())
+            start_law(plant, laws[-1])
+    return laws[0] if len(laws) == 1 else added(*laws)
+
+
+def check_loop(case: Case, state: PrestressedState) -> None:
+    """Raise InputError unless what a case has of a loop fits its structure, and its law what it reads and commands."""
+    if case.controller is not None:
+        build_law(case, build_plant(case, state))
+    else:
+        hub = None if case.hub is None else case.hub.build()
+        build_actuators(case, state)
+        build_sensors(case, state, hub)
+
+
+def authority_of_case(case: Case, modes: int = 10) -> xr.Dataset:
+    """What the actuators of a case at their limits can do to its lowest modes, see `authority`.
+
+    Raises
+    ------
+    InputError
+        If the case cannot be built, or has no actuator that acts on the structure.
+    """
+    maneuver, state = prestressed(case, silent)
+    effects, limits = dict[str, Any](), dict[str, Any]()
+    for name, drive in build_actuators(case, state).items():
+        if isinstance(drive, Actuator):
+            effects[name] = drive.effect.prepare(state.system)
+            limits |= {} if drive.limit is None else {name: drive.limit}
+    if not effects:
+        text = "actuators: expected at least one that acts on the structure, got none"
+        raise CaseError(f"{text}; add for example [actuators.tension] with kind = 'tension-group'")
+    motion = None if case.hub is not None else maneuver.start()
+    return authority(state, effects, limits=limits, motion=motion, modes=modes)
+
+
+def control_case(case: Case, progress: Progress | None = None) -> Run:
+    """Run the closed loop of a case: what `tautflex control` does, without files and with the same numbers.
+
+    Parameters
+    ----------
+    case
+        Validated case with a [controller].
+    progress
+        Called with the fraction done (0 to 1) and a short message; KeyboardInterrupt raised in it ends the run.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    InputError
+        If the case cannot be built, or its loop has not what the law needs.
+    NotConvergedError
+        If a step or the law fails; ``.result`` is the run until then.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.control_case(tf.load_case("slew.toml"))  # doctest: +SKIP
+    """
+    checks.instance("case", case, Case, "a case", remedy="load_case('slew.toml') gives one")
+    return _closed(case, prestressed(case, progress or silent)[1], progress or silent)
+
+
+def _closed(case: Case, state: PrestressedState, progress: Progress) -> Run:
+    progress(0.0, "plant and law")
+    plant = build_plant(case, state)
+    law = build_law(case, plant)
+    try:
+        return _labelled(case, close_loop(plant, law, None, case.solver.end_time, case.loop.seed, progress))
+    except NotConvergedError as error:
+        if isinstance(error.result, Run):
+            error.result = _labelled(case, error.result)
+        raise
+
+
+def _labelled(case: Case, run: Run) -> Run:
+    run = labelled(case, run)
+    return replace(run, data=run.data.assign_attrs(attitude_tolerance=case.output.attitude_tolerance))
+
+
+def write_case_loop(
+    case: Case,
+    directory: Path,
+    progress: Progress | None = None,
+    *,
+    figures: Figures | None = None,
+    title: str = "tautflex control",
+) -> dict[str, Any]:
+    """Run the closed loop of a case and write it as `write_case_run` does.
+
+    Returns
+    -------
+    dict
+        The content of ``summary.json``: that of a run, ``settling_time`` after the maneuver [s] of ``attitude`` and
+        ``surface``, None where they do not settle, and ``energy_by_source`` [J].
+    """
+    tell = progress or silent
+    _, state = prestressed(case, tell)
+    more: dict[str, Any] = {}
+    try:
+        run = _closed(case, state, tell)
+    except NotConvergedError as error:
+        if not isinstance(error.result, Run):
+            raise
+        run, more["message"] = error.result, str(error)
+    data, end = run.data, maneuver_end(run)
+    settled: dict[str, float | None] = {"attitude": None}
+    if "attitude_error" in data:
+        off = data["attitude_error"].rename(sample_time="time")
+        settled["attitude"] = read_settling(off, case.output.attitude_tolerance, end)
+    settled["surface"] = read_surface(data, end, case.output.surface_tolerance)["settling_time"]
+    more |= {"settling_time": settled, "energy_by_source": json.loads(data.attrs["energy_by_source"])}
+    return write_results(case, state, run, directory, tell, figures, title, more)
