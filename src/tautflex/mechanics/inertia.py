@@ -171,6 +171,24 @@ class InertiaOperator:
             )
         )
 
+    @cached_property
+    def distinct_lines(self) -> tuple[Places, Indices, Places, Array]:
+        """Which product each line of `pairs` is, then the start, columns and values of the different ones by rows.
+
+        The three directions of a node that only moves share theirs.
+        """
+        _, line, start, column, value = self.pairs
+        seen: dict[bytes, int] = {}
+        which, kept = np.empty(line.size, dtype=np.uint32), list[int]()
+        for k in range(line.size):
+            own = slice(start[k], start[k + 1])
+            which[k] = seen.setdefault(column[own].tobytes() + value[own].tobytes(), len(seen))
+            if len(kept) < len(seen):
+                kept.append(k)
+        entries = np.concatenate([np.zeros(0, dtype=np.int64), *(np.arange(start[k], start[k + 1]) for k in kept)])
+        begin = np.concatenate([[0], np.cumsum(np.diff(start)[kept])])
+        return which, begin, column[entries], value[entries]
+
     def apply(self, weight: ArrayLike, vector: Array) -> Array:
         """``M(Z) vector`` without forming the matrix, shape (size,); Z is mostly zeros for a fixed axis."""
         result = np.zeros(self.pattern.size)

@@ -64,15 +64,7 @@ class Body(NamedTuple):
     @classmethod
     def of(cls, inertia: InertiaOperator, hub: FreeHub | None) -> Body:
         """Moments of a structure with this inertia on a hub; None: on one without mass."""
-        first, line, start, column, value = inertia.pairs
-        seen: dict[bytes, int] = {}
-        which, kept = np.empty(line.size, dtype=np.uint32), list[int]()
-        for k in range(line.size):
-            key = column[start[k] : start[k + 1]].tobytes() + value[start[k] : start[k + 1]].tobytes()
-            which[k] = seen.setdefault(key, len(seen))
-            if len(kept) < len(seen):
-                kept.append(k)
-        entries = np.concatenate([np.zeros(0, dtype=np.int64), *(np.arange(start[k], start[k + 1]) for k in kept)])
+        first, line, *_ = inertia.pairs
         weight, center, tensor, freedom = 0.0, np.zeros(3), np.zeros((3, 3)), np.ones(6)
         if hub is not None:
             weight, center, tensor = hub.mass, np.asarray(hub.center, dtype=float), hub.tensor
@@ -82,10 +74,7 @@ class Body(NamedTuple):
         return cls(
             first,
             line,
-            which,
-            np.concatenate([[0], np.cumsum(np.diff(start)[kept])]),
-            column[entries],
-            value[entries],
+            *inertia.distinct_lines,
             np.cumsum([0, *(place.size for place in places)]),
             np.concatenate(places).astype(np.uint32),
             np.concatenate([moment[:, place].T for moment, place in zip(moments, places, strict=True)]),
