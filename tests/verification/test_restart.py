@@ -241,6 +241,7 @@ def test_bad_starts_are_told(film):
         ),
         ({"initial": run.final, "end_time": 0.02, "initial_imperfection": 1e-3}, "initial_imperfection: expected none"),
         ({"initial": run.final, "end_time": 0.02, "fields": [0.005]}, "fields: expected times in"),
+        ({"initial": run.final, "end_time": 0.012, "every": 7}, "every: expected an instant to store between 0.01 s"),
     ):
         with pytest.raises(InputError, match=message):
             tf.simulate(film, time_step=1e-3, **more)

@@ -365,7 +365,7 @@ class StepForces:
         load = self._input + self._followed if self._followers else self._input
         rows, work = end_of_step(
             self.numbers.end, self.size, instant, books.late, products.start, products.column, products.mass,
-            products.damping, products.vectors, products.coefficients, weight, self._rows, self._internal,
+            products.spread, products.vectors, products.coefficients, weight, self._rows, self._internal,
             equation.state.reference_force, self._frame, load, self._then, books.own, books.work, x, at.q, at.v, at.a,
         )  # fmt: skip
         q, v, a, jerk = rows[:4]

@@ -179,6 +179,12 @@ class TransientProblem:
         if isinstance(self.method, Method):
             check_stages(self.method)
         _ = self.placed, self.field_steps, self.velocity
+        if not self.stored_steps:
+            raise InputError(
+                f"every: expected an instant to store between {self.start_time:g} s and end_time, got every = {self.every}"
+                f", which stores none before {(self.count // self.every + 1) * self.every * self.time_step:g} s; "
+                "store more steps or run longer"
+            )
 
     def _check_initial(self) -> None:
         """Take the state out of a run; raise InputError unless it is one of the same structure."""

@@ -23,11 +23,12 @@ def begin_step(
     and the increment in the velocity, shape (6,); ``gyroscopic`` and ``displacement`` are the matrices Z of the frame's
     forces ``M(Z) velocity`` and ``M(Z) q``; ``load`` stands on the left-hand side.
 
-    Returns the forces that do not depend on the increment, what of them the moving frame adds beside the load, and room
-    for what it adds to the residual, shape (3, size), the matrix Z of the latter, ``M(Z) increment``, and the norms of
-    the first, of the weighted load and of ``diagonal * q``.
+    Returns rows, shape (6, size): the forces that do not depend on the increment; what of them the moving frame adds
+    beside the load; room for what it adds to the residual; inertia and damping among the first; and room for those of
+    the increment together. Then the matrix Z of the third, ``M(Z) increment``, and the norms of the first, of the
+    weighted load and of ``diagonal * q``.
     """
-    size, rows = q.size, np.empty((3, q.size))
+    size, rows = q.size, np.empty((6, q.size))
     weight, inertia_v, inertia_a, velocity_v, velocity_a, velocity_d = coefficients
     acceleration, velocity, known = np.empty(size), np.empty(size), np.empty(size)
     load_square, stiff_square = 0.0, 0.0
@@ -38,10 +39,14 @@ def begin_step(
         load_square += known[i] * known[i]
         stiff_square += diagonal[i] * diagonal[i] * q[i] * q[i]
     for i in range(size):
-        total = 0.0
+        total, first, second = 0.0, 0.0, 0.0
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
-            total += mass[k] * acceleration[column[k]] + damping[k] * velocity[column[k]]
+            inertia, loss = mass[k] * acceleration[column[k]], damping[k] * velocity[column[k]]
+            total += inertia + loss
+            first += inertia
+            second += loss
         known[i] += total
+        rows[3, i], rows[4, i] = first, second
     rows[1] = known
     add_pair_products(pairs, gyroscopic, 1.0, velocity, known)
     add_pair_products(pairs, displacement, weight, q, known)
@@ -57,7 +62,7 @@ def assemble_residual(
     x: Array, force: Array, start: Indices, column: Places, linear: Array, pairs: Any, turning: Array, weight: float,
     reference: Array, rows: Array,
 ) -> tuple[Array, float, float, float]:  # fmt: skip
-    """Residual of an increment from its internal forces; ``rows`` are those of `begin_step`, whose last is filled in.
+    """Residual of an increment from its internal forces; ``rows`` are those of `begin_step`, whose room is filled in.
 
     Returns it with its norm and those of the weighted internal forces above the reference and of the linear forces.
     """
@@ -68,6 +73,7 @@ def assemble_residual(
             part += linear[k] * x[column[k]]
         internal += f * f
         inertia += part * part
+        rows[5, i] = part
         residual[i] = f + part + known[i]
     turned[:] = residual
     add_pair_products(pairs, turning, 1.0, x, residual)
@@ -109,41 +115,39 @@ def first_guess(reach: float, v: Array, a: Array, jerk: Array) -> Array:
 @jit
 def end_of_step(
     coefficients: Array, size: float, instant: float, late: float, start: Indices, column: Places, mass: Array,
-    damping: Array, vectors: Array, strengths: Array, weight: float, rows: Array, internal: Array, reference: Array,
+    damped: bool, vectors: Array, strengths: Array, weight: float, rows: Array, internal: Array, reference: Array,
     frame: Array, load: Array, then: Array, before: Array, done: Array, d: Array, q: Array, v: Array, a: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
     """State at the end of a step and its books, see `write_books`.
 
     ``coefficients`` holds the factors of (d, v, a) in displacement, velocity and acceleration at the end and in the
-    inertia's acceleration and the velocity, shape (5, 3); ``damping`` in compressed rows has beside it the ``vectors``
-    with their ``strengths``; ``rows`` are those of `begin_step`, and ``frame`` is what the moving frame
-    adds beside them.
+    inertia's acceleration and the velocity, shape (5, 3); ``damped`` tells whether there is damping in the matrix, and
+    ``vectors`` with ``strengths`` have what is beside it; ``rows`` are those of `begin_step`, and ``frame`` is what the
+    moving frame adds beside them.
 
     Returns displacement, velocity, acceleration and jerk, then the forces of the step by kind, and where these mix two
     instants those at the last one, shape (9 or 14, unknowns); and the work since the start of the run.
     """
-    end, rates = np.empty((14 if then.size else 9, d.size)), np.empty((2, d.size))
-    own, c, s, factor = end[4:9], coefficients[3], coefficients[4], 1.0 / weight
-    acceleration, speed = rates
+    end = np.empty((14 if then.size else 9, d.size))
+    own, inertia_d, factor = end[4:9], coefficients[3, 0], 1.0 / weight
     for row in range(3):
         share, target = coefficients[row], end[row]
         for i in range(d.size):
             target[i] = share[0] * d[i] + share[1] * v[i] + share[2] * a[i]
     for i in range(d.size):
+        total = 0.0
+        for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
+            total += mass[k] * d[column[k]]
+        total *= inertia_d
+        own[INERTIA, i] = rows[3, i] + total
+        # What the increment's linear forces are beside inertia.
+        own[DAMPING, i] = factor * (rows[4, i] + rows[5, i] - total) if damped else 0.0
+        own[FRAME, i] = frame[i] + factor * (rows[1, i] + rows[2, i])
         end[0, i] += q[i]
         end[3, i] = (end[2, i] - a[i]) / size
-    for i in range(d.size):
-        acceleration[i] = c[0] * d[i] + c[1] * v[i] + c[2] * a[i]
-        speed[i] = s[0] * d[i] + s[1] * v[i] + s[2] * a[i]
-        own[FRAME, i] = frame[i] + factor * (rows[1, i] + rows[2, i])
-    for i in range(d.size):
-        first, second = 0.0, 0.0
-        for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
-            j = column[k]
-            first += mass[k] * acceleration[j]
-            second += damping[k] * speed[j]
-        own[INERTIA, i], own[DAMPING, i] = first, second
-    add_low_rank(vectors, strengths, 1.0, speed, own[DAMPING])
+    if vectors.shape[0]:
+        share = coefficients[4]
+        add_low_rank(vectors, strengths, 1.0, share[0] * d + share[1] * v + share[2] * a, own[DAMPING])
     instants = instant, size, late
     work = write_books(weight, internal, reference, load, then, q, end[0], instants, before, done, own, end[9:])
     return end, work
