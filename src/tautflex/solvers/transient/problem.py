@@ -181,9 +181,8 @@ class TransientProblem:
         _ = self.placed, self.field_steps, self.velocity
         if not self.stored_steps:
             raise InputError(
-                f"every: expected an instant to store between {self.start_time:g} s and end_time, got every = {self.every}"
-                f", which stores none before {(self.count // self.every + 1) * self.every * self.time_step:g} s; "
-                "store more steps or run longer"
+                f"every: expected an instant to store between {self.start_time:g} s and end_time, got every = "
+                f"{self.every}, which stores none; store more steps or run longer"
             )
 
     def _check_initial(self) -> None:
