@@ -76,7 +76,7 @@ class Solver(Chosen):
 
     time_error: Annotated[bool, Strict()] = Field(
         default=True,
-        description="estimate the time error, at 2 to 3 % of a run's cost; false: null in the JSON",
+        description="estimate the time error, at 4 to 8 % of a run's cost; false: null in the JSON",
         examples=[True],
     )
 
