@@ -33,7 +33,7 @@ from tautflex.solvers.transient.state import MotionState
 # Mean of |cos|, and what measured errors exceed the sum by where the frequency depends on the amplitude.
 _MEAN, _SAFETY = 0.5 * np.pi, 1.5
 # Steps between two samples at most, and what a sample forgets of those before.
-_LONGEST, _MEMORY = 64, 0.8
+_LONGEST, _MEMORY = 128, 0.8
 # Growth of errors over angular frequency, and the exponent from which motions have parted.
 GROWTH, PARTED = 0.05, 5.5
 # Twice the largest displacement: that is how far two motions can be apart.
