@@ -66,6 +66,7 @@ def small():
     return parse_case(HELD)
 
 
+@pytest.mark.slow
 def test_the_template_through_the_command_line(slew, capsys):
     """Written, checked, run: the hub arrives, the film is quiet, and files and keys are there."""
     path, out = slew

@@ -23,6 +23,8 @@ from tautflex.solvers.linear.eigenpairs import lowest_eigenpairs
 from tautflex.structure.antenna import AntennaLayout, build_fixed_film
 from verification.builders import FILM, THICKNESS, antenna
 
+pytestmark = pytest.mark.slow
+
 A = (0.7, 0.4)
 DAMPING = tf.Rayleigh(0.05, 1e-3)
 STEP, END = 2e-3, 1.2

@@ -12,6 +12,8 @@ from tautflex import InputError, NotConvergedError, UnsupportedError
 from tautflex.control.actuators.drive import Drive
 from verification.dynamic_cases import small_antenna
 
+pytestmark = pytest.mark.slow
+
 TIP = tf.NodalForce([8], direction=(0.0, 0.0, 1.0))
 DAMPING = tf.Rayleigh(0.01, 1e-4)
 PROBES = {"A": (0.3, 0.1)}

@@ -14,6 +14,8 @@ from tautflex.motion.rotations import matrix
 from verification.dynamic_cases import small_antenna, soft_film
 from verification.test_reduced_inputs import antenna as softened_antenna
 
+pytestmark = pytest.mark.slow
+
 METHODS = [
     tf.CentralDifference(), tf.Newmark(), tf.WilsonTheta(), tf.EnergyConserving(), tf.GeneralizedAlpha(0.8),
     tf.HHT(0.1), tf.Bathe(),

@@ -18,6 +18,8 @@ from tautflex.reduction.polynomial.strains import stress_loads
 from verification.dynamic_cases import small_antenna, soft_film, string
 from verification.test_reduced_model import Given, complete_basis
 
+pytestmark = pytest.mark.slow
+
 JUMP = 0.0331
 
 

@@ -13,6 +13,8 @@ from tautflex import InputError
 from tautflex.solvers.transient.status import Status
 from verification.dynamic_cases import small_antenna, soft_film, string
 
+pytestmark = pytest.mark.slow
+
 STOP = tf.Stop(rate=0.628, duration=0.0203)  # ends between two instants of the grid
 HUB = tf.FreeHub(
     mass=20.0,
