@@ -279,6 +279,24 @@ def section_of(target: type, omitted: Sequence[str] = ()) -> type[Section]:
     return create_model(target.__name__, __base__=Section, __doc__=target.__doc__, **keys_of(target, omitted))
 
 
+class Built(Section):
+    """Section of one class, `section_of`, that is checked by making the object."""
+
+    target: ClassVar[type]
+
+    @model_validator(mode="after")
+    def _class_takes_the_values(self) -> Self:
+        try:
+            self.build()
+        except InputError as error:
+            raise ValueError(str(error)) from None
+        return self
+
+    def build(self) -> Any:
+        """Make the object."""
+        return self.target(**self.model_dump())
+
+
 @cache
 def _section(base: type[Chosen], kind: str, target: type) -> Any:
     """Section of a class among those that a base chooses from."""

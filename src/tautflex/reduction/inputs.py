@@ -57,7 +57,7 @@ def require_linear(inputs: InputSet) -> None:
 def input_loads(inputs: InputSet) -> tuple[Array, Array]:
     """Forces of unit linear inputs on the free unknowns: patterns (n, size), and stresses at rest (n_s, size)."""
     require_linear(inputs)
-    stressing = np.array([isinstance(item, StressChange) for item in inputs.linear for _ in item.labels], dtype=bool)
+    stressing = inputs.stressing
     pulls = -stress_loads(inputs.system, inputs.columns) if inputs.columns else np.zeros((0, inputs.system.size))
     return inputs.pattern.T[~stressing], pulls[stressing[: len(pulls)]]
 
@@ -94,8 +94,7 @@ class ReducedInputs:
     def __init__(self, rom: OnBasis, inputs: InputSet) -> None:
         require_linear(inputs)
         self._rom, self.given, basis = rom, inputs, rom.basis
-        own = [isinstance(item, StressChange) for item in inputs.linear for _ in item.labels]
-        self._stressing, system = np.flatnonzero(own), rom.state.system
+        self._stressing, system = np.flatnonzero(inputs.stressing), rom.state.system
         items = [item for _, item in inputs.named]
         self._others = [
             item for item in items if not isinstance(item, LinearInput) and type(item).load is not PreparedInput.load

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, Strict, model_validator
 
 from tautflex.case.messages import problem
-from tautflex.case.options import Chosen, section_of, within
+from tautflex.case.options import Built, Chosen, section_of, within
 from tautflex.case.registry import ACTUATORS, CONTROLLERS, SENSORS
 from tautflex.case.section import Positive, Section, Vector, key
 from tautflex.case.sections.inputs import Placed
@@ -20,25 +20,14 @@ from tautflex.motion.hub import FreeHub
 _DRIVE = tuple(field.name for field in dataclasses.fields(Drive))
 
 
-class Hub(section_of(FreeHub, ("inertia", "torque", "force", "breaks"))):  # type: ignore[misc] # fields of that class
+class Hub(section_of(FreeHub, ("inertia", "torque", "force", "breaks")), Built):  # type: ignore[misc] # its fields
     """Spacecraft body that is free to move and carries the structure; [maneuver] is then what laws follow."""
 
+    target = FreeHub
     inertia: Vector | tuple[Vector, Vector, Vector] = key(
         "inertia about the hub's centre of mass in its own axes [kg m^2]: principal moments, or a tensor",
         (5.0, 5.0, 8.0),
     )
-
-    @model_validator(mode="after")
-    def _class_takes_the_values(self) -> Self:
-        try:
-            self.build()
-        except InputError as error:
-            raise ValueError(str(error)) from None
-        return self
-
-    def build(self) -> FreeHub:
-        """Make the hub."""
-        return FreeHub(**self.model_dump())
 
 
 class Actuator(section_of(Drive), Placed):  # type: ignore[misc] # beside the keys of a class those of its drive

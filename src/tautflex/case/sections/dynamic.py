@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field, Strict, field_validator, model_validator
+from pydantic import Field, Strict, field_validator
 
 from tautflex.case.messages import require_names
-from tautflex.case.options import Chosen, section_of
+from tautflex.case.options import Built, Chosen, section_of
 from tautflex.case.registry import BASES, DAMPINGS, METHODS
 from tautflex.case.section import Count, NonNegative, Number, Positive, Section, key
 from tautflex.errors import CaseError, InputError
@@ -23,20 +23,10 @@ class Damping(Chosen):
     registry, standard_kind = DAMPINGS, "rayleigh"
 
 
-class Coupling(section_of(coupling.Coupling)):  # type: ignore[misc] # its keys are the fields of that class
+class Coupling(section_of(coupling.Coupling), Built):  # type: ignore[misc] # its keys are the fields of that class
     """Terms of rigid-flexible coupling, each of which can be left out to see what it does."""
 
-    @model_validator(mode="after")
-    def _class_takes_the_values(self) -> Self:
-        try:
-            self.build()
-        except InputError as error:
-            raise ValueError(str(error)) from None
-        return self
-
-    def build(self) -> coupling.Coupling:
-        """Make the switches."""
-        return coupling.Coupling(**self.model_dump())
+    target = coupling.Coupling
 
 
 class Reduction(Chosen):

@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tautflex import checks
 from tautflex.errors import InputError
@@ -183,6 +184,11 @@ class InputSet:
     def values(self, time: float) -> Array:
         """Numbers u of the linear inputs at an instant [s], shape (n,)."""
         return np.concatenate([np.zeros(0), *(item.values(time) for item in self.linear)])
+
+    @property
+    def stressing(self) -> NDArray[np.bool_]:
+        """Which of the linear inputs' numbers are stresses, shape (n,)."""
+        return np.array([isinstance(item, StressChange) for item in self.linear for _ in item.labels], dtype=bool)
 
     @cached_property
     def pattern(self) -> Array:

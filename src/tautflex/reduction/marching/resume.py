@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from tautflex.numeric import Array
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.solvers.remembering import Memory, copied, flat, nested
 from tautflex.solvers.transient.accuracy.books import STRESS
 from tautflex.solvers.transient.accuracy.energy import Energies
-from tautflex.solvers.transient.restart.checkpoint import Checkpoint, structure_of
+from tautflex.solvers.transient.restart.checkpoint import Checkpoint, fingerprint, structure_of
 
 # What of the work the next step depends on.
 _KEPT = ("state", "inverse", "on_velocity", "on_displacement", "scale", "sizes", "counts")
@@ -18,12 +17,7 @@ _KEPT = ("state", "inverse", "on_velocity", "on_displacement", "scale", "sizes",
 def question(run: ReducedRun) -> dict[str, str]:
     """What the memory of a run belongs to: coordinates and damping are those of one model."""
     parts = {"coordinates": run.rom.basis.kept, "damping": run.arrays.damping, "mass": run.arrays.mass}
-    return run.problem.memory_of | {name: _told(values) for name, values in parts.items()}
-
-
-def _told(values: Array) -> str:
-    weights = np.cos(np.arange(1.0, values.size + 1.0))
-    return repr((values.shape[0], float(weights @ values.ravel()), float(np.linalg.norm(values))))
+    return run.problem.memory_of | {name: repr((len(values), *fingerprint(values))) for name, values in parts.items()}
 
 
 def resume(run: ReducedRun) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from tautflex.numeric import Array, Indices, jit
@@ -12,6 +14,7 @@ from tautflex.reduction.polynomial.forces import (
     ReducedArrays,
     add_times,
     derivative_forces,
+    dot,
     frame_matrices,
     slopes,
 )
@@ -23,7 +26,7 @@ SCALE_FLOOR = 1e-3
 _EPSILON = 2.220446049250313e-16
 MOST_ITERATIONS = 40
 # Steps between two looks at the stability of an explicit method, and the part of its limit that is used.
-_CHECK_INTERVAL, _STABLE_SHARE = 32, 0.8
+CHECK_INTERVAL, STABLE_SHARE = 32, 0.8
 
 
 @jit
@@ -33,14 +36,6 @@ def mix(a: float, x: Array, b: float, y: Array, c: float, z: Array) -> Array:
     for i in range(x.size):
         result[i] = a * x[i] + b * y[i] + c * z[i]
     return result
-
-
-@jit
-def _dot(x: Array, y: Array) -> float:
-    total = 0.0
-    for i in range(x.size):
-        total += x[i] * y[i]
-    return total
 
 
 @jit
@@ -109,13 +104,13 @@ def _residual(
     for i in range(r):
         forces[i] = parts[i]
     work.counts[3] += 1
-    inside = _dot(forces, forces)
+    inside = dot(forces, forces)
     add_times(c.velocity[0], work.on_velocity, d, forces)
     add_times(1.0, work.on_displacement, place, forces)
     for i in range(r):
         result[i] = known[i] + c.weight * forces[i]
     add_times(c.inertia[0], arrays.mass, d, result)
-    return np.sqrt(_dot(result, result)), c.weight * np.sqrt(inside)
+    return np.sqrt(dot(result, result)), c.weight * np.sqrt(inside)
 
 
 @jit
@@ -140,8 +135,8 @@ def implicit_step(
     for i in range(r):
         constant[i] += load[i]
         known[i] += c.weight * constant[i] + (1.0 - c.weight) * work.forces[i]
-    lost = 100.0 * _EPSILON / tolerance * np.sqrt(_dot(known, known))
-    floor = max(c.weight * np.sqrt(_dot(load, load)), lost, SCALE_FLOOR * work.scale[0])
+    lost = 100.0 * _EPSILON / tolerance * np.sqrt(dot(known, known))
+    floor = max(c.weight * np.sqrt(dot(load, load)), lost, SCALE_FLOOR * work.scale[0])
     forces, residual, trial, trial_forces = np.empty(r), np.empty(r), np.empty(r), np.empty(r)
     parts, trial_parts = np.empty(2 * r), np.empty(2 * r)
     norm, size = _residual(arrays, c, work, start, d, known, given, forces, parts, residual)
@@ -214,22 +209,28 @@ def _note(
 
 
 @jit
-def _given_anew(arrays: ReducedArrays, frame: FrameTerms, row: int, q: Array, rate: Array) -> float:
-    """Power of what the given stress has changed by since the step before, which is no stiffness.
+def anew_power(arrays: Any, now: Array, last: Array, q: Array, rate: Array) -> float:
+    """Power of what the given stress has changed by since an explicit step, which is no stiffness.
 
-    Infinite where that is not known: at the first of several steps, and where stresses act in elements.
+    Infinite where that is not known: where stresses act in elements.
     """
+    total = 0.0
+    for k in range(now.size):
+        change = now[k] - last[k]
+        if change != 0.0:
+            if arrays.first.size == 0:
+                return np.inf
+            i, j = arrays.first[k], arrays.second[k]
+            total += change * (q[i] * rate[j] + rate[i] * q[j])
+    return total
+
+
+@jit
+def _given_anew(arrays: ReducedArrays, frame: FrameTerms, row: int, q: Array, rate: Array) -> float:
+    """`anew_power` since the step before; infinite where that is not known, at the first of several steps."""
     if frame.stress.shape[0] == 1:
         return 0.0
-    if row == 0:
-        return np.inf
-    total, now, last = 0.0, frame.stress[row], frame.stress[row - 1]
-    if arrays.first.size == 0:
-        return np.inf if np.any(now != last) else 0.0
-    for k in range(arrays.first.size):
-        i, j = arrays.first[k], arrays.second[k]
-        total += (now[k] - last[k]) * (q[i] * rate[j] + rate[i] * q[j])
-    return total
+    return np.inf if row == 0 else anew_power(arrays, frame.stress[row], frame.stress[row - 1], q, rate)
 
 
 @jit
@@ -258,7 +259,7 @@ def explicit_step(arrays: ReducedArrays, frame: FrameTerms, row: int, size: floa
     work.counts[3] += 1
     # Stiffness that this very step has felt, against what central differences can follow.
     add_times(1.0, arrays.mass, half, inertia)
-    felt, limit = size * (_dot(half, internal) - _dot(half, work.forces)), 4.0 * _dot(half, inertia)
+    felt, limit = size * (dot(half, internal) - dot(half, work.forces)), 4.0 * dot(half, inertia)
     felt -= size * _given_anew(arrays, frame, row, q, half)
     if not felt <= limit * (1.0 + 1e-9) + 1e-300:
         return False
@@ -292,7 +293,7 @@ def _stable(arrays: ReducedArrays, frame: FrameTerms, row: int, size: float, wor
     damping, lagged = lagging(arrays, work.q), 0.0
     for i in range(work.q.size):
         lagged += damping[i, i]
-    return size * size * stiffest <= _STABLE_SHARE * 4.0 and size * lagged <= _STABLE_SHARE
+    return size * size * stiffest <= STABLE_SHARE * 4.0 and size * lagged <= STABLE_SHARE
 
 
 @jit
@@ -345,7 +346,7 @@ def march_explicit(
     """As `march`, by central differences."""
     c = stages[0]
     for n in range(rows.size):
-        stable = work.counts[LOOKED] % _CHECK_INTERVAL != 0 or _stable(arrays, frame, n, c.size, work)
+        stable = work.counts[LOOKED] % CHECK_INTERVAL != 0 or _stable(arrays, frame, n, c.size, work)
         if not (stable and explicit_step(arrays, frame, n, c.size, work, trace[n])):
             return n
         work.counts[LOOKED] += 1

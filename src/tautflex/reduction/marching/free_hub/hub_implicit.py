@@ -22,7 +22,6 @@ from tautflex.reduction.marching.free_hub.hub_inertia import (
     add_centrifugal,
     add_coriolis,
     add_late_coriolis,
-    dot,
     place_hub,
     ride_to,
 )
@@ -31,7 +30,7 @@ from tautflex.reduction.marching.free_hub.hub_steps import keep
 from tautflex.reduction.marching.free_hub.hub_work import HubWork, enter_rigid, enter_rows, set_inputs
 from tautflex.reduction.marching.steps import MOST_ITERATIONS, SCALE_FLOOR, SLOW, invert, lagging, mix, recall
 from tautflex.reduction.marching.work import StageNumbers, Work
-from tautflex.reduction.polynomial.forces import add_times
+from tautflex.reduction.polynomial.forces import add_times, dot
 
 _EPSILON = 2.220446049250313e-16
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from tautflex.numeric import Array, Indices, jit
 from tautflex.reduction.marching.free_hub.hub_arrays import HubArrays
+from tautflex.reduction.polynomial.forces import dot
 from tautflex.solvers.transient.free_hub.balance import advance, cholesky, rate_forces, solve
 from tautflex.solvers.transient.free_hub.momentum import Momenta, held_apart
 
@@ -52,15 +53,6 @@ def new_place(hub: HubArrays) -> HubPlace:
     (_, size), (_, count), pairs = hub.reach.shape, hub.reach_follow.shape, len(hub.first)
     shapes = (6, 6), (6, size), (6, count), (pairs, size), (count,), (count,), (count,)
     return HubPlace(*(np.zeros(shape) for shape in shapes))
-
-
-@jit
-def dot(x: Array, y: Array) -> float:
-    """Inner product of two short vectors, without leaving compiled code."""
-    total = 0.0
-    for i in range(x.size):
-        total += x[i] * y[i]
-    return total
 
 
 @jit

@@ -9,15 +9,13 @@ import numpy as np
 from tautflex.numeric import Array, jit
 from tautflex.reduction.marching.dispatch import tangent
 from tautflex.reduction.marching.free_hub.hub_arrays import HubArrays, HubInputs
-from tautflex.reduction.marching.free_hub.hub_inertia import add_slopes, dot, place_hub, shared_rates
+from tautflex.reduction.marching.free_hub.hub_inertia import add_slopes, place_hub, shared_rates
 from tautflex.reduction.marching.free_hub.hub_work import HubWork, set_inputs
+from tautflex.reduction.marching.steps import STABLE_SHARE
 from tautflex.reduction.marching.work import Work
-from tautflex.reduction.polynomial.forces import add_times
+from tautflex.reduction.polynomial.forces import add_times, dot
 from tautflex.solvers.transient.free_hub.balance import cholesky, solve
 from tautflex.solvers.transient.free_hub.momentum import held_apart
-
-# Part of the limit of central differences that is used.
-_STABLE_SHARE = 0.8
 
 
 @jit
@@ -99,7 +97,7 @@ def stable(arrays: Any, hub: HubArrays, inputs: HubInputs, row: int, size: float
         slope.fill(0.0)
         add_slopes(arrays.first, arrays.second, arrays.viscous[n], work.q, slope)
         lagged += dot(slope, slope)
-    limit = _STABLE_SHARE * 4.0 / (size * size)
+    limit = STABLE_SHARE * 4.0 / (size * size)
     set_inputs(arrays, inputs, row, work.q, ride)
     place_hub(hub, arrays, work.q, ride.at)
     matrix, inverse = tangent(arrays, work.q, ride.given), mobile_inverse(hub, ride)
@@ -108,4 +106,4 @@ def stable(arrays: Any, hub: HubArrays, inputs: HubInputs, row: int, size: float
         for j in range(work.q.size):
             square += dot(matrix[i], inverse[j]) ** 2
     fast = square > limit * limit and stiffest(arrays, hub, inputs, row, work, ride) > limit
-    return not fast and size * lagged <= _STABLE_SHARE
+    return not fast and size * lagged <= STABLE_SHARE

@@ -23,7 +23,6 @@ from tautflex.reduction.marching.free_hub.hub_inertia import (
     add_centrifugal,
     add_coriolis,
     add_late_coriolis,
-    dot,
     place_hub,
     ride_to,
     shared_rates,
@@ -39,16 +38,13 @@ from tautflex.reduction.marching.free_hub.hub_work import (
     HubWork,
     enter_rigid,
     enter_rows,
-    given_anew,
     given_power,
     set_inputs,
 )
+from tautflex.reduction.marching.steps import CHECK_INTERVAL, anew_power
 from tautflex.reduction.marching.work import Work
-from tautflex.reduction.polynomial.forces import add_times
+from tautflex.reduction.polynomial.forces import add_times, dot
 from tautflex.solvers.transient.free_hub.balance import inertial
-
-# Steps between two looks at the stability of an explicit method.
-CHECK_INTERVAL = 32
 
 
 @jit
@@ -75,7 +71,10 @@ def explicit_step(
     # Stiffness that this very step has felt, against what central differences can follow.
     free.fill(0.0)
     add_times(1.0, arrays.mass, half, free)
-    felt, moving = -size * given_anew(arrays, q, half, ride), dot(half, free) - mobile_square(hub, ride, half)
+    felt, moving = (
+        -size * anew_power(arrays, ride.given, ride.last, q, half),
+        dot(half, free) - mobile_square(hub, ride, half),
+    )
     for i in range(r):
         felt += size * half[i] * (ride.parts[i] - work.forces[i])
     if not felt <= 4.0 * moving * (1.0 + 1e-9) + 1e-300:

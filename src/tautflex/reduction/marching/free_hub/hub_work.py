@@ -8,7 +8,8 @@ import numpy as np
 
 from tautflex.numeric import Array, jit
 from tautflex.reduction.marching.free_hub.hub_arrays import HubArrays, HubInputs
-from tautflex.reduction.marching.free_hub.hub_inertia import TWIST, WRENCH, HubPlace, add_slopes, dot, new_place
+from tautflex.reduction.marching.free_hub.hub_inertia import TWIST, WRENCH, HubPlace, add_slopes, new_place
+from tautflex.reduction.polynomial.forces import dot
 from tautflex.solvers.transient.accuracy.books import RIGID
 
 KNOWN, LATE, POWER, DONE = range(4)
@@ -121,23 +122,6 @@ def set_inputs(arrays: Any, inputs: HubInputs, row: int, q: Array, ride: HubWork
         ride.wrench[k] = given[k]
     for k in range(3):
         ride.wrench[3 + k] += dot(arms[k], q)
-
-
-@jit
-def given_anew(arrays: Any, q: Array, rate: Array, ride: HubWork) -> float:
-    """Power of what the given stress has changed by since the last explicit step, which is no stiffness.
-
-    Infinite where that is not known: where stresses act in elements.
-    """
-    total = 0.0
-    for k in range(ride.given.size):
-        change = ride.given[k] - ride.last[k]
-        if change != 0.0:
-            if arrays.first.size == 0:
-                return np.inf
-            i, j = arrays.first[k], arrays.second[k]
-            total += change * (q[i] * rate[j] + rate[i] * q[j])
-    return total
 
 
 @jit

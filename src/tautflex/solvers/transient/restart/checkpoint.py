@@ -92,10 +92,10 @@ def structure_of(state: PrestressedState) -> dict[str, tuple[float, ...]]:
         "masses": system.inertia.mass_entries,
         "stiffness and prestress": state.tangent_entries,
     }
-    return {name: _numbers(np.asarray(values, dtype=float).ravel()) for name, values in parts.items()}
+    return {name: fingerprint(np.asarray(values, dtype=float)) for name, values in parts.items()}
 
 
-def _numbers(values: Array) -> tuple[float, float]:
-    """Sum with weights that tell places apart, over the root of the length, and norm."""
-    weights = np.cos(np.arange(1.0, len(values) + 1.0))
-    return float(weights @ values) / max(len(values), 1) ** 0.5, float(np.linalg.norm(values))
+def fingerprint(values: Array) -> tuple[float, float]:
+    """Sum with weights that tell places apart, over the root of their number, and norm."""
+    weights = np.cos(np.arange(1.0, values.size + 1.0))
+    return float(weights @ values.ravel()) / max(values.size, 1) ** 0.5, float(np.linalg.norm(values))
