@@ -46,11 +46,12 @@ def plot_surface(run: xr.Dataset | Run, tolerance: float | None = None) -> Figur
         level = scale * checks.positive("tolerance", tolerance)
         axes.axhline(level, color=GREY, linewidth=0.8, linestyle=":", label=f"{level:.4g} {unit}")
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="upper right")
+        axes.legend(loc="upper right", ncols=2)
     largest = scale * float(rms.max())
     if largest > 0.0:  # a film that stays a plane has no logarithm
         axes.set_yscale("log")
-        axes.set_ylim(max(axes.get_ylim()[0], 1e-5 * largest), 3.0 * largest)
+        low = max(axes.get_ylim()[0], 1e-5 * largest)
+        axes.set_ylim(low, largest * (largest / low) ** 0.16)  # keeps the legend's line free of curves
     axes.set_xlim(float(time[0]), float(time[-1]) if len(time) > 1 else float(time[0]) + 1.0)
     return figure
 
