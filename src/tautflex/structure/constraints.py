@@ -80,7 +80,7 @@ def constraints_of(links: Sequence[Link], structure: Joined, held: Indices) -> C
         If a displacement follows two links or itself, is held, or does not exist.
     """
     offset, owner = structure.dof_offset, dict[int, int]()
-    size = int(offset[-1]) + 1
+    size, bound = int(offset[-1]) + 1, set(held.tolist())
     rows, columns, values = list[int](), list[int](), list[float]()
 
     def unknown(place: Place) -> int:
@@ -105,11 +105,13 @@ def constraints_of(links: Sequence[Link], structure: Joined, held: Indices) -> C
                     f"links[{number}]: expected {DIRECTIONS[direction]} of node {node} to follow one link, got a "
                     f"second one beside links[{owner[one]}]; leave it out of one of them"
                 )
+            leads = [unknown(place) for place, _ in others]
+            if one in bound and bound.issuperset(leads):
+                continue  # held with what leads it
             owner[one] = number
-            for place, weight in others:
-                rows.append(one)
-                columns.append(unknown(place))
-                values.append(weight)
+            rows += [one] * len(leads)
+            columns += leads
+            values += [weight for _, weight in others]
     both = np.intersect1d(held, list(owner))
     if both.size:
         node = int(np.searchsorted(offset, both[0], side="right")) - 1
