@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
 from tautflex.errors import MeshError
-from tautflex.numeric import Indices
+from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import DIRECTIONS
 from tautflex.structure.links.equation import LinkEquation
 from tautflex.structure.links.link import Link
 from tautflex.structure.springs import Spring
+
+_ROUND_OFF = 1e-12
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,34 @@ class RawLink:
 
     where: str
     link: Link | Spring
+
+
+def equation(terms: Iterable[tuple[int, int, float]], axes: Callable[[int], Array | None], where: str) -> LinkEquation:
+    """Equation in global directions, of which the first node's largest term follows.
+
+    Parameters
+    ----------
+    terms
+        Row of the node, direction 0 to 5, coefficient.
+    axes
+        Directions of a node as rows, shape (3, 3), None where they are global.
+    where
+        Place for messages.
+    """
+    total, first = dict[tuple[int, str], float](), -1
+    for row, direction, factor in terms:
+        first = row if first < 0 else first
+        own = axes(row)
+        turned = np.eye(3)[direction % 3] if own is None else own[direction % 3]
+        for axis, share in enumerate(turned):
+            if abs(share) > _ROUND_OFF:
+                key = row, DIRECTIONS[axis + 3 * (direction // 3)]
+                total[key] = total.get(key, 0.0) + factor * float(share)
+    leading = max((key for key in total if key[0] == first), key=lambda key: abs(total[key]), default=None)
+    if leading is None or total[leading] == 0.0:
+        raise MeshError(f"{where}: expected a first term with a coefficient, got none; complete the equation")
+    ordered = [leading, *(key for key in total if key != leading)]
+    return LinkEquation(tuple((node, way, total[node, way]) for node, way in ordered))
 
 
 def attached(links: Iterable[RawLink], used: Indices) -> tuple[list[RawLink], Indices]:

@@ -5,26 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from tautflex.errors import InputError, MeshError
 from tautflex.files.mesh.nastran.case_control import Selection
 from tautflex.files.mesh.nastran.supports import components
 from tautflex.files.mesh.nastran.text import Card
 from tautflex.files.mesh.numerals import natural, real
 from tautflex.files.mesh.raw import Numbering, integers, shorten
-from tautflex.files.mesh.raw_links import RawLink
+from tautflex.files.mesh.raw_links import RawLink, equation
 from tautflex.files.mesh.systems import global_directions
 from tautflex.numeric import Array
-from tautflex.structure.groups import DIRECTIONS
 from tautflex.structure.links.distributing import DistributingLink
-from tautflex.structure.links.equation import LinkEquation
 from tautflex.structure.links.link import Link
 from tautflex.structure.links.rigid import RigidLink
 
 LINKS = ("RBE1", "RBE2", "RBE3", "RBAR", "MPC", "MPCADD")
 _ALL = "123456"
-_ROUND_OFF = 1e-12
 Axes = Callable[[int], Array | None]
 
 
@@ -183,26 +178,14 @@ def _rbe3(card: Card, nodes: Numbering, axes: Axes) -> Link:
 
 
 def _equation(card: Card, nodes: Numbering, axes: Axes) -> Link:
-    """Terms in global directions; the first point's largest one follows."""
-    total: dict[tuple[int, str], float] = {}
-    first = None
-    # Three fields a term, two terms a line, the first field of each line but the first blank.
+    """Three fields a term, two terms a line, the first field of each line but the first blank."""
+    numbers, terms = dict[int, int](), list[tuple[int, int, float]]()
     for place in range(2, len(card.fields) + 1):
         if (place - 2) % 8 not in (0, 3) or not card.get(place):
             continue
-        point, row = natural(card.get(place), card.where), _row(card.get(place), card, nodes)
-        found = components(card.get(place + 1), card.where)
+        row, found = _row(card.get(place), card, nodes), components(card.get(place + 1), card.where)
         if len(found) != 1:
             raise MeshError(f"{card.where}: expected one component, got {shorten(card.get(place + 1))}; correct it")
-        direction, factor, own = found.pop(), real(card.get(place + 2), card.where), axes(point)
-        turned = np.eye(3)[direction % 3] if own is None else own[direction % 3]
-        first = row if first is None else first
-        for axis, share in enumerate(turned):
-            if abs(share) > _ROUND_OFF:
-                key = row, DIRECTIONS[axis + 3 * (direction // 3)]
-                total[key] = total.get(key, 0.0) + factor * float(share)
-    if first is None:
-        raise MeshError(f"{card.where}: expected points, components and coefficients, got none; complete the card")
-    leading = max((key for key in total if key[0] == first), key=lambda key: abs(total[key]))
-    ordered = [leading, *(key for key in total if key != leading)]
-    return LinkEquation(tuple((node, way, total[node, way]) for node, way in ordered))
+        numbers[row] = natural(card.get(place), card.where)
+        terms.append((row, found.pop(), real(card.get(place + 2), card.where)))
+    return equation(terms, lambda row: axes(numbers[row]), card.where)
