@@ -171,6 +171,7 @@ class Model(Numbering):
         for number, spring in enumerate(self.springs):
             spring.axes_at(self.nodes)
             still = [node for node in spring.joined if self.dof_offset[node + 1] - self.dof_offset[node] < 6]
+            still = [node for node in still if not np.isin(self.translation_dofs[node], self.fixed_dofs).all()]
             if spring.turns and still:
                 raise MeshError(
                     f"springs[{number}]: expected nodes that turn, got node {still[0]}, which no beam or rigid link "
