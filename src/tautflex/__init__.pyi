@@ -141,6 +141,7 @@ from .solvers.modal.spinning import solve_spinning_modes as solve_spinning_modes
 from .solvers.modal.tuning import tune_pretension as tune_pretension
 from .solvers.static.equilibrium import solve_static as solve_static
 from .solvers.static.equip import equip as equip
+from .solvers.static.form import find_form as find_form
 from .solvers.static.prestress import solve_prestress as solve_prestress
 from .solvers.transient.adaptive import Adaptive as Adaptive
 from .solvers.transient.methods.bathe import Bathe as Bathe
