@@ -167,5 +167,7 @@ from .structure.materials import BeamSection as BeamSection
 from .structure.materials import CableSection as CableSection
 from .structure.materials import Material as Material
 from .structure.materials import MembraneSection as MembraneSection
+from .structure.materials import OrthotropicMaterial as OrthotropicMaterial
+from .structure.materials import laminate as laminate
 from .structure.model import Model as Model
 from .structure.shapes import Shape as Shape

@@ -12,7 +12,7 @@ from tautflex import checks
 from tautflex.case.options import within
 from tautflex.case.schema import Case
 from tautflex.case.sections.inputs import nearest_node
-from tautflex.case.sections.structural import Cables, EdgeCords, Frame
+from tautflex.case.sections.structural import Cables, EdgeCords, Frame, Membrane
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.hub_torque import HubTorque
 from tautflex.errors import MeshError
@@ -27,7 +27,14 @@ from tautflex.solvers.static.form import find_form
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.masses import PointMass
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
+from tautflex.structure.materials import (
+    BeamSection,
+    CableSection,
+    Material,
+    MembraneSection,
+    OrthotropicMaterial,
+    laminate,
+)
 from tautflex.structure.mesh import blend_by_direction
 from tautflex.structure.model import Model
 from tautflex.structure.scalloped import build_scalloped_antenna
@@ -69,9 +76,7 @@ def _bodies(case: Case, model: Model) -> Iterator[PointMass]:
 def _bare_model(case: Case) -> Model:
     """Structure without the bodies that the case places."""
     film, mesh, cables, frame = case.membrane, case.mesh, case.cables, case.frame
-    membrane = MembraneSection(
-        Material(film.youngs_modulus, film.density, film.poisson_ratio), film.thickness, film.strain, film.law
-    )
+    membrane = _membrane_section(film)
     stated: dict[str, Any] = {
         "membrane_stress": membrane_stress(case),
         "prestress_mode": case.prestress.mode or "equilibrium",
@@ -127,6 +132,23 @@ def _scalloped(
     with within("edge_cords"):
         chosen: dict[str, Any] = {"sag": given.sag, "corners": given.corners, "membrane_stress": stress[:2]}
         return find_form(build_scalloped_antenna(layout, membrane, cable, cord, frame, **chosen))
+
+
+def _membrane_section(given: Membrane) -> MembraneSection:
+    """Section of the film and the layers on it; CaseError if they do not go together."""
+    numbers = given.youngs_modulus, given.density, given.poisson_ratio
+    with within("membrane"):
+        if given.youngs_modulus_y is None or given.shear_modulus is None:
+            material = Material(*numbers)
+        else:
+            other = {"youngs_modulus_2": given.youngs_modulus_y, "shear_modulus_12": given.shear_modulus}
+            material = OrthotropicMaterial(*numbers, **other)
+        film = MembraneSection(material, given.thickness, given.strain, given.law)
+        coatings = (
+            replace(film, material=Material(on.youngs_modulus, on.density, on.poisson_ratio), thickness=on.thickness)
+            for on in given.layers
+        )
+        return laminate(film, *coatings)
 
 
 def _cable_section(given: Cables, strain: str) -> CableSection:

@@ -9,6 +9,7 @@ from pydantic import (
     Field,
     SerializerFunctionWrapHandler,
     Strict,
+    ValidationInfo,
     field_validator,
     model_serializer,
     model_validator,
@@ -31,8 +32,22 @@ def _inside_elastic_range(value: float) -> float:
     return value
 
 
+class FilmLayer(Section):
+    """Isotropic layer on the film that strains with it: a coating, a second foil."""
+
+    thickness: Positive = key("thickness of the layer [m]", 1e-7)
+    youngs_modulus: Positive = key("Young's modulus of the layer [Pa]", 70e9)
+    poisson_ratio: Number = key("Poisson's ratio of the layer", 0.34)
+    density: Positive = key("mass density of the layer [kg/m^3]", 2700.0)
+
+    _poisson = field_validator("poisson_ratio")(_inside_elastic_range)
+
+
 class Membrane(Section):
     """Rectangular film, centred at the origin, x along ``length``.
+
+    With ``youngs_modulus_y`` and ``shear_modulus`` it is orthotropic, ``youngs_modulus`` that along x and
+    ``poisson_ratio`` the contraction along y under tension along x. ``[[membrane.layers]]`` add coatings.
 
     ``law = "tension-field"`` lets the film wrinkle and go slack; ``"elastic"`` carries any compression.
     ``stress_x`` and ``stress_y`` [Pa] state a given uniform stress (``prestress.mode = "uniform"``, and scalloped
@@ -43,8 +58,11 @@ class Membrane(Section):
     width: Positive | None = key("side along y [m]", 1.0, None)
     thickness: Positive = key("film thickness [m]", 1e-4)
     youngs_modulus: Positive = key("Young's modulus of the film [Pa]", 3.5e9)
+    youngs_modulus_y: Positive | None = key("that along y of an orthotropic film [Pa]", 3.0e9, None)
+    shear_modulus: Positive | None = key("shear modulus of an orthotropic film [Pa]", 1.2e9, None)
     poisson_ratio: Number = key("Poisson's ratio of the film", 0.34)
     density: Positive = key("mass density of the film [kg/m^3]", 1530.0)
+    layers: tuple[FilmLayer, ...] = key("layers on the film, [[membrane.layers]] sections", default=())
     strain: Literal["von-karman", "green-lagrange"] = key(
         "strain measure of film, cables and frame", default="von-karman"
     )
@@ -56,7 +74,17 @@ class Membrane(Section):
     stress_x: Number | None = key("given stress along x [Pa]", 4170.0, None)
     stress_y: Number | None = key("given stress along y [Pa]", 5470.0, None)
 
-    _poisson = field_validator("poisson_ratio")(_inside_elastic_range)
+    @field_validator("poisson_ratio")
+    @classmethod
+    def _poisson(cls, value: float, info: ValidationInfo) -> float:
+        return value if info.data.get("youngs_modulus_y") else _inside_elastic_range(value)
+
+    @model_validator(mode="after")
+    def _both_moduli(self) -> Self:
+        if (self.youngs_modulus_y is None) != (self.shear_modulus is None):
+            lacking = "youngs_modulus_y" if self.youngs_modulus_y is None else "shear_modulus"
+            raise ValueError(f"{lacking}: missing, expected both moduli of an orthotropic film [Pa] or none; add it")
+        return self
 
     @model_validator(mode="after")
     def _both_stresses(self) -> Self:
