@@ -1,6 +1,7 @@
 """Public names of tautflex, each with its place, once: a new name is one line here."""
 
 from . import errors as errors
+from . import plot as plot
 from ._version import __version__ as __version__
 from .analysis import amplitude as amplitude
 from .analysis import dominant_frequency as dominant_frequency
