@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.elements.laws import Elastic, Law
+from tautflex.elements.local_frame import make_room, to_local
 from tautflex.numeric import Array, Indices
 from tautflex.structure.materials import Material
 from tautflex.text import brief
@@ -79,6 +80,9 @@ class ElementBlock:
         Makes stress of the elastic trial stress.
     owner
         Element of each row, ascending, shape (row,); None where every element is one row.
+    turns
+        Whether strains are those of the nine gradients of a line seen from its local frame, see `local_frame`, which
+        the ends may turn by any angle.
     """
 
     kind: str
@@ -95,12 +99,23 @@ class ElementBlock:
     material: Material
     law: Law = _ELASTIC
     owner: Indices | None = None
+    turns: bool = False
     __repr__ = brief
 
     @property
     def is_elastic(self) -> bool:
         """Whether the trial stress is the stress."""
         return self.law.function is None
+
+    def strain(self, unknowns: Array) -> Array:
+        """Strains of rows from their unknowns, shapes (row, dof) and (row, strain)."""
+        g = np.einsum("nij,nj->ni", self.gradient, unknowns)
+        if self.turns:
+            g = np.ascontiguousarray(g.T)
+            to_local(g, g.shape[1], make_room(), g)
+            g = g.T
+        strain: Array = g @ self.linear.T + 0.5 * np.einsum("ni,sij,nj->ns", g, self.quadratic, g)
+        return strain
 
     def rows_of(self, values: NDArray[S]) -> NDArray[S]:
         """Values of elements (element, ...) for their rows (row, ...)."""

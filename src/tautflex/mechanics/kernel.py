@@ -12,27 +12,38 @@ from typing import Any
 import numpy as np
 
 from tautflex.elements.laws.law import call_law
+from tautflex.elements.local_frame import make_room, pull_back, to_local
 from tautflex.mechanics.average import average_stress
 from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.numeric import Array, jit
 
 PACK = 128
+# Gauss points of a mean along a step: exact to the sixth order in what the ends of a line turn in it.
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 @jit
-def pack_strain(data: Any, first: int, width: int, q: Array, local: Array, g: Array, strain: Array) -> None:
-    """Gradients and strains of the pack of ``width`` elements that starts at ``first``."""
+def pack_gradients(data: Any, first: int, width: int, q: Array, local: Array, g: Array) -> None:
+    """Gradients of the pack of ``width`` elements that starts at ``first``."""
     for k in range(data.dofs.shape[0]):
         slots, row = data.dofs[k, first : first + width], local[k]
         for e in range(width):
             row[e] = q[slots[e]]
     g.fill(0.0)
-    strain.fill(0.0)
     for t in range(data.gradient_row.size):
         result, factor = g[data.gradient_row[t]], local[data.gradient_column[t]]
         values = data.gradient_value[t, first : first + width]
         for e in range(width):
             result[e] += values[e] * factor[e]
+
+
+@jit
+def pack_strain(data: Any, first: int, width: int, q: Array, local: Array, g: Array, strain: Array) -> None:
+    """Gradients, those of blocks that turn from their local frames, and strains of a pack."""
+    pack_gradients(data, first, width, q, local, g)
+    if data.turns:
+        to_local(g, width, make_room(), g)
+    strain.fill(0.0)
     for t in range(data.linear_value.size):
         result, factor, value = strain[data.linear_strain[t]], g[data.linear_gradient[t]], data.linear_value[t]
         for e in range(width):
@@ -59,15 +70,8 @@ def pack_stress(data: Any, first: int, width: int, strain: Array, stress: Array)
 
 
 @jit
-def _scatter(
-    data: Any, first: int, width: int, g: Array, stress: Array, conjugate: Array, local: Array, out: Array, sizes: bool
-) -> None:
-    """Add the nodal forces ``G' V B' sigma`` of a pack (or their sizes) to ``out``; ``stress`` is multiplied by V."""
-    measure = data.measure[first : first + width]
-    for s in range(stress.shape[0]):
-        row = stress[s]
-        for e in range(width):
-            row[e] *= measure[e]
+def pack_conjugate(data: Any, width: int, g: Array, stress: Array, conjugate: Array) -> None:
+    """What stresses are on gradients, ``B' sigma``."""
     conjugate.fill(0.0)
     for t in range(data.linear_value.size):
         result, factor, value = conjugate[data.linear_gradient[t]], stress[data.linear_strain[t]], data.linear_value[t]
@@ -78,6 +82,31 @@ def _scatter(
         factor, other = g[data.quadratic_second[t]], stress[data.quadratic_strain[t]]
         for e in range(width):
             result[e] += value * factor[e] * other[e]
+
+
+@jit
+def _scatter(
+    data: Any, first: int, width: int, q: Array, g: Array, stress: Array, conjugate: Array, local: Array, out: Array,
+    sizes: bool,
+) -> None:  # fmt: skip
+    """Add the nodal forces ``G' V B' sigma`` of a pack (or their sizes) to ``out``; ``stress`` is multiplied by V."""
+    measure = data.measure[first : first + width]
+    for s in range(stress.shape[0]):
+        row = stress[s]
+        for e in range(width):
+            row[e] *= measure[e]
+    pack_conjugate(data, width, g, stress, conjugate)
+    if data.turns:
+        pack_gradients(data, first, width, q, local, g)
+        pull_back(g, width, make_room(), conjugate)
+    _scatter_conjugate(data, first, width, conjugate, local, out, sizes)
+
+
+@jit
+def _scatter_conjugate(
+    data: Any, first: int, width: int, conjugate: Array, local: Array, out: Array, sizes: bool
+) -> None:
+    """Add the nodal forces ``G' conjugate`` of a pack (or their sizes) to ``out``."""
     local.fill(0.0)
     for t in range(data.gradient_row.size):
         result, factor = local[data.gradient_column[t]], conjugate[data.gradient_row[t]]
@@ -134,7 +163,7 @@ def _block_force(
                 for e in range(width):
                     kept[e] = row[e]
         if forces:
-            _scatter(data, first, width, g, stress, conjugate, local, force, sizes)
+            _scatter(data, first, width, q, g, stress, conjugate, local, force, sizes)
     return energy
 
 
@@ -172,18 +201,46 @@ def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
         pack_strain(data, first, width, end, local, g_end, strain_end)
         pack_stress(data, first, width, strain_end, stress_end)
         average_stress(data, ends, tangent, density, strain, strain_end, width)
+        if data.turns:
+            _scatter_mean(data, first, width, start, end, stress, local, force)
+            continue
         for i in range(data.gradients):
             row, other = g[i], g_end[i]
             for e in range(width):
                 row[e] = 0.5 * (row[e] + other[e])
-        _scatter(data, first, width, g, stress, conjugate, local, force, False)
+        _scatter(data, first, width, start, g, stress, conjugate, local, force, False)
+
+
+@jit
+def _scatter_mean(
+    data: Any, first: int, width: int, start: Array, end: Array, stress: Array, local: Array, out: Array
+) -> None:
+    """Add ``G' V mean(B)' sigma`` over a step of elements that turn, whose strains are no quadratics of ``g``."""
+    shape = data.gradients, PACK
+    g, g_end, middle, seen = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
+    conjugate, total, room = np.empty(shape), np.zeros(shape), make_room()
+    pack_gradients(data, first, width, start, local, g)
+    pack_gradients(data, first, width, end, local, g_end)
+    for k in range(_POINTS.size):
+        share = 0.5 + 0.5 * _POINTS[k]
+        for i in range(data.gradients):
+            for e in range(width):
+                middle[i, e] = (1.0 - share) * g[i, e] + share * g_end[i, e]
+        to_local(middle, width, room, seen)
+        pack_conjugate(data, width, seen, stress, conjugate)
+        pull_back(middle, width, room, conjugate)
+        for i in range(data.gradients):
+            for e in range(width):
+                total[i, e] += 0.5 * _WEIGHTS[k] * data.measure[first + e] * conjugate[i, e]
+    _scatter_conjugate(data, first, width, total, local, out, False)
 
 
 @jit
 def add_average_forces(store: Any, start: Array, end: Array, force: Array) -> None:
     """Add ``G' V B(g_middle)' (sigma_start + sigma_end)/2`` of all blocks to ``force`` [theory.md 8].
 
-    Its work on ``end - start`` is the change of energy, because strains are quadratic. Other laws than the elastic one
+    Its work on ``end - start`` is the change of energy, because strains are quadratic; of elements that turn B is its mean
+    over the step. Other laws than the elastic one
     give their mean over the step in place of that of both ends, see `average`.
     """
     for block in range(store[3].shape[0]):
