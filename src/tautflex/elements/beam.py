@@ -16,12 +16,13 @@ r"""Two-node Euler-Bernoulli beam with mean axial strain.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
 from tautflex.elements.axes import line_axes
-from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
+from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms, turning_terms
 from tautflex.elements.element import Element, register_element
 from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup
@@ -91,7 +92,7 @@ QUADRATIC = {"von-karman": _axial_quadratic(), "green-lagrange": _axial_quadrati
 
 
 def _local_quadratic() -> Array:
-    """Of gradients in the local frame, whose chord is exact: shortening by bending, and half the square of the twist."""
+    """In the local frame, where the chord is exact: shortening by bending, and half the square of the twist."""
     quadratic = np.zeros((7, 9, 9))
     quadratic[:6] = _axial_quadratic()
     for plane in "vw":
@@ -204,4 +205,12 @@ def _inertia(section: BeamSection, ends: Array, axes: Array, length: Array) -> I
     turned = np.einsum("nal,npabc,ncg->nplbg", axes, blocks, axes)
     density = section.material.density * section.area * length
     mass = density[:, None] * np.repeat(weight / 4.0, 4)[None, :]
-    return InertiaPoints(mass, turned.reshape(len(length), 16, 3, 12), position.reshape(len(length), 16, 3))
+    points = InertiaPoints(mass, turned.reshape(len(length), 16, 3, 12), position.reshape(len(length), 16, 3))
+    if not turns:
+        return points
+    rotation = np.zeros((1, 4, 3, 12))
+    rotation[0, :, :, 3:6] = (1.0 - ratio)[:, None, None] * np.eye(3)
+    rotation[0, :, :, 9:12] = ratio[:, None, None] * np.eye(3)
+    spread = np.einsum("k,nka,nkb->nab", [radius_y**2, radius_z**2], axes[:, 1:], axes[:, 1:])
+    second = np.einsum("n,p,nab->npab", density, weight, spread)
+    return replace(points, turning=turning_terms(second, rotation))

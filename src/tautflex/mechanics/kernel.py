@@ -239,9 +239,9 @@ def _scatter_mean(
 def add_average_forces(store: Any, start: Array, end: Array, force: Array) -> None:
     """Add ``G' V B(g_middle)' (sigma_start + sigma_end)/2`` of all blocks to ``force`` [theory.md 8].
 
-    Its work on ``end - start`` is the change of energy, because strains are quadratic; of elements that turn B is its mean
-    over the step. Other laws than the elastic one
-    give their mean over the step in place of that of both ends, see `average`.
+    Its work on ``end - start`` is the change of energy, because strains are quadratic; of elements that
+    turn B is its mean over the step. Other laws than the elastic one give their mean over the step in place of that of
+    both ends, see `average`.
     """
     for block in range(store[3].shape[0]):
         _block_average(block_data(store, block), start, end, force)

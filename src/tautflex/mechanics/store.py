@@ -4,9 +4,9 @@ Handing dozens of arrays to a compiled function costs more than the elements of 
 `block_data` cuts a block's lists of non-zero terms out of them again, inside compiled code. Named tuples are handed
 over as plain ones, whose types need no look-up.
 
-One row of ``table`` describes a block: sizes, the addresses of its law and of its average, whether its gradients are seen
-from a local frame, and where its parts begin in the other arrays. From there they lie one after the other (n rows of the block; a matrix with n columns is stored line
-by line):
+One row of ``table`` describes a block: sizes, the addresses of its law and of its average, whether its gradients are
+seen from a local frame, and where its parts begin in the other arrays. From there they lie one after the other (n rows
+of the block; a matrix with n columns is stored line by line):
 
 ======== =================================================== ==================================================
 array    part                                                numbers
