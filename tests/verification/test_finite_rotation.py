@@ -180,19 +180,26 @@ def test_spin_up(verification_row):
     verification_row("spin-up of a cantilever, 24 elements: u1 there [m]", -0.01882, tip.u.values[at], "theory.md 15")
 
 
-def spinning_frame(elements: int):
+def spinning_frame(elements: int, masses=()):
     """Free rectangular frame, `elements` on each side."""
     corners = np.array([[-1.25, -0.75, 0.0], [1.25, -0.75, 0.0], [1.25, 0.75, 0.0], [-1.25, 0.75, 0.0]])
     nodes = np.vstack([np.linspace(corners[k], corners[k - 3], elements, endpoint=False) for k in range(4)])
     ring = np.arange(len(nodes))
     own = section(5.24e-4, 4.81e-7, 2.69e-7, 7.5e-7, tf.Material(3e9, 1380.0, 0.38))
-    model = tf.Model.from_mesh(nodes, beams=np.column_stack([ring, np.roll(ring, -1)]), beam=own)
+    model = tf.Model.from_mesh(nodes, beams=np.column_stack([ring, np.roll(ring, -1)]), beam=own, masses=masses)
     return unstressed(model)
 
 
-def test_free_frame_about_its_axes(verification_row):
+def outriggers():
+    """Bodies beyond the middles of the short sides of four elements."""
+    tensor = np.diag([0.02, 0.05, 0.04])
+    return [tf.PointMass(node, 0.5, tensor, (side * 0.2, 0.0, 0.0)) for node, side in ((6, 1.0), (14, -1.0))]
+
+
+@pytest.mark.parametrize("bodies", [False, True], ids=["alone", "with bodies"])
+def test_free_frame_about_its_axes(bodies, verification_row):
     """About the axes of smallest and largest inertia nothing grows, about the middle one Euler's rate."""
-    state, spin = spinning_frame(4), 0.2
+    state, spin = spinning_frame(4, outriggers() if bodies else ()), 0.2
     second = state.system.inertia.second_moment
     smallest, middle, largest = np.trace(second) - np.diag(second)
     assert smallest < middle < largest
@@ -204,11 +211,18 @@ def test_free_frame_about_its_axes(verification_row):
             rate = spin * np.sqrt((largest - middle) * (middle - smallest) / (smallest * largest))
             assert found is not None
             assert found.rate == pytest.approx(rate, rel=1e-4)  # what flexibility leaves is 4e-5
-            verification_row("free frame spun about its middle axis: growth rate [1/s]", rate, found.rate, "Euler")
+            verification_row(
+                f"free frame{' with bodies' * bodies} spun about its middle axis: growth rate [1/s]",
+                rate,
+                found.rate,
+                "Euler",
+            )
         else:
             assert found is None
             name = "minor" if axis == 0 else "major"
-            verification_row(f"free frame spun about its {name} axis: growth rate [1/s]", 0, 0.0, "Euler")
+            verification_row(
+                f"free frame{' with bodies' * bodies} spun about its {name} axis: growth rate [1/s]", 0, 0.0, "Euler"
+            )
 
 
 def test_whole_turns_strain_nothing(verification_row):

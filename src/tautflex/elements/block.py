@@ -161,12 +161,13 @@ def turning_terms(second: Array, rotation: Array) -> Array:
 
     A point at ``r`` from the axis moves by ``theta x r + theta x (theta x r)/2 + ...``. In the force of the frame,
     ``int rho (du/dtheta)' Z (r + u)``, both terms count to first order: beside ``theta x r`` twice there is
-    ``sym(Z P) - tr(Z P) 1`` with ``P = int rho r r'``. Without it turning about the spin axis costs work.
+    ``sym(Z P) - tr(Z P) 1`` with ``P = int rho x r'``. Without it turning about the spin axis costs work.
 
     Parameters
     ----------
     second
-        P of each point of the axis [kg m^2], global axes, shape (element, point, 3, 3).
+        P of each point of the axis [kg m^2], global axes, shape (element, point, 3, 3); ``int rho r r'`` where sections
+        balance about the axis.
     rotation
         Rotation vector of each point of the axis from the element's unknowns, shape (element or 1, point, 3, dof).
 
@@ -176,8 +177,8 @@ def turning_terms(second: Array, rotation: Array) -> Array:
         Matrices of symmetric Z, shape (element, 3, 3, dof, dof); of skew ones, frames that speed up, there are none.
     """
     turned = np.einsum("ac,npbd->npabcd", np.eye(3), second)
-    turned = turned + turned.swapaxes(4, 5)
-    turned = 0.25 * (turned + turned.swapaxes(2, 3)) - np.einsum("npab,cd->npabcd", second, np.eye(3))
+    turned = 0.5 * (turned + turned.swapaxes(4, 5)) - np.einsum("npba,cd->npabcd", second, np.eye(3))
+    turned = 0.5 * (turned + turned.swapaxes(2, 3))
     rotation = np.broadcast_to(rotation, (*second.shape[:2], *rotation.shape[2:]))
     result: Array = np.einsum("npci,npabcd,npdj->nabij", rotation, turned, rotation, optimize=True)
     return result

@@ -2,7 +2,8 @@
 
 Elements are worked off in packs: every short list of terms (gradient, strain, elasticity) is an outer loop, the
 elements of a pack the inner one over rows of equal length, which the compiler turns into vector instructions. Extended
-vectors end with one slot that collects whatever belongs to supported unknowns.
+vectors end with one slot that collects whatever belongs to supported unknowns. Gradients of blocks that turn are those
+of their local frames, in buffers of twice as many rows, whose second half keeps them as they were.
 """
 
 from __future__ import annotations
@@ -23,27 +24,22 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 @jit
-def pack_gradients(data: Any, first: int, width: int, q: Array, local: Array, g: Array) -> None:
-    """Gradients of the pack of ``width`` elements that starts at ``first``."""
+def pack_strain(data: Any, first: int, width: int, q: Array, local: Array, g: Array, strain: Array) -> None:
+    """Gradients and strains of the pack of ``width`` elements that starts at ``first``."""
     for k in range(data.dofs.shape[0]):
         slots, row = data.dofs[k, first : first + width], local[k]
         for e in range(width):
             row[e] = q[slots[e]]
     g.fill(0.0)
+    strain.fill(0.0)
     for t in range(data.gradient_row.size):
         result, factor = g[data.gradient_row[t]], local[data.gradient_column[t]]
         values = data.gradient_value[t, first : first + width]
         for e in range(width):
             result[e] += values[e] * factor[e]
-
-
-@jit
-def pack_strain(data: Any, first: int, width: int, q: Array, local: Array, g: Array, strain: Array) -> None:
-    """Gradients, those of blocks that turn from their local frames, and strains of a pack."""
-    pack_gradients(data, first, width, q, local, g)
     if data.turns:
-        to_local(g, width, make_room(), g)
-    strain.fill(0.0)
+        g[data.gradients :] = g[: data.gradients]
+        to_local(g[data.gradients :], width, make_room(), g)
     for t in range(data.linear_value.size):
         result, factor, value = strain[data.linear_strain[t]], g[data.linear_gradient[t]], data.linear_value[t]
         for e in range(width):
@@ -70,8 +66,15 @@ def pack_stress(data: Any, first: int, width: int, strain: Array, stress: Array)
 
 
 @jit
-def pack_conjugate(data: Any, width: int, g: Array, stress: Array, conjugate: Array) -> None:
-    """What stresses are on gradients, ``B' sigma``."""
+def _scatter(
+    data: Any, first: int, width: int, g: Array, stress: Array, conjugate: Array, local: Array, out: Array, sizes: bool
+) -> None:
+    """Add the nodal forces ``G' V B' sigma`` of a pack (or their sizes) to ``out``; ``stress`` is multiplied by V."""
+    measure = data.measure[first : first + width]
+    for s in range(stress.shape[0]):
+        row = stress[s]
+        for e in range(width):
+            row[e] *= measure[e]
     conjugate.fill(0.0)
     for t in range(data.linear_value.size):
         result, factor, value = conjugate[data.linear_gradient[t]], stress[data.linear_strain[t]], data.linear_value[t]
@@ -82,31 +85,8 @@ def pack_conjugate(data: Any, width: int, g: Array, stress: Array, conjugate: Ar
         factor, other = g[data.quadratic_second[t]], stress[data.quadratic_strain[t]]
         for e in range(width):
             result[e] += value * factor[e] * other[e]
-
-
-@jit
-def _scatter(
-    data: Any, first: int, width: int, q: Array, g: Array, stress: Array, conjugate: Array, local: Array, out: Array,
-    sizes: bool,
-) -> None:  # fmt: skip
-    """Add the nodal forces ``G' V B' sigma`` of a pack (or their sizes) to ``out``; ``stress`` is multiplied by V."""
-    measure = data.measure[first : first + width]
-    for s in range(stress.shape[0]):
-        row = stress[s]
-        for e in range(width):
-            row[e] *= measure[e]
-    pack_conjugate(data, width, g, stress, conjugate)
     if data.turns:
-        pack_gradients(data, first, width, q, local, g)
-        pull_back(g, width, make_room(), conjugate)
-    _scatter_conjugate(data, first, width, conjugate, local, out, sizes)
-
-
-@jit
-def _scatter_conjugate(
-    data: Any, first: int, width: int, conjugate: Array, local: Array, out: Array, sizes: bool
-) -> None:
-    """Add the nodal forces ``G' conjugate`` of a pack (or their sizes) to ``out``."""
+        pull_back(g[data.gradients :], width, make_room(), conjugate)
     local.fill(0.0)
     for t in range(data.gradient_row.size):
         result, factor = local[data.gradient_column[t]], conjugate[data.gradient_row[t]]
@@ -143,7 +123,7 @@ def _block_force(
     data: Any, q: Array, force: Array, stresses: Array, forces: bool, energies: bool, sizes: bool
 ) -> float:
     strains, count = data.initial_stress.shape
-    local, g = np.empty((data.dofs.shape[0], PACK)), np.empty((data.gradients, PACK))
+    local, g = np.empty((data.dofs.shape[0], PACK)), np.empty((data.gradients * (1 + data.turns), PACK))
     strain, stress, conjugate = np.empty((strains, PACK)), np.empty((strains, PACK)), np.empty((data.gradients, PACK))
     energy = 0.0
     for first in range(0, count, PACK):
@@ -163,7 +143,7 @@ def _block_force(
                 for e in range(width):
                     kept[e] = row[e]
         if forces:
-            _scatter(data, first, width, q, g, stress, conjugate, local, force, sizes)
+            _scatter(data, first, width, g, stress, conjugate, local, force, sizes)
     return energy
 
 
@@ -192,7 +172,8 @@ def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
     strain, strain_end, ends = np.empty((strains, PACK)), np.empty((strains, PACK)), np.empty((2 * strains, PACK))
     stress, stress_end = ends[:strains], ends[strains:]
     tangent, density = np.empty((strains, strains, PACK)), np.empty(PACK)
-    g, g_end = np.empty((data.gradients, PACK)), np.empty((data.gradients, PACK))
+    rows = data.gradients * (1 + data.turns)
+    g, g_end = np.empty((rows, PACK)), np.empty((rows, PACK))
     conjugate = np.empty((data.gradients, PACK))
     for first in range(0, count, PACK):
         width = min(PACK, count - first)
@@ -202,46 +183,38 @@ def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
         pack_stress(data, first, width, strain_end, stress_end)
         average_stress(data, ends, tangent, density, strain, strain_end, width)
         if data.turns:
-            _scatter_mean(data, first, width, start, end, stress, local, force)
+            _scatter_mean(data, first, width, g, g_end, stress, conjugate, local, force)
             continue
         for i in range(data.gradients):
             row, other = g[i], g_end[i]
             for e in range(width):
                 row[e] = 0.5 * (row[e] + other[e])
-        _scatter(data, first, width, start, g, stress, conjugate, local, force, False)
+        _scatter(data, first, width, g, stress, conjugate, local, force, False)
 
 
 @jit
 def _scatter_mean(
-    data: Any, first: int, width: int, start: Array, end: Array, stress: Array, local: Array, out: Array
+    data: Any, first: int, width: int, g: Array, g_end: Array, stress: Array, conjugate: Array, local: Array, out: Array
 ) -> None:
-    """Add ``G' V mean(B)' sigma`` over a step of elements that turn, whose strains are no quadratics of ``g``."""
-    shape = data.gradients, PACK
-    g, g_end, middle, seen = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
-    conjugate, total, room = np.empty(shape), np.zeros(shape), make_room()
-    pack_gradients(data, first, width, start, local, g)
-    pack_gradients(data, first, width, end, local, g_end)
+    """Add ``G' V mean(B)' sigma`` over a step of elements that turn, whose strains are no quadratics of gradients."""
+    middle, part = np.empty_like(g), np.empty_like(stress)
+    start, end, given = g[data.gradients :], g_end[data.gradients :], middle[data.gradients :]
     for k in range(_POINTS.size):
         share = 0.5 + 0.5 * _POINTS[k]
-        for i in range(data.gradients):
-            for e in range(width):
-                middle[i, e] = (1.0 - share) * g[i, e] + share * g_end[i, e]
-        to_local(middle, width, room, seen)
-        pack_conjugate(data, width, seen, stress, conjugate)
-        pull_back(middle, width, room, conjugate)
-        for i in range(data.gradients):
-            for e in range(width):
-                total[i, e] += 0.5 * _WEIGHTS[k] * data.measure[first + e] * conjugate[i, e]
-    _scatter_conjugate(data, first, width, total, local, out, False)
+        for e in range(width):
+            given[:, e] = (1.0 - share) * start[:, e] + share * end[:, e]
+            part[:, e] = 0.5 * _WEIGHTS[k] * stress[:, e]
+        to_local(given, width, make_room(), middle)
+        _scatter(data, first, width, middle, part, conjugate, local, out, False)
 
 
 @jit
 def add_average_forces(store: Any, start: Array, end: Array, force: Array) -> None:
     """Add ``G' V B(g_middle)' (sigma_start + sigma_end)/2`` of all blocks to ``force`` [theory.md 8].
 
-    Its work on ``end - start`` is the change of energy, because strains are quadratic; of elements that
-    turn B is its mean over the step. Other laws than the elastic one give their mean over the step in place of that of
-    both ends, see `average`.
+    Its work on ``end - start`` is the change of energy, because strains are quadratic; of elements that turn B is its
+    mean over the step. Other laws than the elastic one give their mean over the step in place of that of both ends, see
+    `average`.
     """
     for block in range(store[3].shape[0]):
         _block_average(block_data(store, block), start, end, force)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tautflex.elements.block import InertiaPoints
+from tautflex.elements.block import InertiaPoints, turning_terms
 from tautflex.numeric import Array, Indices, cross_matrix
 from tautflex.structure.masses import PointMass
 from tautflex.structure.model import Model
@@ -36,8 +36,12 @@ def body_block(model: Model) -> BodyBlock:
     interpolation = np.zeros((*mass.shape, 3, 6))
     interpolation[..., :3] = np.eye(3)
     interpolation[..., 3:] = [[-cross_matrix(arm) for arm in arms] for arms in place]
-    nodes = model.nodes[[body.node for body in model.masses]]
-    return BodyBlock(dofs, InertiaPoints(mass, interpolation, nodes[:, None] + place))
+    position = model.nodes[[body.node for body in model.masses]][:, None] + place
+    if not any(group.section.strain == "corotational" for group in model.groups):
+        return BodyBlock(dofs, InertiaPoints(mass, interpolation, position))
+    second = np.einsum("np,npa,npb->nab", mass, position, place)[:, None]
+    turning = turning_terms(second, np.eye(3, 6, 3)[None, None])
+    return BodyBlock(dofs, InertiaPoints(mass, interpolation, position, turning))
 
 
 def _points(body: PointMass) -> tuple[Array, Array]:
