@@ -370,3 +370,22 @@ def test_frame_of_a_case_has_a_strain_measure_of_its_own(verification_row):
     found = np.abs(tf.solve_modes(tf.solve_prestress(model), 7).frequencies)
     assert found[5] < 1e-3 < 0.1 < found[6]
     verification_row("free antenna on corotational beams: sixth frequency [Hz]", 0, found[5], "theory.md 5")
+
+
+def test_modes_about_a_turned_state(verification_row):
+    """A frame turned by one radian rings as at rest, but for the second order of the elements' length."""
+    found = []
+    for elements in (6, 12):
+        state, vector = spinning_frame(elements), np.array([0.6, -0.5, 0.6])
+        model = state.model
+        q = np.zeros(model.dof_count)
+        q[model.translation_dofs] = Rotation.from_rotvec(vector).apply(model.nodes) - model.nodes
+        q[model.translation_dofs + 3] = vector
+        rest, turned = (tf.solve_modes(state, 10, about=at).frequencies for at in (None, q[model.free_dofs]))
+        assert np.abs(turned[:6]).max() < 1e-3
+        found.append(turned[6:] / rest[6:] - 1.0)
+    order = observed_order(np.array(found))[-1]
+    assert np.all((order > 1.8) & (order < 2.4)), order
+    assert np.abs(found[-1]).max() < 2e-3
+    name = "frame turned by 1 rad, 12 elements a side: change of four frequencies"
+    verification_row(name, 0, float(np.abs(found[-1]).max()), "invariance, order 2")
