@@ -19,6 +19,7 @@ from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion.kinematics import Maneuver
 from tautflex.numeric import Array, Indices
 from tautflex.structure.materials import BeamSection, MembraneSection
+from tautflex.structure.mesh import linked_pieces
 from tautflex.structure.model import Model
 
 PRESTRAIN = 0.01  # the reference shape stands for the unstressed one
@@ -26,6 +27,7 @@ STRAIN = 0.05  # linear elasticity
 ASTRAY = 0.05  # [rad], of a force that keeps its direction
 SLOPE = 0.3  # von Karman strains leave out slope^4/8 beside slope^2/2: 1 % of it
 ROTATION = 0.2  # [rad], beams whose rotations add up like vectors
+NEARLY_ROUND = 6.0  # [rad], nearly the whole turn at which rotation vectors lose two directions
 IMBALANCE = 0.05  # of the largest force of an element, carried by the reference state
 TURN = 2.0 * np.pi  # [rad], of one maneuver
 TURN_IN_STEP = 0.5  # [rad]: Coriolis forces turn motion round as fast as the frame
@@ -70,6 +72,8 @@ def _thick_film(model: Model) -> list[str]:
 def _coincident_nodes(model: Model) -> list[str]:
     radius = _SAME_PLACE * float(np.ptp(model.nodes, axis=0).max())
     pairs = cKDTree(model.nodes).query_pairs(radius, output_type="ndarray")
+    piece = linked_pieces(len(model.nodes), model.linked_pairs)
+    pairs = pairs[piece[pairs[:, 0]] != piece[pairs[:, 1]]]
     if not len(pairs):
         return []
     a, b = pairs[np.lexsort(pairs.T[::-1])[0]].tolist()
@@ -149,31 +153,34 @@ class Reading(NamedTuple):
 
 
 def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
-    """Largest ``strain`` [-], ``slope`` [-] and ``rotation`` [rad] at free unknowns [m, rad], shape (size,).
+    """Largest ``strain`` [-], ``slope`` [-], ``rotation`` [rad] ... at free unknowns [m, rad], shape (size,).
 
     Strains are principal ones of film, axial ones of cables and beams, those of the prestress included. Slopes are
-    those of film and cables with von Karman strains, rotations those of beams' ends; both are relative to the floating
-    frame.
+    those of film and cables with von Karman strains, rotations those of beams' ends that take them as small, turns
+    those of corotational beams, of bodies on them and of rigidly linked nodes; all are relative to the floating frame.
     """
     extended, first = np.append(q, 0.0), dict[str, int]()
-    worst = dict.fromkeys(("strain", "slope", "rotation"), Reading())
+    worst = dict.fromkeys(_REMEDY, Reading())
     for block, initial, places, group in zip(
-        system.blocks, system.initial_stress, system.row_places, system.model.groups, strict=True
+        system.blocks, system.initial_stress, system.row_places, system.model.element_groups, strict=False
     ):
         g = np.einsum("nij,nj->ni", block.gradient, extended[places])
-        strain = g @ block.linear.T + 0.5 * np.einsum("ni,sij,nj->ns", g, block.quadratic, g)
-        stress = initial + np.einsum("nst,nt->ns", block.elasticity, strain)
+        stress = initial + np.einsum("nst,nt->ns", block.elasticity, block.strain(extended[places]))
         # What a cable strains, not what a tendon or a drive in series with it gives way.
         modulus = block.material.youngs_modulus if block.kind == "cable" else block.elasticity[:, 0, 0]
         found = {"strain": np.abs(stress[:, 0]) / modulus}
         if block.kind == "membrane":
-            material, principal = block.material, principal_values(stress)
-            found["strain"] = (
-                np.abs(principal - material.poisson_ratio * principal[:, ::-1]).max(axis=1) / material.youngs_modulus
-            )
+            # Of the strain that the stress stands for; principal values of stresses have no factor 2 in the shear.
+            elastic = np.linalg.solve(block.elasticity, stress[:, :, None])[:, :, 0] * (1.0, 1.0, 0.5)
+            found["strain"] = np.abs(principal_values(elastic)).max(axis=1)
         if isinstance(group.section, BeamSection):
-            if group.section.strain != "corotational":
-                found["rotation"] = np.linalg.norm(g[:, 3:9].reshape(-1, 2, 3), axis=2).max(axis=1)
+            turned = np.linalg.norm(g[:, 3:9].reshape(-1, 2, 3), axis=2)
+            if block.turns:
+                found["turn"] = turned.max(axis=1)
+                carried = np.isin(group.connectivity, [body.node for body in system.model.masses if body.turns])
+                found["turn of a point mass"] = np.max(turned, axis=1, where=carried, initial=0.0)
+            else:
+                found["rotation"] = turned.max(axis=1)
         elif group.section.strain == "von-karman":
             found["slope"] = np.linalg.norm(g[:, 4:6] if block.kind == "membrane" else g[:, 1:3], axis=1)
         start = first.get(block.kind, 0)
@@ -183,6 +190,11 @@ def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
                 element = row if block.owner is None else int(block.owner[row])
                 worst[name] = Reading(float(values[row]), block.kind, start + element)
         first[block.kind] = start + len(block.dofs)
+    leading = np.array(sorted({node for link in system.model.links for node in link.turning}), dtype=np.int64)
+    if leading.size:
+        dofs = system.model.dof_offset[leading][:, None] + np.arange(3, 6)
+        turned = np.linalg.norm(system.full(q)[dofs], axis=1)
+        worst["turn of a link"] = Reading(float(turned.max()), "linked node", int(leading[turned.argmax()]))
     return worst
 
 
@@ -193,7 +205,22 @@ _REMEDY = {
         "linear elasticity is doubtful beyond 5 %; check loads and units, or the material's limit",
     ),
     "slope": (SLOPE, ".2f", "von Karman strains hold up to slopes of 0.3; set strain = 'green-lagrange'"),
-    "rotation": (ROTATION, ".2f", "these beams take rotations as small, up to 0.2 rad; stiffen them or move them less"),
+    "rotation": (ROTATION, ".2f", "these beams take rotations as small, up to 0.2 rad; set strain = 'corotational'"),
+    "turn": (
+        NEARLY_ROUND,
+        ".2f",
+        "a node that a whole turn, 6.28 rad, sets apart from the frame's axes loses stiffness",
+    ),
+    "turn of a point mass": (
+        ROTATION,
+        ".2f",
+        "its offset and inertia turn as by small angles, up to 0.2 rad; give it a node of its own at its centre",
+    ),
+    "turn of a link": (
+        ROTATION,
+        ".2f",
+        "links take turns as small, up to 0.2 rad; stiffen or move it less",
+    ),
 }
 
 
