@@ -26,6 +26,13 @@ _GEOMETRY = {
     "cables": ("per_long_edge", "per_short_edge", "distribution"),
     "frame": ("length", "width", "support"),
 }
+# What a mesh file may state instead.
+_MATERIAL = ("youngs_modulus", "density")
+_SECTIONS = {
+    "membrane": ("thickness", "poisson_ratio", *_MATERIAL),
+    "cables": ("area", "pretension_x", "pretension_y", *_MATERIAL),
+    "frame": ("area", "inertia_y", "inertia_z", "torsion_constant", "poisson_ratio", *_MATERIAL),
+}
 
 
 class Case(Section):
@@ -124,11 +131,11 @@ class Case(Section):
         file = self.mesh.file
         for name, names in _GEOMETRY.items():
             section = getattr(self, name)
-            for one in names if section is not None else ():
+            for one in (*names, *_SECTIONS[name]) if section is not None else ():
                 value, field = getattr(section, one), type(section).model_fields[one]
                 if file is None and value is None:
                     raise ValueError(f"{name}.{one}: missing, expected the {meaning(one, field)}; add it")
-                if file is not None and value != field.default:
+                if file is not None and one in names and value != field.default:
                     text = f"{name}.{one}: expected no value beside mesh.file = {show(file)}, got {show(value)}"
                     raise ValueError(f"{text}; remove one of the two")
         return self
@@ -138,12 +145,10 @@ class Case(Section):
         edges = self.membrane.edges
         for name in ("cables", "frame"):
             section = getattr(self, name)
-            if name == "frame" and self.mesh.file is not None:
-                continue  # whether there is one is the file's to say
-            if edges == "cables" and section is None:
+            if edges == "cables" and section is None and self.mesh.file is None:  # else it is the file's to say
                 text = f"{name}: missing, membrane.edges = 'cables' expects a [{name}] section"
                 raise ValueError(f"{text}; add it, or set membrane.edges = 'fixed' for a plain film")
-            if edges == "fixed" and section is not None:
+            if edges == "fixed" and section is not None and not (name == "frame" and self.mesh.file is not None):
                 text = f"{name}: expected no such section with membrane.edges = 'fixed', got [{name}]"
                 raise ValueError(f"{text}; remove it, or set membrane.edges = 'cables'")
         return self
@@ -188,13 +193,18 @@ class Case(Section):
             if ratios is not None:
                 text = "prestress.resultant_per_pretension: expected no value with membrane.edges = 'fixed'"
                 raise ValueError(f"{text}, got {list(ratios)}; remove it, there are no cables")
-            if stress is None:
+            if stress is None and self.mesh.file is None:
                 text = "membrane.stress_x: missing, membrane.edges = 'fixed' expects stress_x and stress_y [Pa]"
                 raise ValueError(f"{text}; add them under [membrane], for example 4000.0")
             return self
-        if mode == "uniform" and stress is None and ratios is None:
+        if mode == "uniform" and stress is None and ratios is None and self.mesh.file is None:
             text = "prestress.resultant_per_pretension: missing, mode = 'uniform' expects the membrane's tension"
             raise ValueError(f"{text}; add it, or give membrane.stress_x and stress_y [Pa]")
+        if mode == "uniform" and ratios is not None and self.membrane.thickness is None:
+            text = (
+                f"prestress.resultant_per_pretension: expected it beside membrane.thickness, got {list(ratios)} alone"
+            )
+            raise ValueError(f"{text}; add the thickness, or give membrane.stress_x and stress_y [Pa]")
         if mode == "uniform" and stress is not None and ratios is not None:
             text = f"prestress.resultant_per_pretension: expected no value beside membrane.stress_x = {stress:g}"
             raise ValueError(f"{text}, got {list(ratios)}; keep one of the two")
@@ -223,6 +233,10 @@ class Case(Section):
         if self.membrane.law != "elastic":
             text = f"reduction: expected membrane.law = 'elastic' with a [reduction], got {self.membrane.law!r}"
             raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")
+        for name, section in (self.mesh.sections or {}).items():
+            if section.slack or section.law not in (None, "elastic"):
+                text = f"reduction: expected elastic laws with a [reduction], got another in mesh.sections.{name}"
+                raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")
         if self.cables is not None and self.cables.slack:
             text = "reduction: expected cables.slack = false with a [reduction], got true"
             raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")

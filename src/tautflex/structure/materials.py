@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import ClassVar, cast
 
 from tautflex import checks
@@ -62,12 +64,15 @@ class MembraneSection:
     law
         ``"elastic"``, which carries compression, ``"tension-field"``, which wrinkles instead, or a
         `tautflex.elements.laws.Law`.
+    nonstructural_mass
+        Mass per area of what has no stiffness, such as coatings and cells [kg/m^2].
     """
 
     material: Material
     thickness: float
     strain: str = "von-karman"
     law: object = "elastic"
+    nonstructural_mass: float = 0.0
     kind: ClassVar[str] = "membrane"
     rotational: ClassVar[bool] = False
 
@@ -77,7 +82,7 @@ class MembraneSection:
     @property
     def mass_per_measure(self) -> float:
         """Mass per area [kg/m^2]."""
-        return self.material.density * self.thickness
+        return self.material.density * self.thickness + self.nonstructural_mass
 
 
 @dataclass(frozen=True)
@@ -96,6 +101,8 @@ class CableSection:
         Whether the cable goes slack instead of carrying compression; short for ``law="slack"``.
     law
         ``"elastic"``, ``"slack"`` or a `tautflex.elements.laws.Law`.
+    nonstructural_mass
+        Mass per length of what has no stiffness, such as sheaths [kg/m].
     """
 
     material: Material
@@ -103,6 +110,7 @@ class CableSection:
     strain: str = "von-karman"
     slack: bool = False
     law: object = "elastic"
+    nonstructural_mass: float = 0.0
     kind: ClassVar[str] = "cable"
     rotational: ClassVar[bool] = False
 
@@ -115,7 +123,7 @@ class CableSection:
     @property
     def mass_per_measure(self) -> float:
         """Mass per length [kg/m]."""
-        return self.material.density * self.area
+        return self.material.density * self.area + self.nonstructural_mass
 
 
 @dataclass(frozen=True)
@@ -135,6 +143,8 @@ class BeamSection:
     strain
         ``"von-karman"`` (the paper's) or ``"green-lagrange"`` (invariant to second order in rotations, which
         a prestressed free-flying frame needs; see :mod:`tautflex.elements.beam`).
+    nonstructural_mass
+        Mass per length of what has no stiffness, such as harness [kg/m]; it lies on the axis.
     """
 
     material: Material
@@ -143,6 +153,7 @@ class BeamSection:
     inertia_z: float
     torsion_constant: float
     strain: str = "von-karman"
+    nonstructural_mass: float = 0.0
     kind: ClassVar[str] = "beam"
     rotational: ClassVar[bool] = True
 
@@ -152,7 +163,7 @@ class BeamSection:
     @property
     def mass_per_measure(self) -> float:
         """Mass per length [kg/m]."""
-        return self.material.density * self.area
+        return self.material.density * self.area + self.nonstructural_mass
 
 
 Section = MembraneSection | CableSection | BeamSection
@@ -162,11 +173,44 @@ def _check(section: Section, *sizes: str) -> None:
     checks.instance("material", section.material, Material, "a Material", remedy="write Material(3.5e9, 1530.0, 0.34)")
     for name in sizes:
         checks.positive(name, getattr(section, name))
+    checks.non_negative("nonstructural_mass", section.nonstructural_mass)
     checks.one_of("strain", section.strain, STRAINS)
     if not isinstance(section, BeamSection) and isinstance(section.law, str):
         checks.one_of("law", section.law, LAW_NAMES[section.kind])
 
 
-def require_section(name: str, section: object, kind: type[Section]) -> Section:
-    """Return a section of the wanted kind, or raise InputError."""
-    return cast(Section, checks.instance(name, section, kind, f"a {kind.__name__}", remedy="elements need a section"))
+def section_runs(
+    name: str, given: object, kind: type[Section], elements: str, first: int, count: int
+) -> Iterator[tuple[Section, slice]]:
+    """Sections of ``count`` elements from number ``first``, and where each holds: elements in a row that have the same.
+
+    Parameters
+    ----------
+    name
+        Of the argument, for messages.
+    given
+        One section for all elements, or a sequence with one for each.
+    kind
+        Class of the sections.
+    elements
+        What needs the section, for messages.
+    first, count
+        Which of the elements are asked for.
+
+    Raises
+    ------
+    InputError
+        If there is none, one of another kind, or not one for each element.
+    """
+    if isinstance(given, Sequence) and not isinstance(given, str):
+        each = list(given[first : first + count])
+        if len(each) < count:
+            raise InputError(f"{name}: expected one section, or one for each element, got {len(given)}; give one each")
+    else:
+        each = [given] * count
+    start = 0
+    for section, members in groupby(each):
+        end = start + len(list(members))
+        found = checks.instance(elements, section, kind, f"a {kind.__name__}", remedy="elements need a section")
+        yield cast(Section, found), slice(start, end)
+        start = end

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -25,8 +26,20 @@ CableLaw = Annotated[str, BeforeValidator(Words(lambda: LAW_NAMES["cable"]))]
 Surface = Annotated[str, BeforeValidator(Words(lambda: (n for n, shape in SHAPES.items() if shape.dimension == 2)))]
 
 
-def _inside_elastic_range(value: float) -> float:
-    if not -1.0 < value < 0.5:
+def without_file(meaning: str, example: Any) -> Any:
+    """Key that is needed where no mesh file can state it."""
+    return key(meaning, example, None, json_schema_extra={"needed": "needed without mesh.file"})
+
+
+Strain = Literal["von-karman", "green-lagrange"]
+
+
+def _laws() -> Iterator[str]:
+    return (name for names in LAW_NAMES.values() for name in names)
+
+
+def _inside_elastic_range(value: float | None) -> float | None:
+    if value is not None and not -1.0 < value < 0.5:
         raise problem("a number inside (-1, 0.5)", value, "give Poisson's ratio; films have 0.3 to 0.4")
     return value
 
@@ -35,18 +48,17 @@ class Membrane(Section):
     """Rectangular film, centred at the origin, x along ``length``.
 
     ``law = "tension-field"`` lets the film wrinkle and go slack; ``"elastic"`` carries any compression.
-    ``stress_x`` and ``stress_y`` [Pa] state a given uniform stress (``prestress.mode = "uniform"``).
+    ``stress_x`` and ``stress_y`` [Pa] state a given uniform stress (``prestress.mode = "uniform"``). Beside a mesh
+    file, what its sections state may be left out.
     """
 
-    length: Positive | None = key("side along x [m]", 2.0, None)
-    width: Positive | None = key("side along y [m]", 1.0, None)
-    thickness: Positive = key("film thickness [m]", 1e-4)
-    youngs_modulus: Positive = key("Young's modulus of the film [Pa]", 3.5e9)
-    poisson_ratio: Number = key("Poisson's ratio of the film", 0.34)
-    density: Positive = key("mass density of the film [kg/m^3]", 1530.0)
-    strain: Literal["von-karman", "green-lagrange"] = key(
-        "strain measure of film, cables and frame", default="von-karman"
-    )
+    length: Positive | None = without_file("side along x [m]", 2.0)
+    width: Positive | None = without_file("side along y [m]", 1.0)
+    thickness: Positive | None = without_file("film thickness [m]", 1e-4)
+    youngs_modulus: Positive | None = without_file("Young's modulus of the film [Pa]", 3.5e9)
+    poisson_ratio: Number | None = without_file("Poisson's ratio of the film", 0.34)
+    density: Positive | None = without_file("mass density of the film [kg/m^3]", 1530.0)
+    strain: Strain = key("strain measure of film, cables and frame", default="von-karman")
     law: MembraneLaw = key("material law of the film", "tension-field", "elastic")
     edges: Literal["cables", "fixed"] = key("what holds the edges of the film", default="cables")
     stress_x: Number | None = key("given stress along x [Pa]", 4170.0, None)
@@ -64,15 +76,18 @@ class Membrane(Section):
 
 
 class Cables(Section):
-    """Cables from the film's edges straight to the frame, evenly spaced, the outer ones at its corners."""
+    """Cables from the film's edges straight to the frame, evenly spaced, the outer ones at its corners.
 
-    per_long_edge: EdgeCount | None = key("number of cables on each edge along x, at least 2", 11, None)
-    per_short_edge: EdgeCount | None = key("number of cables on each edge along y, at least 2", 6, None)
-    youngs_modulus: Positive = key("Young's modulus of the cables [Pa]", 133e9)
-    area: Positive = key("cross-sectional area of one cable [m^2]", 3.14e-6)
-    density: Positive = key("mass density of the cables [kg/m^3]", 1440.0)
-    pretension_x: Number = key("tension per cable pulling along x [N]", 0.59)
-    pretension_y: Number = key("tension per cable pulling along y [N]", 1.0)
+    Beside a mesh file, what its sections state may be left out.
+    """
+
+    per_long_edge: EdgeCount | None = without_file("number of cables on each edge along x, at least 2", 11)
+    per_short_edge: EdgeCount | None = without_file("number of cables on each edge along y, at least 2", 6)
+    youngs_modulus: Positive | None = without_file("Young's modulus of the cables [Pa]", 133e9)
+    area: Positive | None = without_file("cross-sectional area of one cable [m^2]", 3.14e-6)
+    density: Positive | None = without_file("mass density of the cables [kg/m^3]", 1440.0)
+    pretension_x: Number | None = without_file("tension per cable pulling along x [N]", 0.59)
+    pretension_y: Number | None = without_file("tension per cable pulling along y [N]", 1.0)
     distribution: Literal["equal", "tributary"] = key(
         "'equal' tensions, or 'tributary': corner cables carry half", default="equal"
     )
@@ -81,7 +96,9 @@ class Cables(Section):
 
     @field_validator("pretension_x", "pretension_y")
     @classmethod
-    def _taut(cls, value: float) -> float:
+    def _taut(cls, value: float | None) -> float | None:
+        if value is None:
+            return value
         if value == 0.0:
             remedy = "singular: a membrane without tension has no transverse stiffness, give a tension [N]"
             raise problem("a number > 0", value, remedy)
@@ -91,17 +108,20 @@ class Cables(Section):
 
 
 class Frame(Section):
-    """Rectangular frame of beams; ``inertia_z`` bends in the antenna's plane, ``inertia_y`` out of it."""
+    """Rectangular frame of beams; ``inertia_z`` bends in the antenna's plane, ``inertia_y`` out of it.
 
-    length: Positive | None = key("centre-line side along x [m]", 2.5, None)
-    width: Positive | None = key("centre-line side along y [m]", 1.5, None)
-    youngs_modulus: Positive = key("Young's modulus of the frame [Pa]", 3e9)
-    poisson_ratio: Number = key("Poisson's ratio of the frame", 0.38)
-    density: Positive = key("mass density of the frame [kg/m^3]", 1380.0)
-    area: Positive = key("cross-sectional area [m^2]", 5.24e-4)
-    inertia_y: Positive = key("second moment of area, bending out of plane [m^4]", 4.81e-7)
-    inertia_z: Positive = key("second moment of area, bending in plane [m^4]", 2.69e-7)
-    torsion_constant: Positive = key("torsion constant [m^4]", 7.5e-7)
+    Beside a mesh file, what its sections state may be left out.
+    """
+
+    length: Positive | None = without_file("centre-line side along x [m]", 2.5)
+    width: Positive | None = without_file("centre-line side along y [m]", 1.5)
+    youngs_modulus: Positive | None = without_file("Young's modulus of the frame [Pa]", 3e9)
+    poisson_ratio: Number | None = without_file("Poisson's ratio of the frame", 0.38)
+    density: Positive | None = without_file("mass density of the frame [kg/m^3]", 1380.0)
+    area: Positive | None = without_file("cross-sectional area [m^2]", 5.24e-4)
+    inertia_y: Positive | None = without_file("second moment of area, bending out of plane [m^4]", 4.81e-7)
+    inertia_z: Positive | None = without_file("second moment of area, bending in plane [m^4]", 2.69e-7)
+    torsion_constant: Positive | None = without_file("torsion constant [m^4]", 7.5e-7)
     support: Literal["corners", "all", "axis", "short-side", "free"] = key(
         "clamped part of the frame", default="corners"
     )
@@ -109,13 +129,40 @@ class Frame(Section):
     _poisson = field_validator("poisson_ratio")(_inside_elastic_range)
 
 
+class GroupSection(Section):
+    """Section of a group of a mesh file; its keys replace what the file states, and complete it.
+
+    ``nonstructural_mass`` is per area of film, per length of cables and beams.
+    """
+
+    youngs_modulus: Positive | None = key("Young's modulus [Pa]", 3.5e9, None)
+    poisson_ratio: Number | None = key("Poisson's ratio", 0.34, None)
+    density: Positive | None = key("mass density [kg/m^3]", 1530.0, None)
+    thickness: Positive | None = key("thickness of film [m]", 25e-6, None)
+    area: Positive | None = key("cross-sectional area of cables or beams [m^2]", 3.14e-6, None)
+    inertia_y: Positive | None = key("second moment of area of beams about local y [m^4]", 4.81e-7, None)
+    inertia_z: Positive | None = key("second moment of area of beams about local z [m^4]", 2.69e-7, None)
+    torsion_constant: Positive | None = key("torsion constant of beams [m^4]", 7.5e-7, None)
+    nonstructural_mass: NonNegative | None = key("mass without stiffness [kg/m^2, kg/m]", 0.05, None)
+    strain: Strain | None = key("strain measure, if not that of [membrane]", "green-lagrange", None)
+    law: Annotated[str, BeforeValidator(Words(_laws))] | None = key("material law", "tension-field", None)
+    slack: Flag | None = key("choice true or false: a cable goes slack instead of pushing", True, None)
+    stress_x: Number | None = key("given stress of film along its local x [Pa]", 4170.0, None)
+    stress_y: Number | None = key("given stress of film along its local y [Pa]", 5470.0, None)
+    tension: Positive | None = key("tension of each cable [N]", 0.59, None)
+    axial_force: Number | None = key("given axial force of beams, tension positive [N]", -2.0, None)
+
+    _poisson = field_validator("poisson_ratio")(_inside_elastic_range)
+
+
 class Mesh(Section):
     """Mesh: a grid of cells along x and y, each one quad or cut by a diagonal into two triangles, or a file.
 
-    With ``file`` (Gmsh, Abaqus or Nastran) film, cables, frame and supports come from its groups; the case states
-    sections and tensions only, a cable's tension by its direction. ``names`` gives roles to groups whose names
-    do not tell them. ``step`` is left out where the file has one step (Abaqus) or subcase (Nastran), or one that asks
-    for frequencies, or all have the same supports.
+    With ``file`` (Gmsh, Abaqus or Nastran) film, cables, frame and supports come from its groups. A key of a
+    section is that of ``[mesh.sections.NAME]`` for its group; else that of [membrane], [cables] or [frame], unless
+    sections of the file differ in it; else the file's. Tensions of cables go by their direction. ``names`` gives
+    roles to groups whose names do not tell them. ``step`` is left out where the file has one step (Abaqus) or
+    subcase (Nastran), or one that asks for frequencies, or all have the same supports.
     """
 
     divisions: tuple[Count, Count] = key("numbers of cells along x and y, integers >= 1", default=(20, 10))
@@ -125,11 +172,12 @@ class Mesh(Section):
     element: Surface = key("shape of the film's elements", "triangle6", "triangle3")
     file: str | None = key("mesh file (.msh, .inp, .bdf)", "antenna.msh", None, strict=True)
     unit_length: Positive | None = key("length of the file's unit [m]", 0.001, None)
-    unit_mass: Positive | None = key("mass of the file's unit [kg]; beside unit_length and point masses", 1000.0, None)
+    unit_mass: Positive | None = key("mass of the file's unit [kg]; beside unit_length", 1000.0, None)
     step: Count | None = key("step or subcase of the file whose supports hold, from 1", 2, None)
     names: dict[str, Literal["membrane", "cable", "beam", "clamped", "pinned", "support", "ignore"]] | None = key(
         "roles of groups in the file", {"skin": "membrane"}, None
     )
+    sections: dict[str, GroupSection] | None = key("[mesh.sections.NAME] sections of groups in the file", None, None)
 
     @property
     def node_spaces(self) -> tuple[int, int]:
@@ -143,7 +191,7 @@ class Mesh(Section):
             if self.file is not None and name in self.model_fields_set:
                 text = f"{name}: expected no value beside file = {show(self.file)}, got {show(getattr(self, name))}"
                 raise ValueError(f"{text}; remove one of the two")
-        for name in ("unit_length", "unit_mass", "step", "names"):
+        for name in ("unit_length", "unit_mass", "step", "names", "sections"):
             if self.file is None and getattr(self, name) is not None:
                 text = f"{name}: expected no value without file, got {show(getattr(self, name))}"
                 raise ValueError(f"{text}; add file, or remove it")

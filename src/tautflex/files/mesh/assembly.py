@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from tautflex.errors import InputError, MeshError
 from tautflex.files.mesh import roles
 from tautflex.files.mesh.mesh_data import MeshData
 from tautflex.files.mesh.raw import KINDS, RawGroup, RawMesh, shorten
+from tautflex.files.mesh.section_data import MeshSection
 from tautflex.numeric import Indices
 from tautflex.structure.groups import DIRECTIONS, Support
 from tautflex.structure.masses import PointMass
@@ -137,7 +139,11 @@ def _collect(
     unit_length: float,
     unit_mass: float | None,
 ) -> MeshData:
-    chosen = {part: np.flatnonzero(role[kind] == wanted) for part, (kind, wanted) in _PARTS.items()}
+    section = _section_numbers(raw, role)
+    chosen = {}
+    for part, (kind, wanted) in _PARTS.items():
+        rows = np.flatnonzero(role[kind] == wanted)
+        chosen[part] = rows[np.argsort(section[kind][rows], kind="stable")]  # elements of one section in a row
     elements = {part: raw.elements[_PARTS[part][0]][rows] for part, rows in chosen.items()}
     for part, connectivity in elements.items():
         copies = len(connectivity) - len(np.unique(np.sort(connectivity, axis=1), axis=0))
@@ -148,16 +154,50 @@ def _collect(
         raise MeshError("mesh: expected triangles, cables or beams, got none; put the elements into named groups")
     new = {part: _renumbering(rows, len(raw.elements[_PARTS[part][0]])) for part, rows in chosen.items()}
     new["nodes"] = _renumbering(used, len(raw.nodes))
-    parts = {part: new["nodes"][connectivity] for part, connectivity in elements.items()}
+    parts: dict[str, Any] = {part: new["nodes"][connectivity] for part, connectivity in elements.items()}
     nodes = raw.nodes[used] * unit_length
     triangle = TRIANGLE6 if parts["triangles"].shape[1] == 6 else TRIANGLE3
     for part, shape in {"triangles": triangle, "quads": QUAD4, "cables": LINE2, "beams": LINE2}.items():
         check_elements(part, shape, nodes, parts[part])
     orientation = np.where(np.isnan(raw.orientation), DEFAULT_ORIENTATION, raw.orientation)[chosen["beams"]]
     supports = _supports([(name, new["nodes"][rows], directions) for name, rows, directions in held])
-    groups = _selections(raw, new)
-    masses = tuple(_bodies(raw, new["nodes"], unit_length, unit_mass))
-    return MeshData(nodes, **parts, supports=supports, groups=groups, beam_orientation=orientation, masses=masses)
+    return MeshData(
+        nodes,
+        **parts,
+        supports=supports,
+        groups=_selections(raw, new),
+        beam_orientation=orientation,
+        masses=tuple(_bodies(raw, new["nodes"], unit_length, unit_mass)),
+        sections=dict(_sections(raw, role, unit_length, unit_mass)),
+    )
+
+
+def _section_numbers(raw: RawMesh, role: Mapping[str, NDArray[np.str_]]) -> dict[str, Indices]:
+    """Number of the group that states the section of each element, -1 for none; MeshError if two do."""
+    number = {kind: np.full(len(raw.elements[kind]), -1, dtype=np.int64) for kind in KINDS}
+    for place, group in enumerate(raw.groups):
+        for section in group.sections:
+            for kind in KINDS:
+                rows = group.of(kind)
+                rows = rows[role[kind][rows] == section.kind]
+                if (number[kind][rows] >= 0).any():
+                    other = raw.groups[int(number[kind][rows].max())].name
+                    raise MeshError(
+                        f"{section.where}: expected one section of every element, got a second one of some in "
+                        f"{shorten(group.name)}, after {shorten(other)}; remove one"
+                    )
+                number[kind][rows] = place
+    return number
+
+
+def _sections(
+    raw: RawMesh, role: Mapping[str, NDArray[np.str_]], unit_length: float, unit_mass: float | None
+) -> Iterator[tuple[str, MeshSection]]:
+    """Sections of the elements that are there, by the name of their group."""
+    for group in raw.groups:
+        for section in group.sections:
+            if any((role[kind][group.of(kind)] == section.kind).any() for kind in KINDS):
+                yield group.name, section.in_units(unit_length, unit_mass)
 
 
 def _bodies(raw: RawMesh, new: Indices, unit_length: float, unit_mass: float | None) -> Iterator[PointMass]:

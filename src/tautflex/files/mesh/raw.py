@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import MeshError
+from tautflex.files.mesh.section_data import RawSection
 from tautflex.numeric import Array, Indices
 
 CORNERS = {"triangles": 3, "quads": 4, "lines": 2}
@@ -22,13 +23,15 @@ class RawGroup:
     """Named selection in a file: rows of ``"nodes"`` and of each kind (or, before that, shape) of elements.
 
     ``directions`` are those that the file itself holds at these nodes; empty if it says nothing. ``doubt`` is why the
-    file alone does not tell what the group is: an error, unless the user's names tell.
+    file alone does not tell what the group is: an error, unless the user's names tell. ``sections`` are what the file
+    states of its elements of one kind or several.
     """
 
     name: str
     rows: Mapping[str, Indices]
     directions: tuple[str, ...] = ()
     doubt: str = ""
+    sections: tuple[RawSection, ...] = ()
 
     def of(self, kind: str) -> Indices:
         """Rows of one kind."""
@@ -70,6 +73,8 @@ class RawMesh:
         Whether the format's element types decide about roles (Abaqus, Nastran) or its names do (Gmsh).
     masses
         Rigid bodies at nodes.
+    stress
+        Initial stress (sx, sy, txy) of elements of a kind, along lines the first alone, shapes (element, 3).
     """
 
     nodes: Array
@@ -79,6 +84,7 @@ class RawMesh:
     groups: tuple[RawGroup, ...]
     typed: bool
     masses: tuple[RawMass, ...] = ()
+    stress: Mapping[str, Array] = field(default_factory=dict)
 
 
 class Numbering:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,9 +93,7 @@ def simplified(
             rows.setdefault(KIND_OF[shape], []).append(
                 (start + per * group.of(shape)[:, None] + np.arange(per)).ravel()
             )
-        moved.append(
-            RawGroup(group.name, {k: np.concatenate(parts) for k, parts in rows.items()}, group.directions, group.doubt)
-        )
+        moved.append(replace(group, rows={kind: np.concatenate(parts) for kind, parts in rows.items()}))
     return RawMesh(nodes, found, role, np.concatenate(split), tuple(moved), typed, tuple(masses))
 
 

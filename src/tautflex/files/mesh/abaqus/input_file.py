@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,6 +13,8 @@ from tautflex.files.mesh.abaqus.conditions import Steps, held_groups
 from tautflex.files.mesh.abaqus.instances import Placement
 from tautflex.files.mesh.abaqus.keywords import WORDS
 from tautflex.files.mesh.abaqus.masses import body
+from tautflex.files.mesh.abaqus.materials import MATERIALS, Materials
+from tautflex.files.mesh.abaqus.properties import section
 from tautflex.files.mesh.abaqus.scope import Scope
 from tautflex.files.mesh.abaqus.sections import beam_directions, node_axes
 from tautflex.files.mesh.abaqus.sets import Names
@@ -21,6 +23,7 @@ from tautflex.files.mesh.gathered import SHAPES, UNSTATED
 from tautflex.files.mesh.include import Folder
 from tautflex.files.mesh.raw import Budget, RawGroup, RawMass, RawMesh, integers, require_coordinates, shorten
 from tautflex.files.mesh.second_order import simplified
+from tautflex.files.mesh.section_data import RawSection
 from tautflex.numeric import Array, Indices
 
 
@@ -48,7 +51,7 @@ def read_abaqus(text: str, folder: Folder | None = None, step: int | None = None
     for block in blocks(text, folder or Folder()):
         if WORDS.is_read(block.keyword, block.where):
             content.read(block)
-    return _Whole(content.placements()).mesh(content.steps, step)
+    return _Whole(content.placements()).mesh(content.steps, content.materials, step)
 
 
 @dataclass
@@ -59,6 +62,7 @@ class _Content:
     parts: dict[str, Scope] = field(default_factory=dict)
     instances: list[tuple[Block, Scope]] = field(default_factory=list)
     steps: Steps = field(default_factory=Steps)
+    materials: Materials = field(default_factory=Materials)
     current: Scope | None = None
 
     def read(self, block: Block) -> None:
@@ -77,6 +81,8 @@ class _Content:
             if self.current is not None:
                 raise MeshError(f"{block.where}: expected this outside of parts and instances; move it behind them")
             self.steps.read(block)
+        elif block.keyword in MATERIALS:
+            self.materials.read(block)
         elif block.keyword not in ("HEADING", "INCLUDE"):
             (self.current or self.outside).read(block)
 
@@ -146,7 +152,7 @@ class _Whole:
             for block in placement.blocks("sets"):
                 (self._node_names if block.keyword == "NSET" else self._element_names)[k].read(block, self._budget)
 
-    def mesh(self, steps: Steps, step: int | None) -> RawMesh:
+    def mesh(self, steps: Steps, materials: Materials, step: int | None) -> RawMesh:
         """The mesh with its groups and the supports of a step."""
         shape, row = np.concatenate(self._shape), np.concatenate(self._row)
         elements = {
@@ -157,17 +163,21 @@ class _Whole:
         orientation = np.array([UNSTATED] * len(elements["line2"])).reshape(-1, 3)
         ends = self.nodes[elements["line2"]]
         line = list(SHAPES).index("line2")
+        sections: dict[tuple[str, str], list[RawSection]] = {}
         for placement, nodes, names in zip(self._placements, self._node_names, self._element_names, strict=True):
             for block in placement.blocks("transforms"):
                 axes |= node_axes(block, placement, nodes, self.nodes)
             for block in placement.blocks("sections"):
                 if block.option("ELSET") not in names:
                     continue  # the section of no element
-                found = names.find(block.option("ELSET"), block.where)
-                lines = row[found[shape[found] == line]]
-                orientation[lines] = beam_directions(block, placement, ends[lines])
+                own = sections.setdefault((placement.name, names.key(block.option("ELSET"))), [])
+                own.append(section(block, materials))
+                if own[-1].kind == "beam":
+                    found = names.find(block.option("ELSET"), block.where)
+                    lines = row[found[shape[found] == line]]
+                    orientation[lines] = beam_directions(block, placement, ends[lines])
         groups = [
-            *self._groups(shape, row),
+            *self._groups(shape, row, sections),
             *held_groups(steps.in_force(step), self._node_names[0], axes, self._budget),
         ]
         roles = {name: np.array(own, dtype="<U8") for name, own in self.roles.items()}
@@ -192,8 +202,10 @@ class _Whole:
                 f"expected *MASS or *ROTARY INERTIA of every point element, got none of {len(left)}; add it"
             )
 
-    def _groups(self, shape: Indices, row: Indices) -> Iterator[RawGroup]:
-        """Groups of all sets; a name that several scopes use has the instance in front of it."""
+    def _groups(
+        self, shape: Indices, row: Indices, sections: Mapping[tuple[str, str], Sequence[RawSection]]
+    ) -> Iterator[RawGroup]:
+        """Groups of all sets with their sections; a name that several scopes use has the instance in front of it."""
         scopes = [
             {name.casefold() for names in both for name, _ in names.items()}
             for both in zip(self._node_names, self._element_names, strict=True)
@@ -204,7 +216,8 @@ class _Whole:
                 for name, rows in names.items():
                     long = placement.name and times[name.casefold()] > 1
                     found = {"nodes": rows} if of_nodes else _by_shape(shape[rows], row[rows])
-                    yield RawGroup(f"{placement.name}.{name}" if long else name, found)
+                    own = () if of_nodes else tuple(sections.get((placement.name, name.casefold()), ()))
+                    yield RawGroup(f"{placement.name}.{name}" if long else name, found, sections=own)
 
 
 def _by_shape(shape: Indices, row: Indices) -> dict[str, Indices]:

@@ -13,18 +13,23 @@ WORDS = Words(
         "nodes and sets": "NODE NSET ELSET",
         "films, cables and beams by their type": "ELEMENT",
         "parts, placed as often as there are instances": "PART END_PART ASSEMBLY END_ASSEMBLY INSTANCE END_INSTANCE",
-        "direction of the cross-section": "BEAM_SECTION BEAM_GENERAL_SECTION",
+        "sections of films; laminates and stiffnesses need theirs stated": (
+            "MEMBRANE_SECTION SHELL_SECTION SHELL_GENERAL_SECTION"
+        ),
+        "sections of cables": "SOLID_SECTION",
+        "sections of beams and their direction: RECT, CIRC, PIPE, THICK PIPE, GENERAL, BOX and I where they are "
+        "symmetric; others need theirs stated": "BEAM_SECTION BEAM_GENERAL_SECTION",
+        "isotropic materials; others need theirs stated": "MATERIAL ELASTIC DENSITY NO_COMPRESSION NO_TENSION",
         "point masses and principal inertias": "MASS ROTARY_INERTIA",
         "directions of supports": "TRANSFORM",
         "supports of the chosen step, OP=NEW included": "BOUNDARY STEP END_STEP FREQUENCY",
         "text": "INCLUDE HEADING",
     },
     idle={
-        "sections and materials are yours to state": (
-            "MEMBRANE_SECTION SHELL_SECTION SOLID_SECTION SHELL_GENERAL_SECTION MATERIAL ELASTIC DENSITY EXPANSION "
-            "PLASTIC DAMPING HYPERELASTIC VISCOELASTIC CONDUCTIVITY SPECIFIC_HEAT DEPVAR USER_MATERIAL ORIENTATION "
-            "NO_COMPRESSION NO_TENSION HOURGLASS_STIFFNESS TRANSVERSE_SHEAR_STIFFNESS SECTION_POINTS "
-            "BEAM_SECTION_GENERATE CONSTANTS FAIL_STRESS FAIL_STRAIN"
+        "behaviour of materials beside elasticity and density, directions of isotropic ones, shear of shells": (
+            "EXPANSION PLASTIC DAMPING HYPERELASTIC VISCOELASTIC CONDUCTIVITY SPECIFIC_HEAT DEPVAR USER_MATERIAL "
+            "ORIENTATION HOURGLASS_STIFFNESS TRANSVERSE_SHEAR_STIFFNESS SECTION_POINTS BEAM_SECTION_GENERATE CONSTANTS "
+            "FAIL_STRESS FAIL_STRAIN"
         ),
         "loads, temperatures and histories are yours to state": (
             "CLOAD DLOAD DSLOAD TEMPERATURE FIELD AMPLITUDE CFLUX DFLUX FILM RADIATE PRE-TENSION_SECTION BASE_MOTION "

@@ -13,6 +13,7 @@ from tautflex.files.mesh.nastran.case_control import bulk_and_selection
 from tautflex.files.mesh.nastran.coordinates import Systems
 from tautflex.files.mesh.nastran.elements import Elements
 from tautflex.files.mesh.nastran.masses import MASSES, Masses
+from tautflex.files.mesh.nastran.properties import PROPERTIES, Properties
 from tautflex.files.mesh.nastran.supports import Supports, components, held_groups
 from tautflex.files.mesh.nastran.text import Card, cards, included
 from tautflex.files.mesh.numerals import natural, vector
@@ -53,7 +54,7 @@ def read_nastran(text: str, folder: Folder | None = None, step: int | None = Non
     points, nodes = deck.positions(), deck.elements.nodes("grid point")
     connectivity = deck.elements.connectivity(nodes)
     groups = [
-        *deck.elements.groups(),
+        *deck.elements.groups(deck.properties, deck.masses.factor or 1.0),
         *held_groups("grid", deck.held_points(connectivity), nodes, deck.axes),
         *deck.supports.groups(selection, nodes, deck.axes),
     ]
@@ -73,6 +74,7 @@ class _Deck:
     elements: Elements = field(default_factory=Elements)
     supports: Supports = field(default_factory=Supports)
     masses: Masses = field(default_factory=Masses)
+    properties: Properties = field(default_factory=Properties)
     grid: dict[int, Card] = field(default_factory=dict)
     point_defaults: Card | None = None
 
@@ -97,6 +99,10 @@ class _Deck:
             self.supports.read(card)
         elif card.name in MASSES:
             self.masses.read(card)
+        elif card.name in PROPERTIES:
+            self.properties.read(card)
+            if card.name in ("PSHELL", "PCOMP", "PCOMPG"):
+                self.elements.read(card)
         else:
             self.elements.read(card)
 
