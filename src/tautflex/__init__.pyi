@@ -162,6 +162,12 @@ from .solvers.transient.simulate import simulate as simulate
 from .solvers.transient.status import Run as Run
 from .structure.groups import ElementGroup as ElementGroup
 from .structure.groups import Support as Support
+from .structure.links.attachment import Attachment as Attachment
+from .structure.links.distributing import DistributingLink as DistributingLink
+from .structure.links.equation import LinkEquation as LinkEquation
+from .structure.links.link import Link as Link
+from .structure.links.rigid import RigidLink as RigidLink
+from .structure.links.tie import Tie as Tie
 from .structure.masses import PointMass as PointMass
 from .structure.materials import BeamSection as BeamSection
 from .structure.materials import CableSection as CableSection
@@ -169,3 +175,4 @@ from .structure.materials import Material as Material
 from .structure.materials import MembraneSection as MembraneSection
 from .structure.model import Model as Model
 from .structure.shapes import Shape as Shape
+from .structure.springs import Spring as Spring

@@ -158,7 +158,7 @@ def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
     extended, first = np.append(q, 0.0), dict[str, int]()
     worst = dict.fromkeys(("strain", "slope", "rotation"), Reading())
     for block, initial, places, group in zip(
-        system.blocks, system.initial_stress, system.row_places, system.model.groups, strict=True
+        system.blocks, system.initial_stress, system.row_places, system.model.element_groups, strict=False
     ):
         g = np.einsum("nij,nj->ni", block.gradient, extended[places])
         strain = g @ block.linear.T + 0.5 * np.einsum("ni,sij,nj->ns", g, block.quadratic, g)
