@@ -43,7 +43,7 @@ def rectangle(along_y: float, along_z: float) -> Profile:
     _require(min(along_y, along_z) > 0.0, f"sides > 0, got {along_y:g} and {along_z:g}")
     long, short = max(along_y, along_z), min(along_y, along_z)
     odd = np.arange(1, 40, 2)
-    series = float(np.sum(np.tanh(0.5 * np.pi * odd * long / short) / odd**5))
+    series = float(np.sum(np.tanh(0.5 * np.pi * odd * min(long / short, 100.0)) / odd**5))
     torsion = long * short**3 / 3.0 * (1.0 - 192.0 / np.pi**5 * short / long * series)
     return Profile(along_y * along_z, along_y * along_z**3 / 12.0, along_z * along_y**3 / 12.0, torsion)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from tautflex.files.mesh.section_data import PRESTRESS as PRESTRESS_KEYS
 from tautflex.files.mesh.section_data import MeshSection, initial_forces, made
 from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import Support
+from tautflex.structure.links.link import Link
 from tautflex.structure.masses import PointMass
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, Section
 from tautflex.structure.model import Model
@@ -53,6 +54,10 @@ class MeshData:
         (c, 1), (b, 1).
     free_strain
         Strain that elements would take if they were free [-], shapes (element,): of temperatures, or given ones.
+    links
+        Displacements that follow others: of beams with offsets and pin flags, of supports along turned axes.
+    nonstructural_mass
+        Mass without stiffness that elements have beside that of their section [kg/m^2, kg/m], shapes (element,).
     """
 
     nodes: Array
@@ -67,6 +72,8 @@ class MeshData:
     sections: Mapping[str, MeshSection] = field(default_factory=dict)
     initial_stress: Mapping[str, Array] = field(default_factory=dict)
     free_strain: Mapping[str, Array] = field(default_factory=dict)
+    links: tuple[Link, ...] = ()
+    nonstructural_mass: Mapping[str, Array] = field(default_factory=dict)
     __repr__ = brief
 
     def values(self, kind: str, by_group: Mapping[str, float]) -> Array:
@@ -145,7 +152,9 @@ class MeshData:
         for kind, one in used.items():
             count = sum(len(getattr(self, part)) for part in PARTS[kind])
             of_file = any(section.kind == kind for section in self.sections.values())
-            if count and (stated or of_file or isinstance(one, Mapping)):
+            told = any(self.initial_stress.get(part, self._extra(part)).any() for part in PARTS[kind])
+            told = told or any(self._extra(part).any() for part in PARTS[kind])
+            if count and (stated or of_file or told or isinstance(one, Mapping)):
                 own = {name: keys for name, keys in stated.items() if set(self.groups[name]) & set(PARTS[kind])}
                 used[kind] = self._element_sections(kind, own, one)
                 given[PRESTRESS[kind]] = self._prestress(kind, used[kind], own, given.get(PRESTRESS[kind]), count)
@@ -160,7 +169,7 @@ class MeshData:
             cables=self.cables,
             beams=self.beams,
             **used,
-            **{"supports": self.supports, "masses": self.masses, **given},
+            **{"supports": self.supports, "masses": self.masses, "links": self.links, **given},
         )
 
     def _element_sections(self, kind: str, stated: Mapping[str, Mapping[str, Any]], given: Any) -> list[Section]:
@@ -171,16 +180,22 @@ class MeshData:
             key: value for key, value in rest.items() if len({str(one.values.get(key)) for one in own.values()}) < 2
         }
         whole = given is not None and not isinstance(given, Mapping)
-        found: dict[tuple[str, str], Section] = {}
-        pairs = list(zip(self._owners(kind, own), self._owners(kind, stated), strict=True))
-        for file, user in dict.fromkeys(pairs):
-            if whole and not user:
-                found[file, user] = given
-                continue
+        found: dict[tuple[str, str, float], Section] = {}
+        extra = np.concatenate([self._extra(part) for part in PARTS[kind]]).tolist()
+        each = list(zip(self._owners(kind, own), self._owners(kind, stated), extra, strict=True))
+        for file, user, more in dict.fromkeys(each):
             name = f"sections.{user or file}" if user or file else kind
             below = agreed if file else rest
-            found[file, user] = made(name, kind, own.get(file), {**below, **stated.get(user, {})})
-        return [found[pair] for pair in pairs]
+            section = (
+                given if whole and not user else made(name, kind, own.get(file), {**below, **stated.get(user, {})})
+            )
+            if more:
+                section = replace(section, nonstructural_mass=section.nonstructural_mass + more)
+            found[file, user, more] = section
+        return [found[one] for one in each]
+
+    def _extra(self, part: str) -> Array:
+        return self.nonstructural_mass.get(part, np.zeros(len(getattr(self, part))))
 
     def _prestress(
         self, kind: str, sections: Sequence[Section], stated: Mapping[str, Mapping[str, Any]], given: Any, count: int

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tautflex.errors import MeshError
 from tautflex.files.mesh.section_data import RawSection
 from tautflex.numeric import Array, Indices
+from tautflex.structure.links.link import Link
 
 CORNERS = {"triangles": 3, "quads": 4, "lines": 2}
 KINDS = tuple(CORNERS)
@@ -24,7 +25,8 @@ class RawGroup:
 
     ``directions`` are those that the file itself holds at these nodes; empty if it says nothing. ``doubt`` is why the
     file alone does not tell what the group is: an error, unless the user's names tell. ``sections`` are what the file
-    states of its elements of one kind or several.
+    states of its elements of one kind or several, ``nonstructural`` masses spread over them. ``links`` are equations of
+    nodes that are held along other directions, ``role`` what the file itself makes of the group.
     """
 
     name: str
@@ -32,6 +34,9 @@ class RawGroup:
     directions: tuple[str, ...] = ()
     doubt: str = ""
     sections: tuple[RawSection, ...] = ()
+    links: tuple[Link, ...] = ()
+    role: str = ""
+    nonstructural: tuple[RawNonstructural, ...] = ()
 
     def of(self, kind: str) -> Indices:
         """Rows of one kind."""
@@ -50,6 +55,18 @@ class RawMass:
     inertia: Array
     offset: Array
     node: int = -1
+
+
+@dataclass(frozen=True)
+class RawNonstructural:
+    """Mass without stiffness of the elements of a group, in the file's units.
+
+    ``per`` is ``"membrane"`` (per area), ``"line"`` (per length) or ``"total"``; ``where`` is its place for messages.
+    """
+
+    where: str
+    per: str
+    value: float
 
 
 @dataclass(frozen=True)
@@ -75,6 +92,8 @@ class RawMesh:
         Rigid bodies at nodes.
     stress
         Initial stress (sx, sy, txy) of elements of a kind, along lines the first alone, shapes (element, 3).
+    links
+        Links between rows of ``nodes``.
     """
 
     nodes: Array
@@ -85,6 +104,7 @@ class RawMesh:
     typed: bool
     masses: tuple[RawMass, ...] = ()
     stress: Mapping[str, Array] = field(default_factory=dict)
+    links: tuple[Link, ...] = ()
 
 
 class Numbering:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tautflex.errors import MeshError
 from tautflex.files.mesh.raw import CORNERS, KINDS, RawGroup, RawMass, RawMesh
 from tautflex.numeric import Array, Indices
+from tautflex.structure.links.link import Link
 
 WIDTHS = {"line2": 2, "line3": 3, "triangle3": 3, "triangle6": 6, "quad4": 4, "quad8": 8, "quad9": 9}
 """Number of nodes of the shapes that files hold: corners, nodes in the middle of the sides, centre."""
@@ -28,6 +29,8 @@ def simplified(
     groups: Iterable[RawGroup],
     typed: bool,
     masses: Iterable[RawMass] = (),
+    links: Iterable[Link] = (),
+    stress: Mapping[str, Array] | None = None,
 ) -> RawMesh:
     """Mesh of triangles, quads and lines from the shapes of `WIDTHS`.
 
@@ -51,6 +54,10 @@ def simplified(
         Whether the format's element types decide about roles.
     masses
         Rigid bodies at nodes.
+    links
+        Links between rows of ``nodes``.
+    stress
+        Initial stress (sx, sy, txy) of elements by shape, shapes (element, 3); along lines the first.
 
     Raises
     ------
@@ -66,6 +73,7 @@ def simplified(
     found: dict[str, Indices] = {}
     role: dict[str, NDArray[np.str_]] = {}
     first: dict[str, int] = {}
+    stressed: dict[str, Array] = {}
     for kind in KINDS:
         own = [shape for shape in WIDTHS if KIND_OF[shape] == kind and len(pieces.get(shape, ()))]
         widths = {pieces[shape].shape[2] for shape in own} or {CORNERS[kind]}
@@ -80,6 +88,8 @@ def simplified(
             count += pieces[shape].shape[0] * pieces[shape].shape[1]
         width = widths.pop()
         found[kind] = np.concatenate([np.zeros((0, width), np.int64), *(pieces[s].reshape(-1, width) for s in own)])
+        given = [np.repeat((stress or {}).get(s, np.zeros((len(elements[s]), 3))), pieces[s].shape[1], 0) for s in own]
+        stressed[kind] = np.concatenate([np.zeros((0, 3)), *given])
         role[kind] = np.concatenate([np.zeros(0, "<U8"), *(np.repeat(roles[s], pieces[s].shape[1]) for s in own)])
     split = [
         np.repeat(part, 2 if k else 1, axis=0)
@@ -94,7 +104,9 @@ def simplified(
                 (start + per * group.of(shape)[:, None] + np.arange(per)).ravel()
             )
         moved.append(replace(group, rows={kind: np.concatenate(parts) for kind, parts in rows.items()}))
-    return RawMesh(nodes, found, role, np.concatenate(split), tuple(moved), typed, tuple(masses))
+    return RawMesh(
+        nodes, found, role, np.concatenate(split), tuple(moved), typed, tuple(masses), stressed, tuple(links)
+    )
 
 
 def _halved(nodes: Array, quads: Indices) -> tuple[Array, Indices]:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import qr
 
-from tautflex.errors import MeshError
 from tautflex.numeric import Array
 from tautflex.structure.groups import DIRECTIONS
+from tautflex.structure.links.equation import LinkEquation
+from tautflex.structure.links.link import Link
 
 _SQUARE = 1e-9
+_ROUND_OFF = 1e-12
 
 
 @dataclass(frozen=True)
@@ -52,8 +55,8 @@ class System:
         return np.asarray(local @ self.axes)
 
 
-def global_directions(directions: Iterable[int], axes: Array | None, where: str) -> tuple[str, ...]:
-    """Names of held directions.
+def held_directions(directions: Iterable[int], axes: Array | None, node: int) -> tuple[tuple[str, ...], list[Link]]:
+    """Names of held directions, and equations for those along axes that are not x, y or z.
 
     Parameters
     ----------
@@ -61,26 +64,35 @@ def global_directions(directions: Iterable[int], axes: Array | None, where: str)
         0 to 5: three translations and three rotations in a system with ``axes`` as rows, shape (3, 3).
     axes
         None for the global ones.
-    where
-        Place for messages.
-
-    Raises
-    ------
-    MeshError
-        If what is held is not spanned by axes of the global system.
+    node
+        Number of the node, for the equations.
     """
-    held = set(directions)
+    held, links = set(directions), list[Link]()
     if axes is not None:
         turned = set()
         for first in (0, 3):
             own = axes[[k for k in range(3) if first + k in held]]
             spanned = own.T @ own
             flags = np.diag(spanned) > 0.5
-            if not np.allclose(spanned, np.diag(flags), atol=_SQUARE):
-                raise MeshError(
-                    f"{where}: expected supports along x, y or z, got one along turned axes; turn the whole model, or "
-                    "hold all three directions of the node"
-                )
-            turned |= {first + k for k in range(3) if flags[k]}
+            if np.allclose(spanned, np.diag(flags), atol=_SQUARE):
+                turned |= {first + k for k in range(3) if flags[k]}
+            else:
+                links += equal_along(own, node, None, DIRECTIONS[first : first + 3])
         held = turned
-    return tuple(DIRECTIONS[k] for k in sorted(held))
+    return tuple(DIRECTIONS[k] for k in sorted(held)), links
+
+
+def equal_along(kept: Array, node: int, other: int | None, names: tuple[str, ...]) -> Iterator[LinkEquation]:
+    """Equations ``e . (u - u_other) = 0`` for independent directions e, shape (m, 3); ``u_other = 0`` for None.
+
+    Each is solved for a displacement of ``node`` that no other of them is solved for.
+    """
+    _, triangle, order = qr(kept, mode="economic", pivoting=True)
+    count = len(kept)
+    of_rest = np.linalg.solve(triangle[:, :count], triangle[:, count:])
+    for row, pivot in enumerate(order[:count]):
+        weights = [(pivot, 1.0), *zip(order[count:], of_rest[row].tolist(), strict=True)]
+        terms = [(node, names[k], weight) for k, weight in weights if abs(weight) > _ROUND_OFF]
+        if other is not None:
+            terms += [(other, names[k], -weight) for k, weight in weights if abs(weight) > _ROUND_OFF]
+        yield LinkEquation(tuple(terms))

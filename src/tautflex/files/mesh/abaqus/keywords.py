@@ -22,7 +22,9 @@ WORDS = Words(
         "isotropic materials; others need theirs stated": "MATERIAL ELASTIC DENSITY NO_COMPRESSION NO_TENSION",
         "point masses and principal inertias": "MASS ROTARY_INERTIA",
         "directions of supports": "TRANSFORM",
-        "supports of the chosen step, OP=NEW included": "BOUNDARY STEP END_STEP FREQUENCY",
+        "supports and elements of the chosen step, OP=NEW included": "BOUNDARY STEP END_STEP FREQUENCY MODEL_CHANGE",
+        "mass per area or length, or in total, of the elements of a set": "NONSTRUCTURAL_MASS",
+        "stress of films, cables and beams (TYPE=STRESS); initial temperatures without effect": "INITIAL_CONDITIONS",
         "text": "INCLUDE HEADING",
     },
     idle={
@@ -61,7 +63,6 @@ WORDS = Words(
             "CYCLIC_SYMMETRY_MODEL NETWORK_MPC SUBMODEL",
             _JOIN,
         ),
-        "masses of other kinds": ("NONSTRUCTURAL_MASS", "add the mass to the density of the section"),
         "springs, dashpots and connectors": (
             "SPRING DASHPOT CONNECTOR_SECTION CONNECTOR_BEHAVIOR CONNECTOR_ELASTICITY CONNECTOR_DAMPING "
             "CONNECTOR_MOTION CONNECTOR_STOP CONNECTOR_LOAD JOINT JOINTED_MATERIAL GAP",
@@ -72,9 +73,8 @@ WORDS = Words(
             "CONTACT_INITIALIZATION_DATA CONTACT_INITIALIZATION_ASSIGNMENT CLEARANCE CONTACT_INTERFERENCE",
             _JOIN,
         ),
-        "parts that come or go": ("MODEL_CHANGE", "leave those elements out of the file"),
         "initial states": (
-            "INITIAL_CONDITIONS INITIAL_STRAIN_INCREASE",
+            "INITIAL_STRAIN_INCREASE",
             "state the prestress as membrane_stress, cable_tension, or in the case",
         ),
         "substructures and matrices": (

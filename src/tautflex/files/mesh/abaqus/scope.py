@@ -53,6 +53,7 @@ class Scope(Gathered):
     sections: list[Block] = field(default_factory=list)
     transforms: list[Block] = field(default_factory=list)
     bodies: list[Block] = field(default_factory=list)
+    nonstructural: list[Block] = field(default_factory=list)
 
     def read(self, block: Block) -> None:
         """Read a block of nodes, elements, sets, beam sections, transformed directions or masses."""
@@ -66,6 +67,8 @@ class Scope(Gathered):
             self.transforms.append(block)
         elif block.keyword in ("MASS", "ROTARY INERTIA"):
             self.bodies.append(block)
+        elif block.keyword == "NONSTRUCTURAL MASS":
+            self.nonstructural.append(block)
         else:
             self.sections.append(block)
 

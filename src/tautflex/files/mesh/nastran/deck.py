@@ -64,7 +64,8 @@ def read_nastran(text: str, folder: Folder | None = None, step: int | None = Non
         replace(body, node=int(nodes.rows(integers([number]), body.where)[0]))
         for number, body in deck.masses.bodies(deck.systems, deck.point, deck.axes)
     ]
-    return simplified(points, connectivity, roles, orientation, groups, True, masses)
+    points, connectivity["line2"], links = deck.elements.joined(points, connectivity["line2"], orientation, deck.turned)
+    return simplified(points, connectivity, roles, orientation, groups, True, masses, links)
 
 
 @dataclass
