@@ -90,7 +90,7 @@ def test_instances_in_their_places(read):
         (TWO + "*NODE, SYSTEM=C\n", "got 'SYSTEM'"),
         (TWO + "*BOUNDARY, TYPE=VELOCITY\nroots, 1\n", "TYPE=DISPLACEMENT"),
         (TWO + "*BOUNDARY, OP=OLD\nroots, 1\n", "OP=NEW or OP=MOD"),
-        (TWO + "*ELEMENT, TYPE=SPRINGA\n9, 1, 2\n", "springs are not read"),
+        (TWO + "*NODE\n1, 0\n*ELEMENT, TYPE=SPRING1\n9, 1\n", "expected *SPRING of every spring element"),
         (TWO + "*NSET, NSET=b,\n", "rest of a keyword"),
     ],
 )
@@ -160,7 +160,9 @@ def test_steps(read):
     assert held(read(FLAT + "*BOUNDARY\nroot, 1\n*STEP\n*STATIC\n*END STEP\n*STEP\n*STATIC\n*END STEP\n")) == {
         0: ("x",)
     }
-    with pytest.raises(MeshError, match=r"steps with the same supports and elements, got others \(1 has 2 cond.*, 2 has 1 .*\)"):
+    with pytest.raises(
+        MeshError, match=r"steps with the same supports and elements, got others \(1 has 2 cond.*, 2 has 1 .*\)"
+    ):
         read(FLAT + STEPS)
     with pytest.raises(MeshError, match="expected step = 1 to 2, a step of the file, got 3"):
         read(FLAT + STEPS, step=3)

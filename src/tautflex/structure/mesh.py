@@ -181,5 +181,10 @@ def connected_pieces(node_count: int, connectivities: list[Indices], linked: Ind
             f"nodes: node {int(loose[0])} belongs to no element ({loose.size} such node(s)); "
             "remove unused nodes or connect them"
         )
-    graph = coo_array((np.ones(rows.size), (rows, columns)), shape=(node_count, node_count))
+    return linked_pieces(node_count, np.stack([rows, columns], axis=1))
+
+
+def linked_pieces(node_count: int, pairs: Indices) -> Indices:
+    """Number of the piece that each node belongs to, shape (node,), of those that pairs (pair, 2) join."""
+    graph = coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(node_count, node_count))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

@@ -172,11 +172,12 @@ class Model(Numbering):
         for support in self.supports:
             checks.indices("supports", support.nodes, len(self.nodes), error=MeshError)
         connectivity = [group.connectivity for group in self.groups]
-        pieces = connected_pieces(len(self.nodes), connectivity, self._linked_pairs)
+        pieces = connected_pieces(len(self.nodes), connectivity, self.linked_pairs)
         self._require_held(pieces)
         for number, spring in enumerate(self.springs):
             spring.axes_at(self.nodes)
             still = [node for node in spring.joined if self.dof_offset[node + 1] - self.dof_offset[node] < 6]
+            still = [node for node in still if not np.isin(self.translation_dofs[node], self.fixed_dofs).all()]
             if spring.turns and still:
                 raise MeshError(
                     f"springs[{number}]: expected nodes that turn, got node {still[0]}, which no beam or rigid link "
@@ -229,7 +230,7 @@ class Model(Numbering):
         return card(self, lines)
 
     @property
-    def _linked_pairs(self) -> Indices:
+    def linked_pairs(self) -> Indices:
         """Pairs of nodes that links and springs join, shape (pair, 2)."""
         joined = [(spring.nodes[0], node) for spring in self.springs for node in spring.nodes[1:]]
         owner = np.repeat(np.arange(len(self.nodes)), np.diff(self.dof_offset))
@@ -285,7 +286,12 @@ class Model(Numbering):
         return np.concatenate([np.zeros((0, 2), dtype=np.int64), *found])
 
     def centre(self, kind: str, element: int) -> Array:
-        """Mean of an element's nodes [m], shape (3,); elements are numbered through all groups of their kind."""
+        """Mean of an element's nodes [m], shape (3,); elements are numbered through all groups of their kind.
+
+        The place of a node, if the kind is ``"linked node"``.
+        """
+        if kind == "linked node":
+            return np.asarray(self.nodes[element])
         for group in self.groups:
             if group.section.kind == kind:
                 if element < len(group.connectivity):

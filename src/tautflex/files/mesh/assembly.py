@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,16 +11,17 @@ from numpy.typing import NDArray
 from tautflex.errors import InputError, MeshError
 from tautflex.files.mesh import roles
 from tautflex.files.mesh.mesh_data import MeshData
-from tautflex.files.mesh.raw import KINDS, RawGroup, RawMesh, integers, shorten
+from tautflex.files.mesh.raw import KINDS, RawGroup, RawMesh, shorten
+from tautflex.files.mesh.raw_links import RawLink, attached, finished
 from tautflex.files.mesh.spread import in_kilograms, initial_stress, nonstructural, section_numbers, sections
 from tautflex.numeric import Indices
 from tautflex.structure.groups import DIRECTIONS, Support
 from tautflex.structure.links.equation import LinkEquation
 from tautflex.structure.links.link import Link
-from tautflex.structure.links.rigid import RigidLink
 from tautflex.structure.masses import PointMass
 from tautflex.structure.mesh import check_elements
 from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6
+from tautflex.structure.springs import Spring
 
 DEFAULT_ORIENTATION = (0.0, 0.0, 1.0)  # that of Model.from_mesh
 _CHOICES = {"triangles": ("membrane",), "quads": ("membrane",), "lines": ("cable", "beam")}
@@ -53,7 +53,7 @@ def assemble(
     _require_no_doubt(raw, stated)
     role = {kind: np.full(len(raw.elements[kind]), "", dtype="<U8") for kind in KINDS}
     held: list[tuple[str, Indices, tuple[str, ...]]] = []
-    left_out, skew = [], list[Link]()
+    left_out, skew = [], list[RawLink]()
     for group in raw.groups:
         own = stated.get(group.name.strip().casefold())
         found = own or _role(raw, group)
@@ -142,7 +142,7 @@ def _collect(
     raw: RawMesh,
     role: Mapping[str, NDArray[np.str_]],
     held: list[tuple[str, Indices, tuple[str, ...]]],
-    skew: list[Link],
+    skew: list[RawLink],
     unit_length: float,
     unit_mass: float | None,
 ) -> MeshData:
@@ -157,13 +157,12 @@ def _collect(
         copies = len(connectivity) - len(np.unique(np.sort(connectivity, axis=1), axis=0))
         if copies:
             raise MeshError(f"{part}: {copies} element(s) join the same nodes as another one; remove the copies")
-    linked = integers(node for link in raw.links for node in link.joined)
-    used = np.unique(np.concatenate([linked, *(connectivity.ravel() for connectivity in elements.values())]))
-    if not any(len(connectivity) for connectivity in elements.values()):
+    used = np.unique(np.concatenate([connectivity.ravel() for connectivity in elements.values()]))
+    links, used = attached(raw.links, used)
+    if not used.size:
         raise MeshError("mesh: expected triangles, cables or beams, got none; put the elements into named groups")
     new = {part: _renumbering(rows, len(raw.elements[_PARTS[part][0]])) for part, rows in chosen.items()}
     new["nodes"] = _renumbering(used, len(raw.nodes))
-    turning = {*elements["beams"].ravel().tolist(), *(node for link in raw.links for node in link.turning)}
     parts: dict[str, Any] = {part: new["nodes"][connectivity] for part, connectivity in elements.items()}
     nodes = raw.nodes[used] * unit_length
     triangle = TRIANGLE6 if parts["triangles"].shape[1] == 6 else TRIANGLE3
@@ -172,6 +171,8 @@ def _collect(
     orientation = np.where(np.isnan(raw.orientation), DEFAULT_ORIENTATION, raw.orientation)[chosen["beams"]]
     stress = {part: initial_stress(raw, _PARTS[part][0], rows, unit_length, unit_mass) for part, rows in chosen.items()}
     supports = _supports([(name, new["nodes"][rows], directions) for name, rows, directions in held])
+    skew = list(_held_along(skew, used, elements["beams"], links))
+    joined = list(finished([*links, *skew], new["nodes"], unit_length, unit_mass))
     return MeshData(
         nodes,
         **parts,
@@ -182,27 +183,22 @@ def _collect(
         initial_stress={part: found for part, found in stress.items() if found is not None},
         nonstructural_mass={part: extra[_PARTS[part][0]][rows] for part, rows in chosen.items()},
         sections=dict(sections(raw, role, unit_length, unit_mass)),
-        links=(*(renumbered(link, new["nodes"]) for link in raw.links), *_held_along(skew, new["nodes"], turning)),
+        links=tuple(one for one in joined if isinstance(one, Link)),
+        springs=tuple(one for one in joined if isinstance(one, Spring)),
     )
 
 
-def renumbered(link: Link, new: Indices) -> Link:
-    """Link between nodes with new numbers."""
-    if isinstance(link, RigidLink):
-        return replace(link, reference=int(new[link.reference]), nodes=tuple(new[list(link.nodes)].tolist()))
-    assert isinstance(link, LinkEquation)
-    return replace(link, terms=tuple((int(new[node]), name, factor) for node, name, factor in link.terms))
-
-
-def _held_along(skew: list[Link], new: Indices, turning: set[int]) -> Iterator[Link]:
+def _held_along(skew: list[RawLink], used: Indices, beams: Indices, links: list[RawLink]) -> Iterator[RawLink]:
     """Supports along turned axes; rotations of nodes that have none are held anyway."""
-    for link in skew:
-        assert isinstance(link, LinkEquation)
-        node, name, _ = link.terms[0]
-        if new[node] < 0:
-            raise MeshError("support in turned directions: its node belongs to no element; correct it")
+    there = set(used.tolist())
+    turning = {*beams.ravel().tolist(), *(node for raw in links for node in getattr(raw.link, "turning", ()))}
+    for raw in skew:
+        assert isinstance(raw.link, LinkEquation)
+        node, name, _ = raw.link.terms[0]
+        if node not in there:
+            raise MeshError(f"{raw.where}: its node belongs to no element; correct the support")
         if name in DIRECTIONS[:3] or node in turning:
-            yield renumbered(link, new)
+            yield raw
 
 
 def _bodies(raw: RawMesh, new: Indices, unit_length: float, unit_mass: float | None) -> Iterator[PointMass]:

@@ -18,6 +18,7 @@ from tautflex.structure.links.link import Link
 from tautflex.structure.masses import PointMass
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, Section
 from tautflex.structure.model import Model
+from tautflex.structure.springs import Spring
 from tautflex.text import brief
 
 PARTS = {"membrane": ("triangles", "quads"), "cable": ("cables",), "beam": ("beams",)}
@@ -47,6 +48,8 @@ class MeshData:
         states none, that of `Model.from_mesh`.
     masses
         Rigid bodies at nodes.
+    links, springs
+        What joins nodes beside elements.
     sections
         What the file states about the section of each group; elements of one stand in a row.
     initial_stress
@@ -54,8 +57,6 @@ class MeshData:
         (c, 1), (b, 1).
     free_strain
         Strain that elements would take if they were free [-], shapes (element,): of temperatures, or given ones.
-    links
-        Displacements that follow others: of beams with offsets and pin flags, of supports along turned axes.
     nonstructural_mass
         Mass without stiffness that elements have beside that of their section [kg/m^2, kg/m], shapes (element,).
     """
@@ -69,10 +70,11 @@ class MeshData:
     quads: Indices = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
     beam_orientation: Array | None = None
     masses: tuple[PointMass, ...] = ()
+    links: tuple[Link, ...] = ()
+    springs: tuple[Spring, ...] = ()
     sections: Mapping[str, MeshSection] = field(default_factory=dict)
     initial_stress: Mapping[str, Array] = field(default_factory=dict)
     free_strain: Mapping[str, Array] = field(default_factory=dict)
-    links: tuple[Link, ...] = ()
     nonstructural_mass: Mapping[str, Array] = field(default_factory=dict)
     __repr__ = brief
 
@@ -135,8 +137,8 @@ class MeshData:
             `MeshSection`, ``strain``, ``law``, ``slack``, and ``stress_x`` and ``stress_y`` [Pa], ``tension`` or
             ``axial_force`` [N].
         **given
-            Prestress, orientations, prestress mode; ``supports``, ``masses``, ``beam_orientation`` and prestress
-            replace those of the file.
+            Prestress, orientations, prestress mode; ``supports``, ``masses``, ``links``, ``springs``,
+            ``beam_orientation`` and prestress replace those of the file.
 
         Raises
         ------
@@ -169,7 +171,8 @@ class MeshData:
             cables=self.cables,
             beams=self.beams,
             **used,
-            **{"supports": self.supports, "masses": self.masses, "links": self.links, **given},
+            **{name: getattr(self, name) for name in ("supports", "masses", "links", "springs") if name not in given},
+            **given,
         )
 
     def _element_sections(self, kind: str, stated: Mapping[str, Mapping[str, Any]], given: Any) -> list[Section]:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import MeshError
+from tautflex.files.mesh.raw_links import RawLink
 from tautflex.files.mesh.section_data import RawSection
 from tautflex.numeric import Array, Indices
-from tautflex.structure.links.link import Link
 
 CORNERS = {"triangles": 3, "quads": 4, "lines": 2}
 KINDS = tuple(CORNERS)
@@ -34,7 +34,7 @@ class RawGroup:
     directions: tuple[str, ...] = ()
     doubt: str = ""
     sections: tuple[RawSection, ...] = ()
-    links: tuple[Link, ...] = ()
+    links: tuple[RawLink, ...] = ()
     role: str = ""
     nonstructural: tuple[RawNonstructural, ...] = ()
 
@@ -90,10 +90,10 @@ class RawMesh:
         Whether the format's element types decide about roles (Abaqus, Nastran) or its names do (Gmsh).
     masses
         Rigid bodies at nodes.
+    links
+        Links and springs between nodes.
     stress
         Initial stress (sx, sy, txy) of elements of a kind, along lines the first alone, shapes (element, 3).
-    links
-        Links between rows of ``nodes``.
     """
 
     nodes: Array
@@ -103,8 +103,8 @@ class RawMesh:
     groups: tuple[RawGroup, ...]
     typed: bool
     masses: tuple[RawMass, ...] = ()
+    links: tuple[RawLink, ...] = ()
     stress: Mapping[str, Array] = field(default_factory=dict)
-    links: tuple[Link, ...] = ()
 
 
 class Numbering:

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.raw import CORNERS, KINDS, RawGroup, RawMass, RawMesh
+from tautflex.files.mesh.raw_links import RawLink
 from tautflex.numeric import Array, Indices
-from tautflex.structure.links.link import Link
 
 WIDTHS = {"line2": 2, "line3": 3, "triangle3": 3, "triangle6": 6, "quad4": 4, "quad8": 8, "quad9": 9}
 """Number of nodes of the shapes that files hold: corners, nodes in the middle of the sides, centre."""
@@ -29,7 +29,7 @@ def simplified(
     groups: Iterable[RawGroup],
     typed: bool,
     masses: Iterable[RawMass] = (),
-    links: Iterable[Link] = (),
+    links: Iterable[RawLink] = (),
     stress: Mapping[str, Array] | None = None,
 ) -> RawMesh:
     """Mesh of triangles, quads and lines from the shapes of `WIDTHS`.
@@ -55,7 +55,7 @@ def simplified(
     masses
         Rigid bodies at nodes.
     links
-        Links between rows of ``nodes``.
+        Links and springs between nodes.
     stress
         Initial stress (sx, sy, txy) of elements by shape, shapes (element, 3); along lines the first.
 
@@ -104,9 +104,8 @@ def simplified(
                 (start + per * group.of(shape)[:, None] + np.arange(per)).ravel()
             )
         moved.append(replace(group, rows={kind: np.concatenate(parts) for kind, parts in rows.items()}))
-    return RawMesh(
-        nodes, found, role, np.concatenate(split), tuple(moved), typed, tuple(masses), stressed, tuple(links)
-    )
+    split_orientation = np.concatenate(split)
+    return RawMesh(nodes, found, role, split_orientation, tuple(moved), typed, tuple(masses), tuple(links), stressed)
 
 
 def _halved(nodes: Array, quads: Indices) -> tuple[Array, Indices]:

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import qr
 
+from tautflex.errors import MeshError
+from tautflex.files.mesh.raw_links import RawLink
 from tautflex.numeric import Array
 from tautflex.structure.groups import DIRECTIONS
 from tautflex.structure.links.equation import LinkEquation
-from tautflex.structure.links.link import Link
 
 _SQUARE = 1e-9
 _ROUND_OFF = 1e-12
@@ -55,7 +56,9 @@ class System:
         return np.asarray(local @ self.axes)
 
 
-def held_directions(directions: Iterable[int], axes: Array | None, node: int) -> tuple[tuple[str, ...], list[Link]]:
+def held_directions(
+    directions: Iterable[int], axes: Array | None, node: int, where: str
+) -> tuple[tuple[str, ...], list[RawLink]]:
     """Names of held directions, and equations for those along axes that are not x, y or z.
 
     Parameters
@@ -65,9 +68,11 @@ def held_directions(directions: Iterable[int], axes: Array | None, node: int) ->
     axes
         None for the global ones.
     node
-        Number of the node, for the equations.
+        Row of the node, for the equations.
+    where
+        Place for messages.
     """
-    held, links = set(directions), list[Link]()
+    held, links = set(directions), list[RawLink]()
     if axes is not None:
         turned = set()
         for first in (0, 3):
@@ -77,22 +82,30 @@ def held_directions(directions: Iterable[int], axes: Array | None, node: int) ->
             if np.allclose(spanned, np.diag(flags), atol=_SQUARE):
                 turned |= {first + k for k in range(3) if flags[k]}
             else:
-                links += equal_along(own, node, None, DIRECTIONS[first : first + 3])
+                links += [RawLink(where, one) for one in _held_along(own, node, DIRECTIONS[first : first + 3])]
         held = turned
     return tuple(DIRECTIONS[k] for k in sorted(held)), links
 
 
-def equal_along(kept: Array, node: int, other: int | None, names: tuple[str, ...]) -> Iterator[LinkEquation]:
-    """Equations ``e . (u - u_other) = 0`` for independent directions e, shape (m, 3); ``u_other = 0`` for None.
+def _held_along(directions: Array, node: int, names: tuple[str, ...]) -> Iterator[LinkEquation]:
+    """Equations ``e . u = 0`` for independent directions e, shape (m, 3).
 
-    Each is solved for a displacement of ``node`` that no other of them is solved for.
+    Each is solved for a displacement that no other of them has.
     """
-    _, triangle, order = qr(kept, mode="economic", pivoting=True)
-    count = len(kept)
+    _, triangle, order = qr(directions, mode="economic", pivoting=True)
+    count = len(directions)
     of_rest = np.linalg.solve(triangle[:, :count], triangle[:, count:])
     for row, pivot in enumerate(order[:count]):
         weights = [(pivot, 1.0), *zip(order[count:], of_rest[row].tolist(), strict=True)]
-        terms = [(node, names[k], weight) for k, weight in weights if abs(weight) > _ROUND_OFF]
-        if other is not None:
-            terms += [(other, names[k], -weight) for k, weight in weights if abs(weight) > _ROUND_OFF]
-        yield LinkEquation(tuple(terms))
+        yield LinkEquation(tuple((node, names[k], weight) for k, weight in weights if abs(weight) > _ROUND_OFF))
+
+
+def global_directions(directions: Iterable[int], axes: Array | None, where: str) -> tuple[str, ...]:
+    """Names of directions as of `held_directions`; MeshError if they are not spanned by x, y and z."""
+    found, turned = held_directions(directions, axes, 0, where)
+    if turned:
+        raise MeshError(
+            f"{where}: expected directions along x, y or z, got one along turned axes; turn the whole model, or give "
+            "all three directions of the node"
+        )
+    return found

@@ -109,11 +109,11 @@ def held_groups(conditions: list[Block], names: Names, axes: dict[int, Array], b
             for row in rows[own].tolist():
                 turned.setdefault(row, set()).update(directions)
             if not own.all():
-                held, _ = held_directions(directions, None, 0)
+                held, _ = held_directions(directions, None, 0, where)
                 yield RawGroup(f"boundary {target}", {"nodes": rows[~own]}, held)
     alike: dict[tuple[str, ...], list[int]] = {}
     for row, found in turned.items():
-        along, links = held_directions(found, axes[row], row)
+        along, links = held_directions(found, axes[row], row, "BOUNDARY of a transformed node")
         if along:
             alike.setdefault(along, []).append(row)
         if links:

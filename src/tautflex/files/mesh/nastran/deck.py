@@ -12,8 +12,10 @@ from tautflex.files.mesh.nastran.cards import WORDS
 from tautflex.files.mesh.nastran.case_control import bulk_and_selection
 from tautflex.files.mesh.nastran.coordinates import Systems
 from tautflex.files.mesh.nastran.elements import Elements
+from tautflex.files.mesh.nastran.links import LINKS, Links
 from tautflex.files.mesh.nastran.masses import MASSES, Masses
 from tautflex.files.mesh.nastran.properties import PROPERTIES, Properties
+from tautflex.files.mesh.nastran.springs import SPRINGS, Springs
 from tautflex.files.mesh.nastran.supports import Supports, components, held_groups
 from tautflex.files.mesh.nastran.text import Card, cards, included
 from tautflex.files.mesh.numerals import natural, vector
@@ -53,9 +55,14 @@ def read_nastran(text: str, folder: Folder | None = None, step: int | None = Non
     deck.elements.finish()
     points, nodes = deck.positions(), deck.elements.nodes("grid point")
     connectivity = deck.elements.connectivity(nodes)
+    links = [
+        *deck.links.links(selection, nodes, deck.axes),
+        *deck.springs.springs(nodes, deck.point, deck.axes, deck.systems),
+    ]
+    joined = [connectivity[shape].ravel() for shape in connectivity] + [integers(one.link.joined) for one in links]
     groups = [
         *deck.elements.groups(deck.properties, deck.masses.factor or 1.0),
-        *held_groups("grid", deck.held_points(connectivity), nodes, deck.axes),
+        *held_groups("grid", deck.held_points(np.concatenate(joined)), nodes, deck.axes),
         *deck.supports.groups(selection, nodes, deck.axes),
     ]
     roles = {shape: np.array(own, dtype="<U8") for shape, own in deck.elements.roles.items()}
@@ -64,8 +71,9 @@ def read_nastran(text: str, folder: Folder | None = None, step: int | None = Non
         replace(body, node=int(nodes.rows(integers([number]), body.where)[0]))
         for number, body in deck.masses.bodies(deck.systems, deck.point, deck.axes)
     ]
-    points, connectivity["line2"], links = deck.elements.joined(points, connectivity["line2"], orientation, deck.turned)
-    return simplified(points, connectivity, roles, orientation, groups, True, masses, links)
+    connectivity["line2"], ends = deck.elements.moved_ends(points, connectivity["line2"], orientation, deck.turned)
+    points = np.reshape(ends.points, (-1, 3))
+    return simplified(points, connectivity, roles, orientation, groups, True, masses, [*ends.links, *links])
 
 
 @dataclass
@@ -76,6 +84,8 @@ class _Deck:
     supports: Supports = field(default_factory=Supports)
     masses: Masses = field(default_factory=Masses)
     properties: Properties = field(default_factory=Properties)
+    links: Links = field(default_factory=Links)
+    springs: Springs = field(default_factory=Springs)
     grid: dict[int, Card] = field(default_factory=dict)
     point_defaults: Card | None = None
 
@@ -104,6 +114,10 @@ class _Deck:
             self.properties.read(card)
             if card.name in ("PSHELL", "PCOMP", "PCOMPG"):
                 self.elements.read(card)
+        elif card.name in LINKS:
+            self.links.read(card)
+        elif card.name in SPRINGS:
+            self.springs.read(card)
         else:
             self.elements.read(card)
 
@@ -143,9 +157,9 @@ class _Deck:
         axes = self.axes(number)
         return vector if axes is None else np.asarray(vector @ axes)
 
-    def held_points(self, connectivity: dict[str, Indices]) -> dict[int, set[int]]:
-        """Permanent constraints of points that belong to an element."""
-        used = set(np.unique(np.concatenate([rows.ravel() for rows in connectivity.values()])).tolist())
+    def held_points(self, joined: Indices) -> dict[int, set[int]]:
+        """Permanent constraints of points that belong to an element or a link, given their rows."""
+        used = set(joined.tolist())
         held = {}
         for row, number in enumerate(self.elements.node_numbers):
             card = self.grid[number]

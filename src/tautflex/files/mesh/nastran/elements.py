@@ -11,14 +11,12 @@ import numpy as np
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.gathered import UNSTATED, Gathered
-from tautflex.files.mesh.nastran.joints import Joints
+from tautflex.files.mesh.nastran.ends import ENDS, MovedEnds, Turned, offset
 from tautflex.files.mesh.nastran.properties import Properties
-from tautflex.files.mesh.nastran.supports import components
 from tautflex.files.mesh.nastran.text import Card
 from tautflex.files.mesh.numerals import natural, vector
 from tautflex.files.mesh.raw import RawGroup, integers, shorten
 from tautflex.numeric import Array, Indices
-from tautflex.structure.links.link import Link
 
 _INTEGER = re.compile(r"\+?\d{1,19}")
 _OFFSET_FLAG = re.compile(r"[GB][GO][GO]", re.IGNORECASE)
@@ -49,7 +47,6 @@ LAYOUTS = {
 }
 _DEFAULTS = {"CBAR": "BAROR", "CBEAM": "BEAMOR"}
 ORIENTATION = (5, 6, 7, 8)
-_PINS, _OFFSETS = (9, 10), ((11, 12, 13), (14, 15, 16))
 
 
 @dataclass
@@ -86,10 +83,10 @@ class Elements(Gathered):
                         self.roles[shape][row] = "shell"
 
     def _element(self, card: Card, layout: Layout) -> None:
-        """Read one element; thicknesses, offsets of films and whatever else is filled is refused by its field."""
+        """Read one element; thicknesses and whatever else is filled is refused by its field."""
         beam = layout.role == "beam"
         own = (1,) if card.name == "CONROD" else (1, 2)
-        card.require_only(*own, *layout.nodes, *layout.idle, *(range(5, 17) if beam else ()))
+        card.require_only(*own, *layout.nodes, *layout.idle, *((*ORIENTATION, *ENDS) if beam else ()))
         numbers = [natural(card.get(place), card.where) for place in (1, *layout.nodes)]
         shape, row = self.add(layout.shape, layout.role, numbers, card.name)
         default = self.defaults.get(_DEFAULTS.get(card.name, ""))
@@ -136,8 +133,8 @@ class Elements(Gathered):
                 raise MeshError(f"{card.where}: expected GGG or BGG in field 9, got {shorten(given[3])}; correct it")
             if not any(given[:3]):
                 continue
-            along = point(second, card.where) - point(first, card.where)
-            along = along + self._offset(card, 1, turned) - self._offset(card, 0, turned)
+            along = point(second, card.where) + offset(card, 1, second, turned)
+            along -= point(first, card.where) + offset(card, 0, first, turned)
             if _INTEGER.fullmatch(given[0]) and not any(given[1:3]):
                 side = point(natural(given[0], card.where), card.where) - point(first, card.where)
             else:
@@ -150,36 +147,13 @@ class Elements(Gathered):
                 )
         return result
 
-    def joined(
-        self, points: Array, lines: Indices, orientation: Array, turned: Callable[[int, Array, str], Array]
-    ) -> tuple[Array, Indices, list[Link]]:
-        """Points, lines and links with offsets and pin flags: ends of their own where there are some.
-
-        ``points``, ``lines`` and ``orientation`` are those of the grid points, shapes (point, 3), (line, 2), (line, 3).
-        """
-        joints, lines = Joints(points), lines.copy()
+    def moved_ends(
+        self, points: Array, lines: Indices, orientation: Array, turned: Turned
+    ) -> tuple[Indices, MovedEnds]:
+        """Rows of nodes of the lines, with new ones for offset and pinned ends, and these."""
+        moved, lines = MovedEnds(list(points)), lines.copy()
         for row, card in self.beams:
-            for end in (0, 1):
-                shift = self._offset(card, end, turned)
-                if shift.any():
-                    lines[row, end] = joints.offset(int(lines[row, end]), shift)
-            ends = lines[row].copy()
-            for end, place in enumerate(_PINS):
-                if card.get(place) not in ("", "0"):
-                    pins = components(card.get(place), card.where)
-                    lines[row, end] = joints.released(int(ends[end]), pins, ends, orientation[row])
-        return joints.points, lines, joints.links
-
-    def _offset(self, card: Card, end: int, turned: Callable[[int, Array, str], Array]) -> Array:
-        """Offset of an end from its grid point in basic coordinates."""
-        given = vector([card.get(place) for place in _OFFSETS[end]], card.where)
-        if not given.any():
-            return given
-        flag = (card.get(8) or self._default(card, 8) or "GGG").upper()
-        if flag[1 + end : 2 + end] != "G":
-            raise MeshError(f"{card.where}: expected offsets in axes of the grid point, got {flag}; write them as GGG")
-        return turned(natural(card.get(3 + end), card.where), given, card.where)
-
-    def _default(self, card: Card, place: int) -> str:
-        default = self.defaults.get(_DEFAULTS.get(card.name, ""))
-        return "" if default is None else default.get(place)
+            if any(card.get(place) for place in ENDS):
+                numbers = [natural(card.get(place), card.where) for place in (3, 4)]
+                lines[row] = moved.place(card, lines[row], numbers, orientation[row], turned)
+        return lines, moved

@@ -92,7 +92,7 @@ def held_groups(
     alike: dict[tuple[str, ...], list[int]] = {}
     for point, directions in held.items():
         row = nodes.rows(integers([point]), name)
-        found, links = held_directions(directions, axes(point), int(row[0]))
+        found, links = held_directions(directions, axes(point), int(row[0]), f"{name}: grid point {point}")
         if found:
             alike.setdefault(found, []).append(point)
         if links:
