@@ -10,7 +10,7 @@ import pytest
 import tautflex as tf
 from tautflex import InputError
 from tautflex.cli import main
-from tautflex.structure.profiles import box, double_tee, rectangle, tube
+from tautflex.files.mesh.section.profiles import box, double_tee, rectangle, tube
 from verification import decks
 from verification.decks import CLAMPED_FREE, beam_frequency
 

@@ -69,7 +69,8 @@ def _about_sections(case: Case, state: PrestressedState) -> Iterator[str]:
     """What the case states of a whole kind of elements and some have otherwise."""
     for name, (kind, stated) in stated_sections(case).items():
         own = [group.section for group in state.model.groups if group.section.kind == kind]
-        for key, value in stated.items() if case.mesh.file is not None else ():
+        one_for_all = kind == "membrane" and (case.membrane.layers or case.membrane.youngs_modulus_y)
+        for key, value in stated.items() if case.mesh.file is not None and not one_for_all else ():
             found = {str(getattr(one, key, getattr(one.material, key, value))) for one in own} - {str(value)}
             if found:
                 yield (
@@ -86,8 +87,8 @@ def _about_mesh(case: Case) -> Iterator[str]:
 
 def _about_cables(case: Case) -> Iterator[str]:
     cables, have = case.cables, case.mesh.node_spaces
-    if cables is None or cables.per_long_edge is None or cables.per_short_edge is None:
-        return  # a mesh file has its cables where it has them
+    if cables is None or cables.per_long_edge is None or cables.per_short_edge is None or case.edge_cords is not None:
+        return  # a mesh file has its cables where it has them, cords hold edges between cables
     spaces = (cables.per_long_edge - 1, cables.per_short_edge - 1)
     if have[0] > spaces[0] or have[1] > spaces[1]:
         what = "cells" if have == case.mesh.divisions else "spaces between nodes"

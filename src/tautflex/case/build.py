@@ -12,11 +12,12 @@ from tautflex import checks
 from tautflex.case.options import within
 from tautflex.case.schema import Case
 from tautflex.case.sections.inputs import nearest_node
+from tautflex.case.sections.structural import EdgeCords, Membrane
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.hub_torque import HubTorque
 from tautflex.errors import CaseError, InputError, MeshError
 from tautflex.files.mesh import read_mesh
-from tautflex.files.mesh.section_data import PRESTRESS, keys, made
+from tautflex.files.mesh.section.section_data import PRESTRESS, keys, made
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.motion.kinematics import Maneuver
@@ -24,11 +25,22 @@ from tautflex.numeric import within_arithmetic
 from tautflex.reduction.inputs import require_linear
 from tautflex.solvers.plausibility import point_text
 from tautflex.solvers.static.equip import equip
+from tautflex.solvers.static.form import find_form
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.masses import PointMass
+from tautflex.structure.materials import (
+    BeamSection,
+    CableSection,
+    Material,
+    MembraneSection,
+    OrthotropicMaterial,
+    Section,
+    laminate,
+)
 from tautflex.structure.mesh import blend_by_direction
 from tautflex.structure.model import Model
+from tautflex.structure.scalloped import build_scalloped_antenna
 
 
 @within_arithmetic()
@@ -69,7 +81,11 @@ def _bare_model(case: Case) -> Model:
     film, mesh, cables, frame = case.membrane, case.mesh, case.cables, case.frame
     if mesh.file is not None:
         return _meshed_model(case, mesh.file)
-    sections = {name: made(name, kind, None, own) for name, (kind, own) in stated_sections(case).items()}
+    own = _membrane_section(film)
+    sections = {
+        name: made(name, kind, None, stated) if own is None or kind != "membrane" else own
+        for name, (kind, stated) in stated_sections(case).items()
+    }
     stress, mode = membrane_stress(case) or (0.0, 0.0, 0.0), case.prestress.mode or "equilibrium"
     shape: dict[str, Any] = {"length": film.length, "width": film.width, "element": mesh.element}
     shape |= {"divisions": mesh.divisions, "pattern": mesh.pattern}
@@ -78,10 +94,14 @@ def _bare_model(case: Case) -> Model:
         return build_fixed_film(AntennaLayout(**shape), membrane, stress)
     shape |= {"frame_length": frame.length, "frame_width": frame.width, "support": frame.support}
     shape |= {f"cables_{name}": getattr(cables, name) for name in ("per_long_edge", "per_short_edge")}
-    layout = AntennaLayout(**shape, distribution=cables.distribution)
-    given: dict[str, Any] = {name: getattr(cables, name) for name in ("pretension_x", "pretension_y")}
-    given |= {"membrane_stress": stress, "prestress_mode": mode, "cable": sections["cables"], "beam": sections["frame"]}
-    return build_antenna(layout, membrane, frame=given.pop("beam"), **given)
+    layout = AntennaLayout(**shape, distribution=cables.distribution, cable_segments=cables.segments)
+    cable: Any = sections["cables"]
+    beam: Any = sections["frame"]
+    if case.edge_cords is not None:
+        return _scalloped(layout, case.edge_cords, (membrane, cable, beam), stress)
+    pull_x, pull_y = cables.pretensions
+    tensions = {"pretension_x": pull_x, "pretension_y": pull_y}
+    return build_antenna(layout, membrane, cable, beam, **tensions, membrane_stress=stress, prestress_mode=mode)
 
 
 def stated_sections(case: Case) -> dict[str, tuple[str, dict[str, Any]]]:
@@ -121,6 +141,7 @@ def _meshed_model(case: Case, file: str) -> Model:
         given["cable_tension"] = blend_by_direction(mesh.nodes, mesh.cables, cables.pretension_x, cables.pretension_y)
     sections = {name: one.model_dump(exclude_none=True) for name, one in (told.sections or {}).items()}
     given |= dict(stated_sections(case).values())
+    given["membrane"] = _membrane_section(case.membrane) or given["membrane"]
     try:
         model = mesh.model(sections=sections, prestress_mode=case.prestress.mode or "equilibrium", **given)
     except InputError as error:
@@ -134,6 +155,43 @@ def _meshed_model(case: Case, file: str) -> Model:
                 f"{place}; give cables.pretension_x and pretension_y, or tension under [mesh.sections.NAME]"
             )
     return model
+
+
+def _scalloped(
+    layout: AntennaLayout,
+    given: EdgeCords,
+    sections: tuple[MembraneSection, CableSection, BeamSection],
+    stress: tuple[float, float, float],
+) -> Model:
+    """Antenna between cut edges, its nodes where the film's stress balances the cords."""
+    membrane, cable, frame = sections
+    cord = CableSection(Material(given.youngs_modulus, given.density), given.area, cable.strain)
+    with within("edge_cords"):
+        chosen: dict[str, Any] = {"sag": given.sag, "corners": given.corners, "membrane_stress": stress[:2]}
+        return find_form(build_scalloped_antenna(layout, membrane, cable, cord, frame, **chosen))
+
+
+def _membrane_section(given: Membrane) -> Section | None:
+    """Section of a film of two directions or with layers, None of another; CaseError if it is not stated whole."""
+    if given.youngs_modulus_y is None and not given.layers:
+        return None
+    for key in ("youngs_modulus", "density", "poisson_ratio", "thickness"):
+        if getattr(given, key) is None:
+            raise CaseError(f"membrane.{key}: missing beside youngs_modulus_y or layers, expected a number; add it")
+    numbers: Any = given.youngs_modulus, given.density, given.poisson_ratio
+    thickness: Any = given.thickness
+    with within("membrane"):
+        if given.youngs_modulus_y is None or given.shear_modulus is None:
+            material = Material(*numbers)
+        else:
+            other = {"youngs_modulus_2": given.youngs_modulus_y, "shear_modulus_12": given.shear_modulus}
+            material = OrthotropicMaterial(*numbers, **other)
+        film = MembraneSection(material, thickness, given.strain, given.law)
+        coatings = (
+            replace(film, material=Material(on.youngs_modulus, on.density, on.poisson_ratio), thickness=on.thickness)
+            for on in given.layers
+        )
+        return laminate(film, *coatings)
 
 
 def membrane_stress(case: Case) -> tuple[float, float, float] | None:

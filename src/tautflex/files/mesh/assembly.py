@@ -13,7 +13,7 @@ from tautflex.files.mesh import roles
 from tautflex.files.mesh.mesh_data import MeshData
 from tautflex.files.mesh.raw import KINDS, RawGroup, RawMesh, shorten
 from tautflex.files.mesh.raw_links import RawLink, attached, finished
-from tautflex.files.mesh.spread import in_kilograms, initial_stress, nonstructural, section_numbers, sections
+from tautflex.files.mesh.section.spread import in_kilograms, initial_stress, nonstructural, section_numbers, sections
 from tautflex.numeric import Indices
 from tautflex.structure.groups import DIRECTIONS, Support
 from tautflex.structure.links.equation import LinkEquation

@@ -10,8 +10,8 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.files.mesh.section_data import PRESTRESS as PRESTRESS_KEYS
-from tautflex.files.mesh.section_data import MeshSection, initial_forces, made
+from tautflex.files.mesh.section.section_data import PRESTRESS as PRESTRESS_KEYS
+from tautflex.files.mesh.section.section_data import MeshSection, initial_forces, made
 from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import Support
 from tautflex.structure.links.link import Link

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.raw_links import RawLink
-from tautflex.files.mesh.section_data import RawSection
+from tautflex.files.mesh.section.section_data import RawSection
 from tautflex.numeric import Array, Indices
 
 CORNERS = {"triangles": 3, "quads": 4, "lines": 2}

@@ -36,7 +36,7 @@ from tautflex.files.mesh.raw import (
 )
 from tautflex.files.mesh.raw_links import RawLink
 from tautflex.files.mesh.second_order import simplified
-from tautflex.files.mesh.section_data import RawSection
+from tautflex.files.mesh.section.section_data import RawSection
 from tautflex.numeric import Array, Indices
 
 

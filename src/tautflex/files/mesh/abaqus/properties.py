@@ -9,8 +9,8 @@ from tautflex.files.mesh.abaqus.materials import Materials
 from tautflex.files.mesh.abaqus.text import Block, fields
 from tautflex.files.mesh.numerals import vector
 from tautflex.files.mesh.raw import shorten
-from tautflex.files.mesh.section_data import RawSection
-from tautflex.structure.profiles import Profile, box, double_tee, rectangle, tube
+from tautflex.files.mesh.section.profiles import Profile, box, double_tee, rectangle, tube
+from tautflex.files.mesh.section.section_data import RawSection
 
 KINDS = {
     "MEMBRANE SECTION": "membrane",

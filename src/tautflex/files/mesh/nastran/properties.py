@@ -10,8 +10,8 @@ from tautflex.files.mesh.nastran.materials import MATERIALS, Materials
 from tautflex.files.mesh.nastran.text import Card
 from tautflex.files.mesh.numerals import natural, real, vector
 from tautflex.files.mesh.raw import shorten
-from tautflex.files.mesh.section_data import RawSection
-from tautflex.structure.profiles import Profile, box, double_tee, rectangle, tube
+from tautflex.files.mesh.section.profiles import Profile, box, double_tee, rectangle, tube
+from tautflex.files.mesh.section.section_data import RawSection
 
 KINDS = {
     **dict.fromkeys(("PSHELL", "PCOMP", "PCOMPG"), "membrane"),

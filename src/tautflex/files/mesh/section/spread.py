@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.raw import KINDS, RawMesh, shorten
-from tautflex.files.mesh.section_data import MeshSection
+from tautflex.files.mesh.section.section_data import MeshSection
 from tautflex.numeric import Array, Indices
 from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6
 
