@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from tautflex import InputError
 from tautflex.cli import main
 from tautflex.files.mesh.section.profiles import box, double_tee, rectangle, tube
 from verification import decks
+from verification.builders import antenna
 from verification.decks import CLAMPED_FREE, beam_frequency
 
 TUBE = decks.PROPERTIES
@@ -258,3 +260,41 @@ def test_rods_that_state_their_own_section(read):
     model = mesh.model(cable_tension=1.0)
     assert model.mass == pytest.approx(2700.0 * 0.5 * 3e-6)
     assert len(mesh.groups["conrod"]["cables"]) == 10
+
+
+def test_sections_of_equal_numbers_are_one_structure(verification_row):
+    """Film, cables and frame cut into sections of densities that differ by 1e-13: same runs, full and reduced."""
+    whole = antenna((0.59, 1.0), (6, 4))
+    given = {group.section.kind: group for group in whole.groups}
+
+    def cut(kind):
+        own = given[kind]
+        material = replace(own.section.material, density=own.section.material.density * (1.0 + 1e-13))
+        half = len(own.connectivity) // 2
+        return [own.section] * half + [replace(own.section, material=material)] * (len(own.connectivity) - half)
+
+    model = tf.Model.from_mesh(
+        whole.nodes,
+        triangles=given["membrane"].connectivity,
+        membrane=cut("membrane"),
+        membrane_stress=given["membrane"].initial,
+        cables=given["cable"].connectivity,
+        cable=cut("cable"),
+        cable_tension=given["cable"].initial[:, 0],
+        beams=given["beam"].connectivity,
+        beam=cut("beam"),
+        beam_axial_force=given["beam"].initial[:, 0],
+        beam_orientation=given["beam"].orientation,
+        supports=whole.supports,
+        prestress_mode=whole.prestress_mode,
+    )
+    assert len(model.groups) == 2 * len(whole.groups)
+    found = []
+    for one in (whole, model):
+        state = tf.solve_prestress(one)
+        run = {"time_step": 2e-3, "end_time": 0.04, "probes": {"A": (0.5, 0.2)}}
+        runs = [tf.simulate(plant, tf.Stop(rate=0.3, duration=0.02), **run) for plant in (state, tf.reduce(state))]
+        found.append([tf.solve_modes(state, n=4).frequencies, *(run.data.w.values for run in runs)])
+    apart = [np.abs(a - b).max() / np.abs(a).max() for a, b in zip(*found, strict=True)]
+    verification_row("structure cut into sections of the same numbers: runs apart", 0.0, max(apart), "one section")
+    assert max(apart) < 1e-8
