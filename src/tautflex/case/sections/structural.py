@@ -33,6 +33,7 @@ def without_file(meaning: str, example: Any) -> Any:
 
 
 Strain = Literal["von-karman", "green-lagrange"]
+BeamStrain = Literal["von-karman", "green-lagrange", "corotational"]
 
 
 def _laws() -> Iterator[str]:
@@ -76,7 +77,7 @@ class Membrane(Section):
     poisson_ratio: Number | None = without_file("Poisson's ratio of the film", 0.34)
     density: Positive | None = without_file("mass density of the film [kg/m^3]", 1530.0)
     layers: tuple[FilmLayer, ...] = key("layers on the film, [[membrane.layers]] sections", default=())
-    strain: Strain = key("strain measure of film, cables and frame", default="von-karman")
+    strain: Strain = key("strain measure of film, cables and, unless it has its own, frame", default="von-karman")
     law: MembraneLaw = key("material law of the film", "tension-field", "elastic")
     edges: Literal["cables", "fixed", "scalloped"] = key(
         "what holds the edges of the film; 'scalloped': cords in edges cut along arcs, and cables between these",
@@ -162,7 +163,8 @@ class EdgeCords(Section):
 class Frame(Section):
     """Rectangular frame of beams; ``inertia_z`` bends in the antenna's plane, ``inertia_y`` out of it.
 
-    Beside a mesh file, what its sections state may be left out.
+    ``strain = "corotational"`` lets beams turn by any angle, buckle sideways and twist under their axial force. Beside
+    a mesh file, what its sections state may be left out.
     """
 
     length: Positive | None = without_file("centre-line side along x [m]", 2.5)
@@ -174,6 +176,10 @@ class Frame(Section):
     inertia_y: Positive | None = without_file("second moment of area, bending out of plane [m^4]", 4.81e-7)
     inertia_z: Positive | None = without_file("second moment of area, bending in plane [m^4]", 2.69e-7)
     torsion_constant: Positive | None = without_file("torsion constant [m^4]", 7.5e-7)
+    strain: BeamStrain | None = key("strain measure of the beams; default: the film's", "corotational", None)
+    rotary_inertia: Flag = key(
+        "choice true or false: bending turns sections that resist it; 'corotational' ones always do", True, False
+    )
     support: Literal["corners", "all", "axis", "short-side", "free"] = key(
         "clamped part of the frame", default="corners"
     )
@@ -196,7 +202,10 @@ class GroupSection(Section):
     inertia_z: Positive | None = key("second moment of area of beams about local z [m^4]", 2.69e-7, None)
     torsion_constant: Positive | None = key("torsion constant of beams [m^4]", 7.5e-7, None)
     nonstructural_mass: NonNegative | None = key("mass without stiffness [kg/m^2, kg/m]", 0.05, None)
-    strain: Strain | None = key("strain measure, if not that of [membrane]", "green-lagrange", None)
+    strain: BeamStrain | None = key("strain measure, if another than the film's", "green-lagrange", None)
+    rotary_inertia: Flag | None = key(
+        "choice true or false: bending turns sections of beams that resist it", True, None
+    )
     law: Annotated[str, BeforeValidator(Words(_laws))] | None = key("material law", "tension-field", None)
     slack: Flag | None = key("choice true or false: a cable goes slack instead of pushing", True, None)
     stress_x: Number | None = key("given stress of film along its local x [Pa]", 4170.0, None)

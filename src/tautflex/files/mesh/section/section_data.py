@@ -18,7 +18,7 @@ _SIZES = {
     "cable": ("area",),
     "beam": ("area", "inertia_y", "inertia_z", "torsion_constant"),
 }
-_OPTIONS = {"membrane": ("law",), "cable": ("law", "slack"), "beam": ()}
+_OPTIONS = {"membrane": ("law",), "cable": ("law", "slack"), "beam": ("rotary_inertia",)}
 _CLASSES: Mapping[str, Any] = {"membrane": MembraneSection, "cable": CableSection, "beam": BeamSection}
 PRESTRESS = {"membrane": ("stress_x", "stress_y"), "cable": ("tension",), "beam": ("axial_force",)}
 """Keys of a section that state prestress, by kind of element."""
