@@ -154,6 +154,7 @@ CONTROLLERS = Registry(
         "independent-modal-control": "control.laws.imsc:IndependentModalControl",
         "tension-damping": "control.laws.tension_damping:TensionDamping",
         "stiffness-switching": "control.laws.stiffness_switching:StiffnessSwitching",
+        "shaped-reference": "control.laws.shaped_reference:ShapedReference",
     },
 )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -43,6 +44,7 @@ class IndependentModalControl(LinearLaw):
     velocity: str
     modes: int = 1
     effort: float = 1.0
+    follows_reference: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         checks.whole("modes", self.modes, 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -46,6 +47,7 @@ class PositivePositionFeedback(LinearLaw):
     measurement: str
     command: str
     damping_ratio: float = 0.5
+    follows_reference: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         checks.finite("gain", self.gain)
