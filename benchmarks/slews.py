@@ -1,8 +1,8 @@
 """Laws on a slew by 0.5 rad: how long attitude and film take to settle on the full nonlinear model.
 
-Run ``python benchmarks/slews.py``; it prints the table of docs/control.md. The plant is the template `slew` (20 x 10 cells
-on a hub of one axis, tension drives at rest unless a law commands them), the same for all laws. `--divisions 10,5` is a
-coarser one with as many cables per length.
+Run ``python benchmarks/slews.py``; it prints the table of docs/control.md. The plant is the template `slew` (20 x 10
+cells on a hub of one axis, tension drives at rest unless a law commands them), the same for all laws. A coarser one
+with as much cable per length is ``--divisions 10,5``.
 """
 
 from __future__ import annotations

@@ -444,6 +444,12 @@ def refusals():
     yield TensionDamping(("u0",), 1.0), spec_of(plain, INTERVAL, 1e-4), r"^commands: .*change the stiffness, got 'u0'"
     yield IndependentModalControl("y0", "y1", 2), spec_of(plain, INTERVAL), r"^displacement: expected at least 2 sensor"
     yield IndependentModalControl("y0", "y0"), spec_of(hub, INTERVAL), r"^hub: .*take LQG"
+    yield ShapedReference(LQG(TOLERANCES, EFFORTS), "ZV", [1.0]), spec_of(plain, INTERVAL, 1e-4), r"^shaper: .*free hub"
+    yield (
+        ShapedReference(PD(1.0, 1.0, torque="wheel"), "ZV", [1.0]),
+        spec_of(hub, INTERVAL),
+        r"^law\.torque: .*got 'wheel'",
+    )
     yield MPC(TOLERANCES, EFFORTS, limits={"u0": 1.0}), spec_of(plain, INTERVAL, 1e-4), r"^limits: .*none of 'u1'"
 
 
@@ -464,6 +470,7 @@ def test_wrong_numbers_are_refused():
         (lambda: PD(1.0, 1.0, frequencies=(1.0,)), "frequencies: expected none with shaper = 'none'"),
         (lambda: PD(1.0, 1.0, shaper="ZV"), "frequencies: expected at least one natural frequency"),
         (lambda: ShapedReference(3.0, "ZV", [1.0]), "law: expected a control law"),
+        (lambda: ShapedReference(TensionDamping(("u0",), 1.0), "ZV", [1.0]), "law: expected one that follows the ref"),
         (lambda: sampled_shaper("ZV", [80.0], [0.0], 0.01), "interval: expected less than half a period"),
         (lambda: LQG({"y0": -1.0}, EFFORTS), "tolerances.y0: expected a number > 0"),
         (lambda: StiffnessSwitching((), 1.0), "commands: expected at least one name"),
