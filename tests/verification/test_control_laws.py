@@ -138,12 +138,27 @@ def test_a_law_that_does_not_know_a_mode_must_leave_it_stable():
         law = LQG({"attitude": tolerance, "y0": tolerance}, efforts, modes=1, coordinate_noise=1e-2)
         growing.append(radius(loop_matrix(plant.discretize(INTERVAL), law.matrices(spec))) >= 1.0)
         if growing[-1]:
-            with pytest.raises(InputError, match=r"^modes: .*all 2 coordinates grows .*spillover.*raise modes"):
+            with pytest.raises(InputError, match=r"^modes: .*all 2 coordinates, up to 2\.1 Hz, grows .*spillover.*raise modes"):
                 law.start(spec)
         else:
             law.start(spec)
     assert growing[0] is False
     assert growing[-1] is True
+
+
+@pytest.mark.parametrize("kind", [LQG, MPC])
+def test_modes_beyond_the_whole_model_must_be_left_stable_too(kind):
+    """A law that knows all of its model is tried on one with more modes, which here are driven up."""
+    if kind is MPC:
+        pytest.importorskip("osqp")
+    plant = modal_plant([1.3, 2.1], [0.002, 0.004], [[0.4], [0.3]], [[0.8, -0.6]], axes=1, inertia=5.0)
+    known = plant.truncated(1)
+    cost = {"attitude": 1e-6, "y0": 1e-6}, {"torque": 1.0, "u0": 1e-2}
+    law = kind(*cost, coordinate_noise=1e-2, **({"limits": {"torque": 1.0, "u0": 1.0}} if kind is MPC else {}))
+    spec = spec_of(known, INTERVAL, noise=1e-6)
+    law.start(spec)
+    with pytest.raises(InputError, match=r"^modes: .*all 2 coordinates, up to 2\.1 Hz, grows .*spillover"):
+        law.start(replace(spec, beyond=plant))
 
 
 def test_regulator_of_a_measured_state_is_the_gain():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -131,14 +131,15 @@ def loop_matrix(plant: LinearPlant, law: LawMatrices) -> Array:
 
 
 def refuse_spillover(spec: LoopSpec, law: LawMatrices, name: str) -> None:
-    """Raise InputError if a law that knows some modes alone makes the whole model unstable [Balas 1978]."""
-    plant = spec.plant(name).discretize(spec.interval)
-    growth = float(np.abs(np.linalg.eigvals(loop_matrix(plant, law))).max())
+    """Raise InputError if a law that knows some modes alone makes the plant with more of them unstable [Balas 1978]."""
+    plant = replace(spec, model=spec.beyond or spec.model).plant(name)
+    growth = float(np.abs(np.linalg.eigvals(loop_matrix(plant.discretize(spec.interval), law))).max())
     if growth > 1.0 + _LASTING:
+        highest = float(np.sqrt(np.abs(np.diag(plant.stiffness)).max(initial=0.0))) / (2.0 * np.pi)
         raise InputError(
             f"modes: expected a law that leaves the modes beyond its own at rest, got {name} whose loop with all "
-            f"{plant.coordinates} coordinates grows {growth:.6g} times per interval (spillover); raise modes, or the "
-            "tolerances"
+            f"{plant.coordinates} coordinates, up to {highest:.3g} Hz, grows {growth:.6g} times per interval "
+            "(spillover); raise modes, or the tolerances"
         )
 
 

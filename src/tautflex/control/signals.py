@@ -65,6 +65,8 @@ class LoopSpec:
         Axes of the hub that the reference has: 0, 1 or 3.
     model
         Linear view of the plant in continuous time; None where there is none.
+    beyond
+        The same with more modes, which laws that know the model must leave stable; None: the model itself.
     """
 
     measurements: tuple[Channel, ...]
@@ -72,6 +74,7 @@ class LoopSpec:
     interval: float
     axes: int = 0
     model: LinearPlant | None = None
+    beyond: LinearPlant | None = None
 
     def __post_init__(self) -> None:
         checks.positive("interval", self.interval)

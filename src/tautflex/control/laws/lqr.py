@@ -49,7 +49,7 @@ class LQR(Optimal, LinearLaw):
 def started(law: Any, spec: LoopSpec) -> LinearMemory:
     """Memory of an optimal law before the first measurement, its loop with all modes looked at."""
     memory: LinearMemory = LinearLaw.start(law, spec)
-    if law.modes is not None:
+    if law.modes is not None or spec.beyond is not None:
         refuse_spillover(spec, memory.matrices, type(law).__name__)
     return memory
 
