@@ -233,7 +233,10 @@ def test_wheels_need_a_hub():
     [
         ("actuators.tension.cables=[999]", "actuators.tension.cables: "),
         ("actuators.tension.delay=0.003", "actuators.tension.delay: expected whole intervals of 0.02 s"),
-        ("sensors.film.points=[3.0,3.0]", r"sensors\.film\."),
+        ("sensors.film.points=[3.0,3.0]", r"sensors\.film\.points\.0: expected a point on the film"),
+        ("actuators.tension.limit=[0.1,0.2]", "actuators.tension.limit: expected one number, or 1 for .*give one for"),
+        ("actuators.tension.cables=z", "actuators.tension.cables: expected cables along z, got none"),
+        ("actuators.push={kind='nodal-force',nodes=[9999],direction=[0,0,1]}", "actuators.push.nodes: .*got 9999"),
         ("controller.torque=wheel", "controller.torque: expected the name of an actuator.*got 'wheel'"),
         ("controller.rate=gyro", "controller.rate: expected the name of a sensor.*got 'gyro'"),
         ("actuators.torque.axis=x", "controller.torque: expected 3, as many numbers as of attitude"),

@@ -121,6 +121,27 @@ def test_laws_that_need_a_model_get_that_of_the_plant(state):
     np.testing.assert_allclose(run.data.measurement.values[-1], [0.01, 0.0, 0.0, 0.0, 0.0, 0.0], atol=2e-4)
 
 
+def test_linear_view_has_drives_and_late_sensors(state, verification_row):
+    """Small commands through lags and delays: the sampled linear plant against the nonlinear one."""
+    drive = {"lag": 0.03, "delay": 0.02}
+    actuators = {"torque": tf.HubTorque("x", limit=1.0, **drive), "tip": tf.Actuator(TIP, **drive)}
+    sensors = {"rate": tf.Rate(delay=0.015), "film": tf.Displacement([[0.3, 0.1]], delay=0.01)}
+    driven = plant(state, actuators, sensors, time_step=1e-3)
+    view = driven.linearize().discretize(0.01)
+    assert view.remarks["torque"] == "without the limit of its drive"
+    measured, z, found = [driven.reset()], np.zeros(len(view.A)), [np.zeros(4)]
+    for k in range(60):
+        command = np.array([1e-4 * np.sin(0.3 * k), 1e-6 * np.cos(0.2 * k)])
+        measured.append(driven.step(command))
+        z = view.A @ z + view.B @ command
+        found.append(view.C @ z + view.D @ command)
+    measured, found = np.array(measured), np.array(found)
+    for name, column, most in (("rate", 0, 1e-3), ("film", 3, 1e-2)):
+        off = np.abs(found - measured)[:, column].max() / np.abs(measured[:, column]).max()
+        verification_row(f"Linear view with drives and late sensors, {name}", 0.0, off, "nonlinear plant, relative")
+        assert off < most
+
+
 def test_restarts_and_seeds(state):
     sensors = {"rate": tf.Rate(noise=1e-5, delay=0.015), "film": tf.Displacement([[0.3, 0.1]], noise=1e-7)}
     drive = {"lag": 0.03, "delay": 0.02, "rate": 5.0}

@@ -135,7 +135,7 @@ def labelled(key: str, values: Mapping[str, float], labels: Sequence[str], least
     for name, value in values.items():
         places = [k for k, label in enumerate(labels) if name in (label, label.partition("[")[0])]
         if not places:
-            known = ", ".join(map(repr, labels)) or "none"
+            known = ", ".join(map(repr, labels[:8])) + (" ..." if len(labels) > 8 else "") or "none"
             raise InputError(f"{key}: expected names among {known}, got {name!r}; choose one of them")
         found |= dict.fromkeys(places, checks.positive(f"{key}.{name}", value))
     if least and not found:

@@ -115,8 +115,8 @@ class FollowingLaw(Chosen):
     @classmethod
     def kinds(cls) -> list[str]:
         """All that follow, but no second shaper."""
-        own = [kind for kind in cls.registry if kind != "shaped-reference"]
-        return [kind for kind in own if cls.registry[kind].follows_reference]
+        laws: dict[str, Any] = dict(cls.registry)
+        return [kind for kind, law in laws.items() if law.follows_reference and kind != "shaped-reference"]
 
 
 class _Shaped(Chosen):

@@ -42,7 +42,7 @@ class LQR(Optimal, LinearLaw):
                 "take fewer modes, or take LQG"
             )
         gain = regulator(estimator.plant, self.weights(estimator.plant)).gain
-        state, command = steady_reference(plant, self.feedforward)
+        state, command = steady_reference(plant, estimator.plant, self.feedforward)
         return of_all(estimator.with_gain(gain, gain @ state + command), used, len(spec.commanded))
 
 

@@ -105,7 +105,7 @@ class MPC(Filtered, ControlLaw):
         sizes = np.array([given[k] for k in range(m)])
         weights = self.weights(known)
         gain, final = regulator(known, weights)
-        state, command = steady_reference(plant, self.feedforward)
+        state, command = steady_reference(plant, known, self.feedforward)
         # Where no limit is met the law is the regulator.
         free_law = of_all(estimator.with_gain(gain, gain @ state + command), used, len(spec.commanded))
         refuse_spillover(spec, free_law, type(self).__name__)
