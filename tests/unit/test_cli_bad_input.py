@@ -236,7 +236,7 @@ def test_init_writes_the_template_that_is_named(tmp_path, capsys, name):
 def test_init_without_such_a_template(refuse):
     message = refuse("init", "new.toml", "--template", "m3")
     assert (
-        "template: expected one of 'control', 'm2', 'm2-nearest-node', 'm2-paper', 'sail' or 'slew', got 'm3'"
+        "template: expected one of 'control', 'm2', 'm2-nearest-node', 'm2-paper', 'sail', 'scalloped' or 'slew', got 'm3'"
         in message
     )
 
