@@ -350,9 +350,8 @@ class Plant:
     @property
     def state(self) -> PlantState:
         """State to go on from."""
-        motion = self._at_work.checkpoint()
         sensors = copy.deepcopy(self._memories)
-        return PlantState(motion, self._intervals, self._bank.memory(), sensors, self._last.copy())
+        return PlantState(self._at_work.checkpoint(), self._intervals, self._bank.memory(), sensors, self._last.copy())
 
     def __repr__(self) -> str:
         lines = {
@@ -367,9 +366,8 @@ class Plant:
 
 
 def _maneuver(given: Any) -> Maneuver:
-    wanted: Maneuver = checks.instance(
-        "maneuver", AtRest() if given is None else given, Maneuver, "a maneuver, or None"
-    )
+    given = AtRest() if given is None else given
+    wanted: Maneuver = checks.instance("maneuver", given, Maneuver, "a maneuver, or None")
     return wanted
 
 

@@ -31,7 +31,7 @@ class ShapedReference(ControlLaw):
     Parameters
     ----------
     law
-        The law that follows the shaped reference; in a case a [controller.law] table with the keys of a [controller].
+        The law that follows the shaped reference; in a case the table controller.law, with the keys of a controller.
     shaper
         ``"ZV"`` or ``"ZVD"``, which also forgives modes that are not quite where they were thought.
     frequencies
