@@ -235,10 +235,8 @@ def test_init_writes_the_template_that_is_named(tmp_path, capsys, name):
 
 def test_init_without_such_a_template(refuse):
     message = refuse("init", "new.toml", "--template", "m3")
-    assert (
-        "template: expected one of 'control', 'm2', 'm2-nearest-node', 'm2-paper', 'sail', 'scalloped' or 'slew', got 'm3'"
-        in message
-    )
+    known = "'control', 'm2', 'm2-nearest-node', 'm2-paper', 'sail', 'scalloped' or 'slew'"
+    assert f"template: expected one of {known}, got 'm3'" in message
 
 
 def test_init_keeps_a_mesh_that_is_there(refuse, tmp_path):

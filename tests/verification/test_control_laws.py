@@ -575,6 +575,7 @@ def test_wrong_numbers_are_refused():
         (lambda: sampled_shaper("ZV", [80.0], [0.0], 0.01), "interval: expected less than half a period"),
         (lambda: LQG({"y0": -1.0}, EFFORTS), "tolerances.y0: expected a number > 0"),
         (lambda: StiffnessSwitching((), 1.0), "commands: expected at least one name"),
+        (lambda: replace(spec, model=3), r"model: expected plant\.linearize\(\), or None, got 3"),
     ):
         with pytest.raises(InputError, match=words):
             make()

@@ -78,6 +78,8 @@ class LoopSpec:
 
     def __post_init__(self) -> None:
         checks.positive("interval", self.interval)
+        for name in ("model", "beyond"):
+            checks.instance(name, getattr(self, name), (LinearPlant, type(None)), "plant.linearize(), or None")
 
     @property
     def measured(self) -> tuple[str, ...]:

@@ -20,9 +20,9 @@ def init(
     template: Annotated[
         str,
         Parameter(
-            help="m2, the antenna that could be built; m2-paper or m2-nearest-node, readings of the paper; scalloped, a "
-            "film cut along arcs with cords in its edges; sail, a triangular solar sail; control, a slew under "
-            "closed-loop control; slew, a quiet one under an optimal law."
+            help="m2, the antenna that could be built; m2-paper or m2-nearest-node, readings of the paper; "
+            "scalloped, a film cut along arcs with cords in its edges; sail, a triangular solar sail; control, a slew "
+            "under closed-loop control; slew, a quiet one under an optimal law."
         ),
     ] = "m2",
     force: Force = False,
