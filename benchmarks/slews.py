@@ -78,7 +78,7 @@ def main() -> None:
     if asked.json:
         print(json.dumps(found, indent=2))
         return
-    print("| law | attitude [s] | surface [s] | residual rms [um] | peak torque [N m] |")
+    print("| law | attitude [s] | surface [s] | residual rms [µm] | peak torque [N m] |")
     print("|---|---|---|---|---|")
     for name, row in found.items():
         times = ("does not settle" if row[key] is None else f"{row[key]:.2f}" for key in ("attitude", "surface"))
