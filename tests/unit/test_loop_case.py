@@ -128,6 +128,9 @@ def test_every_effect_is_an_actuator_of_a_case(kind):
         "edge-force": {"side": "+x", "direction": [0, 0, 1]},
         "stay-cable": {"point": [0.2, 0.2], "anchor": [0.2, 0.2, 1.0]},
         "membrane-temperature": {"expansion": 1e-5},
+        "cable-temperature": {"expansion": 1e-6},
+        "frame-temperature": {"expansion": 1e-6},
+        "solar-pressure": {"direction": [0, 0, -1]},
         "piezo-film": {"coefficient": 1e-11},
         "piezo-pair": {"beams": [0]},
     }.get(kind, {})
