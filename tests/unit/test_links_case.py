@@ -46,7 +46,7 @@ def test_joints_by_number_and_place(case):
     one, other = (tf.solve_modes(tf.solve_prestress(each), n=2).frequencies[0] for each in (model, plain))
     assert one > 1.1 * other
     run = tf.run_case(loaded)
-    assert run.status == "completed"
+    assert run.status.value == "completed"
 
 
 @pytest.mark.parametrize(
