@@ -183,10 +183,9 @@ def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
         modulus = block.material.youngs_modulus if block.kind == "cable" else block.elasticity[:, 0, 0]
         found = {"strain": np.abs(stress[:, 0]) / modulus}
         if block.kind == "membrane":
-            material, principal = block.material, principal_values(stress)
-            found["strain"] = (
-                np.abs(principal - material.poisson_ratio * principal[:, ::-1]).max(axis=1) / material.youngs_modulus
-            )
+            # Of the strain that the stress stands for; principal values of stresses have no factor 2 in the shear.
+            elastic = np.linalg.solve(block.elasticity, stress[:, :, None])[:, :, 0] * (1.0, 1.0, 0.5)
+            found["strain"] = np.abs(principal_values(elastic)).max(axis=1)
         if isinstance(group.section, BeamSection):
             if group.section.strain != "corotational":
                 found["rotation"] = np.linalg.norm(g[:, 3:9].reshape(-1, 2, 3), axis=2).max(axis=1)
