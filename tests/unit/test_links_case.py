@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
 import pytest
 
 import tautflex as tf
@@ -80,3 +84,35 @@ def test_what_a_structure_cannot_have(case, text, words):
     with pytest.raises(tf.InputError) as caught:
         tf.build_model(loaded)
     assert words in str(caught.value)
+
+
+@tf.register
+@dataclass(frozen=True)
+class Mirrored(tf.Link):
+    """Node that moves across the film against another one.
+
+    Parameters
+    ----------
+    node
+        Number of the node that follows.
+    other
+        Number of the other.
+    """
+
+    node: int
+    other: int
+    kind: ClassVar[str] = "mirrored-nodes"
+
+    @property
+    def joined(self) -> tuple[int, ...]:
+        return self.node, self.other
+
+    def follows(self, structure: Any) -> Iterator[Any]:
+        yield (self.node, 2), (((self.other, 2), -1.0),)
+
+
+def test_a_link_from_outside(case):
+    model = tf.build_model(case("[[links]]\nkind = 'mirrored-nodes'\nnode = 6\nother = 8\n"))
+    modes = tf.solve_modes(tf.solve_prestress(model), n=2)
+    assert modes.shapes[0, 6, 2] == pytest.approx(-modes.shapes[0, 8, 2])
+    assert abs(modes.shapes[0, 6, 2]) > 0.0
