@@ -84,7 +84,10 @@ def _thick_film(model: Model) -> list[str]:
 def _coincident_nodes(model: Model) -> list[str]:
     radius = _SAME_PLACE * float(np.ptp(model.nodes, axis=0).max())
     pairs = cKDTree(model.nodes).query_pairs(radius, output_type="ndarray")
-    piece = linked_pieces(len(model.nodes), model.linked_pairs)
+    # Of links between held nodes nothing is left but their names.
+    named = [(link.joined[0], node) for link in model.links for node in link.joined[1:]]
+    linked = np.concatenate([model.linked_pairs, np.reshape(named, (-1, 2)).astype(np.int64)])
+    piece = linked_pieces(len(model.nodes), linked)
     pairs = pairs[piece[pairs[:, 0]] != piece[pairs[:, 1]]]
     if not len(pairs):
         return []
