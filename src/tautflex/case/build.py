@@ -63,7 +63,21 @@ def build_model(case: Case) -> Model:
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
     model = _bare_model(case)
-    return replace(model, masses=(*model.masses, *_bodies(case, model))) if case.masses else model
+    added: dict[str, list[Any]] = {"masses": [*_bodies(case, model)]}
+    if case.mesh.file is None:  # those of a mesh may be what holds its pieces together
+        added |= _joints(case, model)
+    own: dict[str, Any] = {name: (*getattr(model, name), *more) for name, more in added.items() if more}
+    return replace(model, **own) if own else model
+
+
+def _joints(case: Case, where: Any) -> dict[str, list[Any]]:
+    """Links and springs that the case itself places among the nodes of a model or mesh."""
+    found: dict[str, list[Any]] = {"links": [], "springs": []}
+    for name, joints in found.items():
+        for number, given in enumerate(getattr(case, name)):
+            with within(f"{name}[{number}]"):
+                joints.append(given.placed(where))
+    return found
 
 
 def _bodies(case: Case, model: Model) -> Iterator[PointMass]:
@@ -142,6 +156,7 @@ def _meshed_model(case: Case, file: str) -> Model:
     sections = {name: one.model_dump(exclude_none=True) for name, one in (told.sections or {}).items()}
     given |= dict(stated_sections(case).values())
     given["membrane"] = _membrane_section(case.membrane) or given["membrane"]
+    given |= {name: (*getattr(mesh, name), *more) for name, more in _joints(case, mesh).items()}
     try:
         model = mesh.model(sections=sections, prestress_mode=case.prestress.mode or "equilibrium", **given)
     except InputError as error:

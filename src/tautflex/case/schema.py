@@ -14,6 +14,7 @@ from tautflex.case.section import Section, key
 from tautflex.case.sections.control import Actuator, Controller, Hub, Loop, Sensor
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
+from tautflex.case.sections.links import Link, Spring
 from tautflex.case.sections.maneuver import Maneuver
 from tautflex.case.sections.structural import Cables, EdgeCords, Frame, Mass, Membrane, Mesh, Prestress
 from tautflex.structure.shapes import SHAPES
@@ -61,6 +62,10 @@ class Case(Section):
     frame: Frame | None = key("[frame] section", None, None)
     mesh: Mesh = key("[mesh] section", default=Mesh())
     masses: tuple[Mass, ...] = key("[[masses]] sections", default=())
+    links: tuple[Annotated[SerializeAsAny[Link], BeforeValidator(Link.from_table)], ...] = key(
+        "[[links]] sections", default=()
+    )
+    springs: tuple[Spring, ...] = key("[[springs]] sections", default=())
     prestress: Prestress = key("[prestress] section", default=Prestress())
     maneuver: Annotated[SerializeAsAny[Maneuver], BeforeValidator(Maneuver.from_table)] = Field(
         default_factory=Maneuver, description="[maneuver] section"
@@ -102,10 +107,11 @@ class Case(Section):
         told = {
             name: ", ".join(f"{key} = {shown(value)}" for key, value in dict(keys).items())
             for name, keys in sections.items()
-            if name not in ("schema_number", "masses")
+            if name not in ("schema_number", "masses", "links", "springs")
         }
         if self.masses:
             told["masses"] = f"{len(self.masses)}, {sum(body.mass for body in self.masses):.4g} kg"
+        told |= {name: str(len(own)) for name in ("links", "springs") if (own := getattr(self, name))}
         return card(self, told)
 
     __str__ = __repr__

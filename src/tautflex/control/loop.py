@@ -24,6 +24,9 @@ from tautflex.numeric import Array
 from tautflex.solvers.transient.status import Run, Status
 from tautflex.solvers.variables import LOOP, described
 
+# Modes that a law which knows fewer must leave stable: they reach a few times its own band.
+_MODES_BEYOND = 200
+
 
 def close_loop(
     plant: Plant,
@@ -110,7 +113,9 @@ def start_law(plant: Plant, law: ControlLaw) -> Any:
     except InputError as error:
         if not str(error).startswith("model:"):
             raise
-        return law.start(replace(spec, model=plant.linearize()))
+        model, beyond = plant.linearize(), plant.linearize(_MODES_BEYOND)
+        more = beyond.coordinates > model.coordinates
+        return law.start(replace(spec, model=model, beyond=beyond if more else None))
 
 
 def references(maneuver: Maneuver, times: Array, hub: FreeHub | None) -> list[Reference]:

@@ -20,7 +20,9 @@ from tautflex.case.tables import TimeTableKeys
 from tautflex.errors import CaseError
 
 _RANGE = re.compile(r"(?<=, )[<>]=? ?\d+(?:[./]\d+)?|in [\[(][^\])]*[\])]")
-_TITLES = {name: f"[{name}.NAME]" for name in ("inputs", "actuators", "sensors")} | {"masses": "[[masses]]"}
+_TITLES = {name: f"[{name}.NAME]" for name in ("inputs", "actuators", "sensors")} | {
+    name: f"[[{name}]]" for name in ("masses", "links", "springs")
+}
 _NAMES = {float: "number", int: "integer", bool: "true or false", str: "text", type(None): ""}
 
 
