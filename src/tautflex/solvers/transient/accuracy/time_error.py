@@ -24,8 +24,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from tautflex.mechanics.products import quadratic_form
 from tautflex.motion.kinematics import Segment
-from tautflex.numeric import Array, jit
+from tautflex.numeric import Array, Indices, Places, jit
 from tautflex.solvers.remembering import Remembering
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.state import MotionState
@@ -85,6 +86,34 @@ def _seen(
     state[6], state[7] = max(state[6], place), max(state[7], across)
     raw = size * size * np.sqrt(change)
     _travel(state, raw * rates[0], time, size, rates[1], rates[2])
+
+
+@jit
+def _measures(
+    start: Indices, column: Places, mass: Array, damping: Array, vectors: Array, coefficients: Array, measured: Array,
+    v: Array, a: Array, change: Array, error: Array,
+) -> Array:  # fmt: skip
+    """What a sample looks at, shape (7,).
+
+    Norms of the displacements in a change of the acceleration and in the part of it that is resolved; squares of
+    velocity, acceleration and that part in the mass norm; what damping takes from velocity and that part.
+    """
+    found = np.zeros(7)
+    for i in range(change.size):
+        found[0] += measured[0, i] * change[i] * change[i]
+        found[1] += measured[0, i] * error[i] * error[i]
+    found[0], found[1] = np.sqrt(found[0]), np.sqrt(found[1])
+    found[2] = quadratic_form(start, column, mass, v)
+    found[3] = quadratic_form(start, column, mass, a)
+    found[4] = quadratic_form(start, column, mass, error)
+    for place, vector in ((5, v), (6, error)):
+        found[place] = quadratic_form(start, column, damping, vector)
+        for k in range(vectors.shape[0]):
+            part = 0.0
+            for i in range(vector.size):
+                part += vectors[k, i] * vector[i]
+            found[place] += coefficients[k] * part * part
+    return found
 
 
 class ErrorSum(Remembering):
@@ -166,6 +195,10 @@ class TimeError(ErrorSum):
         self._measured = np.zeros((2, system.size + 1))
         self._measured[0, places] = self._measured[1, places[:, 2]] = 1.0
         self._measured = np.ascontiguousarray(self._measured[:, :-1])
+        # Symmetric: columns are rows as well.
+        pattern = system.pattern
+        stored = pattern.column_start.astype(np.int64), pattern.rows.astype(np.uint32)
+        self._stiffness = *stored, equation.state.tangent_entries
         self._wait, self._gap, self._samples = 0, 1, 0
         # Local errors as they are and resolved; v'Mv, a'Ma; energies that are not and that are quadratic; samples, and
         # their v'Mv / v'Cv [s].
@@ -192,12 +225,12 @@ class TimeError(ErrorSum):
         equation, products = self._equation, self._equation.products
         change = end.a - at.a
         error = self._resolved(end, change)
-        raw, found = (size * size * float(np.linalg.norm(self._measured[0] * each)) for each in (change, error))
-        velocity, acceleration = products.mass_norm(end.v), products.mass_norm(end.a)
-        damped = products.damped
-        loss = float(end.v @ products.damping_product(end.v)) if damped else 0.0
+        raw, found, velocity, acceleration, resolved, loss, lost = _measures(
+            products.start, products.column, products.mass, products.damping, products.vectors, products.coefficients,
+            self._measured, end.v, end.a, change, error,
+        ).tolist()  # fmt: skip
         self._pooled *= _MEMORY
-        self._pooled[:4] += raw, found, velocity, acceleration
+        self._pooled[:4] += size * size * raw, size * size * found, velocity, acceleration
         self.add_speeds(acceleration, velocity)
         self._rates[0] = self._pooled[1] / self._pooled[0] if self._pooled[0] > 0.0 else 1.0
         if not velocity > 0.0:
@@ -207,14 +240,10 @@ class TimeError(ErrorSum):
             self._pooled[6:] += 1.0, velocity / loss
             self._rates[1] = 0.5 * self._pooled[6] / self._pooled[7]
         fastest = GROWTH * np.sqrt(self._pooled[3] / self._pooled[2])
-        lost = (
-            0.5 * float(error @ products.damping_product(error)) / max(products.mass_norm(error), 1e-300)
-            if damped
-            else 0.0
-        )
+        lost *= 0.5 / max(resolved, 1e-300)
         if lost < fastest:
             energy = equation.strain_energy(end.q)
-            linear = 0.5 * float(end.q @ (equation.stiffness @ end.q))
+            linear = 0.5 * quadratic_form(*self._stiffness, end.q)
             self._pooled[4:6] += abs(energy - linear), min(abs(energy), abs(linear))
             fastest *= self._pooled[4] / max(self._pooled[4] + self._pooled[5], 1e-300)
         self._rates[2] = fastest - lost
