@@ -26,7 +26,7 @@ import numpy as np
 
 from tautflex.mechanics.products import quadratic_form
 from tautflex.motion.kinematics import Segment
-from tautflex.numeric import Array, Indices, Places, jit
+from tautflex.numeric import Array, Indices, Places, jit, jit_in_order
 from tautflex.solvers.remembering import Remembering
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.state import MotionState
@@ -47,7 +47,7 @@ _ACROSS = 1e-3
 NOTABLE = 0.05
 
 
-@jit
+@jit_in_order
 def _travel(state: Array, local: float, time: float, size: float, decay: float, growth: float) -> None:
     state[0] = state[0] * np.exp(-decay * size) + local
     state[1] = max(state[1], state[0])
@@ -69,7 +69,19 @@ def travelled(state: Array, local: Array, times: Array, size: float, decay: floa
 
 
 @jit
-def _seen(
+def _squares(measured: Array, q: Array, before: Array, after: Array) -> tuple[float, float, float]:
+    """Sums of squares of all displacements, of those across, and of all changes of the acceleration."""
+    place, across, change = 0.0, 0.0, 0.0
+    for i in range(q.size):
+        square, d = q[i] * q[i], after[i] - before[i]
+        place += measured[0, i] * square
+        across += measured[1, i] * square
+        change += measured[0, i] * d * d
+    return place, across, change
+
+
+@jit_in_order
+def see_step(
     state: Array, rates: Array, measured: Array, q: Array, before: Array, after: Array, time: float, size: float
 ) -> None:
     """Take in a step from its end and its accelerations.
@@ -77,12 +89,7 @@ def _seen(
     ``rates`` holds the part of the local error that is resolved, decay and growth; ``measured`` tells the unknowns that
     count for all displacements and for those across (1, else 0), shape (2, size).
     """
-    place, across, change = 0.0, 0.0, 0.0
-    for i in range(q.size):
-        square, d = q[i] * q[i], after[i] - before[i]
-        place += measured[0, i] * square
-        across += measured[1, i] * square
-        change += measured[0, i] * d * d
+    place, across, change = _squares(measured, q, before, after)
     state[6], state[7] = max(state[6], place), max(state[7], across)
     raw = size * size * np.sqrt(change)
     _travel(state, raw * rates[0], time, size, rates[1], rates[2])
@@ -205,6 +212,20 @@ class TimeError(ErrorSum):
         self._pooled = np.zeros(8)
         self._rates = np.array([1.0, 0.0, 0.0])
 
+    @property
+    def parts(self) -> tuple[Array, Array, Array]:
+        """What `see_step` reads and writes."""
+        return self.state, self._rates, self._measured
+
+    @property
+    def quiet(self) -> int:
+        """Number of steps before the next one that is sampled, unless something jumps."""
+        return max(self._wait, 0)
+
+    def passed(self, steps: int) -> None:
+        """Count quiet steps that `see_step` has taken in."""
+        self._wait -= steps
+
     def step(self, at: MotionState, end: MotionState, segment: Segment) -> None:
         """See an accepted step."""
         size = end.time - at.time
@@ -213,7 +234,7 @@ class TimeError(ErrorSum):
         self._wait -= 1
         if self._wait < 0:
             self._sample(at, end, size)
-        _seen(self.state, self._rates, self._measured, end.q, at.a, end.a, end.time, size)
+        see_step(self.state, self._rates, self._measured, end.q, at.a, end.a, end.time, size)
         self.missed += missed_between(self._equation.system.model.nodes, at.time, size, segment)
 
     def _sample(self, at: MotionState, end: MotionState, size: float) -> None:
@@ -249,9 +270,14 @@ class TimeError(ErrorSum):
         self._rates[2] = fastest - lost
 
 
+def long_for(segment: Segment, size: float) -> bool:
+    """Whether a stretch of the maneuver is so long that steps of a size [s] miss nothing of it."""
+    return segment.end - segment.start > _FEW_STEPS * size
+
+
 def missed_between(nodes: Array, start: float, size: float, segment: Segment) -> float:
     """Displacement that a short motion of the frame makes between the ends of a step, beside what they tell [m]."""
-    if segment.end - segment.start > _FEW_STEPS * size:
+    if long_for(segment, size):
         return 0.0
 
     def push(time: float) -> Array:
