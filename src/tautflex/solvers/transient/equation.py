@@ -79,7 +79,8 @@ class EquationOfMotion:
         if motion is self._motion:
             return self._terms
         self._motion = motion
-        key = (*motion.angular_velocity, *motion.angular_acceleration, *motion.origin_acceleration)
+        parts = motion.angular_velocity, motion.angular_acceleration, motion.origin_acceleration
+        key = tuple(number for part in parts for number in part.tolist())
         if self._terms.key == key:
             return self._terms
         self._terms = MotionTerms(
