@@ -128,16 +128,16 @@ def _solve(
 def take_steps(
     times: Array, matrices: Any, elements: Any, scheme: Any, tangent: Any, axes: Any, pairs: Any, frame: Any,
     limits: Any, counts: Indices, scales: Array, begin: Any, watch: Any, samples: Any, rows: Indices,
-) -> tuple[int, Array, Array, Array, float]:  # fmt: skip
+) -> tuple[int, Array, Array, Array, float, Array]:  # fmt: skip
     """Take steps between instants, shape (steps + 1,), until one is left undone or the tangent is to be renewed.
 
     ``scales`` holds the largest force scale of the run; ``begin`` the parts of a `MotionState`: displacement, velocity,
     acceleration, jerk, forces, and work, forces by kind of the last equilibrium and of its evaluation instant alone and
-    its lateness of its `Books`; ``watch`` state, rates and measured unknowns of a `TimeError`, and whether it is on;
-    ``samples`` what `record` writes to, and ``rows`` where, of every step; -1: nowhere.
+    its lateness of its `Books`; ``watch`` state, rates and measured unknowns of a `TimeError`, and how many steps
+    it sees; ``samples`` what `record` writes to, and ``rows`` where, of every step; -1: nowhere.
 
     Returns the number of steps taken, then of the last one rows as `end_of_step` has them, all forces but inertia,
-    the work since the start of the run, and the lateness.
+    the work since the start of the run, the lateness, and the acceleration at its start.
     """
     start, column, mass, damping, damped, _, products, reference = matrices
     known, ends, weight, reach, size, share = scheme
@@ -147,7 +147,7 @@ def take_steps(
     end, taken, none = np.zeros((0, q.size)), 0, np.zeros((0, 0))
     beside, strengths, depth = none, np.zeros(0), pairs[0].shape[0]
     kept = np.empty((depth, q.size)), np.empty((depth, q.size)), np.empty((depth, depth))
-    no_input = np.zeros(q.size)
+    no_input, start_a = np.zeros(q.size), a
     for k in range(times.size - 1):
         load = loads[which[k]]
         begun = begin_step(
@@ -180,13 +180,14 @@ def take_steps(
             for i in range(q.size):
                 forces[i] = (residual[i] - end[9 + INERTIA, i] - (1.0 - weight) * before[i]) / weight
             now = end[9:]
-        if watch[3]:
+        if k < watch[3]:
             time = times[k] + size
             see_step(watch[0], watch[1], watch[2], end[0], a, end[2], time, time - times[k])
+        start_a = a
         q, v, a, jerk, own = end[0], end[1], end[2], end[3], end[4:9]
         if rows[k] >= 0:
             record(samples, q, v, times[k + 1], rows[k])
         taken += 1
         if counts[LOST] > limits[5]:
             break
-    return taken, end, forces, work, late
+    return taken, end, forces, work, late, start_a
