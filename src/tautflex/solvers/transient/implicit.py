@@ -171,22 +171,22 @@ class Stepper(Remembering):
             return None
         round_off = _ROUND_OFF / self.tolerance
         limits = self.tolerance, self._max_iterations, round_off, self._met_forces, _SCALE_FLOOR, self._refresh_cost
-        counts = np.array([self._memory.learned, self._fewest_iterations, self._lost_iterations, 0, 0])
+        counts = np.array([self._memory.learned, self._fewest_iterations, self._lost_iterations, 0, 0, 0])
         return (
-            (*factors, self._diagonal), self._corotation.parts, self._memory.parts(len(self._diagonal)), limits,
-            counts, np.array([self._largest_scale]),
+            (*factors, self._diagonal, self._factor_inertia), self._corotation.parts,
+            self._memory.parts(len(self._diagonal)), limits, counts, np.array([self._largest_scale]),
         )  # fmt: skip
 
     def took(self, steps: int, counts: Indices, scales: Array) -> None:
         """Take up what `take_steps` has left in the counts and scales of `tangent`."""
-        learned, self._fewest_iterations, self._lost_iterations, iterations, evaluations = counts.tolist()
+        learned, self._fewest_iterations, self._lost_iterations, iterations, evaluations, solves = counts.tolist()
         self._memory.learned, self._largest_scale = learned, float(scales[0])
         self._give_up_factor()
         statistics = self.equation.statistics
         statistics.steps += steps
         statistics.iterations += iterations
         statistics.force_evaluations += evaluations
-        self.factor.solves += iterations
+        self.factor.solves += solves
 
     def resolved(self, end: MotionState, error: Array) -> Array:
         """Part of a vector that the step to ``end`` resolves, shape (size,).

@@ -14,7 +14,8 @@ matrices  start, column, mass, damping, whether there is damping, ``linear`` of 
 elements  store and stresses of a `Workspace`
 scheme    ``known`` and ``end`` of `StepNumbers`, weight, evaluation instant after the start [s], size [s], share of
           the stiffness that turns
-tangent   pattern, values and reciprocal pivots of L D L', see `substitute`; diagonal of the stiffness
+tangent   pattern, values and reciprocal pivots of L D L', see `substitute`; diagonal of the stiffness, share of
+          the mass
 axes      operator, places, owner of a `Corotation` and where the tangent was factorized
 pairs     changes, shifts, Gram matrix and last step of `AndersonAcceleration`
 frame     row of every step, then velocity and displacement weights and loads of the rows, see `MotionTerms`
@@ -29,19 +30,20 @@ from typing import Any
 
 import numpy as np
 
+from tautflex.mechanics.products import product
 from tautflex.numeric import Array, Indices, jit_in_order
 from tautflex.solvers.linear.substitution import substitute
 from tautflex.solvers.nonlinear.anderson import propose_step
 from tautflex.solvers.nonlinear.newton import PATIENCE, SLOPE_ACCEPTED
 from tautflex.solvers.transient.accuracy.books import INERTIA
-from tautflex.solvers.transient.accuracy.time_error import see_step
+from tautflex.solvers.transient.accuracy.time_error import is_sampled, see_step
 from tautflex.solvers.transient.corotation import node_angles, turn
 from tautflex.solvers.transient.recorder import record
 from tautflex.solvers.transient.step_kernel import begin_step, end_of_step, first_guess, step_residual
 
-# Of `counts`: pairs learned, fewest iterations with this tangent, iterations lost to its age; iterations and
-# evaluations of all steps.
-LEARNED, FEWEST, LOST, ITERATIONS, EVALUATIONS = range(5)
+# Of `counts`: pairs learned, fewest iterations with this tangent, iterations lost to its age; iterations,
+# evaluations and substitutions of all steps.
+LEARNED, FEWEST, LOST, ITERATIONS, EVALUATIONS, SOLVES = range(6)
 
 
 @jit_in_order
@@ -119,6 +121,7 @@ def _solve(
     counts[LOST] += max(iterations - counts[FEWEST], 0)
     counts[FEWEST] = min(iterations, counts[FEWEST])
     counts[ITERATIONS] += iterations
+    counts[SOLVES] += iterations
     counts[EVALUATIONS] += evaluations
     scales[0] = max(scales[0], scale)
     return True, x, residual, force
@@ -127,17 +130,17 @@ def _solve(
 @jit_in_order
 def take_steps(
     times: Array, matrices: Any, elements: Any, scheme: Any, tangent: Any, axes: Any, pairs: Any, frame: Any,
-    limits: Any, counts: Indices, scales: Array, begin: Any, watch: Any, samples: Any, rows: Indices,
-) -> tuple[int, Array, Array, Array, float, Array]:  # fmt: skip
+    limits: Any, counts: Indices, scales: Array, begin: Any, watched: bool, watch: Any, samples: Any, rows: Indices,
+) -> tuple[int, Array, Array, Array, float]:  # fmt: skip
     """Take steps between instants, shape (steps + 1,), until one is left undone or the tangent is to be renewed.
 
     ``scales`` holds the largest force scale of the run; ``begin`` the parts of a `MotionState`: displacement, velocity,
-    acceleration, jerk, forces, and work, forces by kind of the last equilibrium and of its evaluation instant alone and
-    its lateness of its `Books`; ``watch`` state, rates and measured unknowns of a `TimeError`, and how many steps
-    it sees; ``samples`` what `record` writes to, and ``rows`` where, of every step; -1: nowhere.
+    acceleration, jerk, forces, and of its `Books` work, forces by kind of the last equilibrium and of its evaluation
+    instant alone, and lateness; ``watch`` those of a `TimeError`, if the run is ``watched``; ``samples`` what `record`
+    writes to, and ``rows`` where, for every step; -1: nowhere.
 
     Returns the number of steps taken, then of the last one rows as `end_of_step` has them, all forces but inertia,
-    the work since the start of the run, the lateness, and the acceleration at its start.
+    the work since the start of the run, and the lateness.
     """
     start, column, mass, damping, damped, _, products, reference = matrices
     known, ends, weight, reach, size, share = scheme
@@ -147,7 +150,7 @@ def take_steps(
     end, taken, none = np.zeros((0, q.size)), 0, np.zeros((0, 0))
     beside, strengths, depth = none, np.zeros(0), pairs[0].shape[0]
     kept = np.empty((depth, q.size)), np.empty((depth, q.size)), np.empty((depth, depth))
-    no_input, start_a = np.zeros(q.size), a
+    no_input, unseen = np.zeros(q.size), np.zeros(0)
     for k in range(times.size - 1):
         load = loads[which[k]]
         begun = begin_step(
@@ -180,14 +183,17 @@ def take_steps(
             for i in range(q.size):
                 forces[i] = (residual[i] - end[9 + INERTIA, i] - (1.0 - weight) * before[i]) / weight
             now = end[9:]
-        if k < watch[3]:
-            time = times[k] + size
-            see_step(watch[0], watch[1], watch[2], end[0], a, end[2], time, time - times[k])
-        start_a = a
+        if watched:
+            time, error = times[k] + size, unseen
+            if is_sampled(watch[1][0]):
+                moved = product(start, column, mass, end[2] - a)
+                error = substitute(tangent[0], tangent[1], tangent[2], tangent[4] * moved)
+                counts[SOLVES] += 1
+            see_step(watch, end[0], end[1], end[2], a, error, time, time - times[k])
         q, v, a, jerk, own = end[0], end[1], end[2], end[3], end[4:9]
         if rows[k] >= 0:
             record(samples, q, v, times[k + 1], rows[k])
         taken += 1
         if counts[LOST] > limits[5]:
             break
-    return taken, end, forces, work, late, start_a
+    return taken, end, forces, work, late

@@ -7,7 +7,6 @@ left to the driver.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,6 @@ from tautflex.solvers.transient.state import MotionState, MotionTerms
 
 # A stretch has at most so many steps, and so many steps times unknowns: it cannot be interrupted.
 _MOST_STEPS, _MOST_UNKNOWNS = 256, 500_000
-_NO_ERROR = np.zeros(8), np.zeros(3), np.zeros((2, 0)), 0
 
 
 class March:
@@ -45,7 +43,8 @@ class March:
         errors: TimeError | None,
     ) -> None:  # fmt: skip
         self._problem, self._equation, self._stepper = problem, equation, stepper
-        self._recorder, self._errors = recorder, errors
+        self._recorder, self._watched = recorder, errors is not None
+        self._errors = TimeError(equation, stepper.resolved) if errors is None else errors
         self._numbers: StepNumbers = stepper.numbers(problem.time_step)
         self._left_out = -1
         self._most = max(1, min(_MOST_STEPS, _MOST_UNKNOWNS // equation.system.size))
@@ -76,23 +75,22 @@ class March:
         tangent = self._stepper.tangent(self._problem.time_step) if self._begins(at, number, segment) else None
         if tangent is None:
             return number, at
-        times, quiet = self._times(at, number, last, segment)
+        times = self._times(at, number, last, segment)
         steps = len(times) - 1
         if not steps:
             return number, at
         size, stored = self._problem.time_step, np.arange(number + 1, number + steps + 1) % self._problem.every == 0
         ahead = [segment.motion(float(time)) for time in times[:-1] + self._numbers.scheme.evaluation * size]
         rows = np.where(stored, self._recorder.count - 1 + np.cumsum(stored), -1)
-        errors, books = self._errors, at.books
-        watch: Any = _NO_ERROR if errors is None else (*errors.parts, quiet)
+        books = at.books
         begin: Any = (
             at.q, at.v, at.a, at.jerk, np.zeros(0) if at.forces is None else at.forces, books.work, books.own,
             books.now, books.late,
         )  # fmt: skip
-        taken, end, forces, work, late, before = take_steps(
+        taken, end, forces, work, late = take_steps(
             times, self._matrices, self._elements, self._scheme, *tangent[:3],
-            _frame([self._equation.motion_terms(motion) for motion in ahead]), *tangent[3:], begin, watch,
-            self._recorder.parts, rows,
+            _frame([self._equation.motion_terms(motion) for motion in ahead]), *tangent[3:], begin,
+            self._watched, self._errors.parts, self._recorder.parts, rows,
         )  # fmt: skip
         self._stepper.took(taken, *tangent[4:])
         if taken < steps:
@@ -103,10 +101,6 @@ class March:
         books = Books(work, end[4:9], end[9:] if weighed else NONE, late)
         time, (q, v, a, jerk) = float(times[taken - 1]) + size, end[:4]
         reached = MotionState(time, q, v, a, forces if weighed else None, jerk, books=books)
-        if errors is not None:
-            errors.passed(min(taken, quiet))
-            if taken > quiet:
-                errors.step(replace(at, time=float(times[taken - 1]), a=before), reached, segment)
         reached.time = float(times[taken])
         self._recorder.stored([segment.motion(float(time)) for time in times[1 : taken + 1][stored[:taken]]])
         return number + taken, reached
@@ -117,17 +111,14 @@ class March:
         known = self._numbers.scheme.weight == 1.0 or (at.forces is not None and at.books.now.size > 0)
         return number != self._left_out and known and not behind_jump and long_for(segment, self._problem.time_step)
 
-    def _times(self, at: MotionState, number: int, last: int, segment: Segment) -> tuple[Array, int]:
-        """Instants of a stretch, from its start, and how many steps the time error sees before it samples one."""
-        problem, quiet, count = self._problem, 0, min(self._most, last - number)
-        if self._errors is not None:
-            quiet = self._errors.quiet
-            count = min(count, quiet + 1)
+    def _times(self, at: MotionState, number: int, last: int, segment: Segment) -> Array:
+        """Instants of a stretch, from its start."""
+        problem, count = self._problem, min(self._most, last - number)
         fields = [step - number for step in problem.field_steps if number < step < number + count]
-        times: Array = problem.shift + np.arange(number, number + min([count, *fields]) + 1) * problem.time_step
+        times: Array = problem.shift + problem.time_step * np.arange(number, number + min([count, *fields]) + 1.0)
         times[0], slack = at.time, 1e-9 * problem.time_step
         plain = (np.abs(np.diff(times) - problem.time_step) < slack) & (times[1:] < segment.end - slack)
-        return times[: 1 + (len(plain) if plain.all() else int(np.argmin(plain)))], quiet
+        return times[: 1 + (len(plain) if plain.all() else int(np.argmin(plain)))]
 
 
 def _frame(terms: list[MotionTerms]) -> Any:
