@@ -1,6 +1,7 @@
 """Public names of tautflex, each with its place, once: a new name is one line here."""
 
 from . import errors as errors
+from . import plot as plot
 from ._version import __version__ as __version__
 from .analysis import amplitude as amplitude
 from .analysis import dominant_frequency as dominant_frequency
@@ -88,11 +89,14 @@ from .mechanics.dampings.rayleigh import Rayleigh as Rayleigh
 from .mechanics.loads.effects.cable_tension import CableTension as CableTension
 from .mechanics.loads.effects.edge_force import EdgeForce as EdgeForce
 from .mechanics.loads.effects.film_pressure import Pressure as Pressure
-from .mechanics.loads.effects.membrane_temperature import MembraneTemperature as MembraneTemperature
 from .mechanics.loads.effects.nodal_force import NodalForce as NodalForce
 from .mechanics.loads.effects.piezo_film import PiezoFilm as PiezoFilm
 from .mechanics.loads.effects.piezo_pair import PiezoPair as PiezoPair
+from .mechanics.loads.effects.solar_pressure import SolarPressure as SolarPressure
 from .mechanics.loads.effects.stay_cable import StayCable as StayCable
+from .mechanics.loads.effects.temperature.cables import CableTemperature as CableTemperature
+from .mechanics.loads.effects.temperature.frame import FrameTemperature as FrameTemperature
+from .mechanics.loads.effects.temperature.membrane import MembraneTemperature as MembraneTemperature
 from .mechanics.loads.effects.tension_group import ReeledCables as ReeledCables
 from .mechanics.loads.effects.tension_group import TensionGroup as TensionGroup
 from .mechanics.loads.inputs import Effect as Effect
@@ -113,6 +117,8 @@ from .motion.fixed_axis import RateFormula as RateFormula
 from .motion.fixed_axis import Slew as Slew
 from .motion.fixed_axis import SpinUp as SpinUp
 from .motion.fixed_axis import Stop as Stop
+from .motion.gravity_gradient import GravityGradient as GravityGradient
+from .motion.gravity_gradient import gravity_gradient as gravity_gradient
 from .motion.hub import FreeHub as FreeHub
 from .motion.hub import HubState as HubState
 from .motion.kinematics import AtRest as AtRest
@@ -141,6 +147,7 @@ from .solvers.modal.spinning import solve_spinning_modes as solve_spinning_modes
 from .solvers.modal.tuning import tune_pretension as tune_pretension
 from .solvers.static.equilibrium import solve_static as solve_static
 from .solvers.static.equip import equip as equip
+from .solvers.static.form import find_form as find_form
 from .solvers.static.prestress import solve_prestress as solve_prestress
 from .solvers.transient.adaptive import Adaptive as Adaptive
 from .solvers.transient.methods.bathe import Bathe as Bathe
@@ -161,10 +168,19 @@ from .solvers.transient.simulate import simulate as simulate
 from .solvers.transient.status import Run as Run
 from .structure.groups import ElementGroup as ElementGroup
 from .structure.groups import Support as Support
+from .structure.links.attachment import Attachment as Attachment
+from .structure.links.distributing import DistributingLink as DistributingLink
+from .structure.links.equation import LinkEquation as LinkEquation
+from .structure.links.link import Link as Link
+from .structure.links.rigid import RigidLink as RigidLink
+from .structure.links.tie import Tie as Tie
 from .structure.masses import PointMass as PointMass
 from .structure.materials import BeamSection as BeamSection
 from .structure.materials import CableSection as CableSection
 from .structure.materials import Material as Material
 from .structure.materials import MembraneSection as MembraneSection
+from .structure.materials import OrthotropicMaterial as OrthotropicMaterial
+from .structure.materials import laminate as laminate
 from .structure.model import Model as Model
 from .structure.shapes import Shape as Shape
+from .structure.springs import Spring as Spring
