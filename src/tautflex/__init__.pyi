@@ -56,6 +56,10 @@ from .control.sensors.velocity import Velocity as Velocity
 from .control.signals import Channel as Channel
 from .control.signals import LoopSpec as LoopSpec
 from .control.signals import Reference as Reference
+from .control.tasks.hold import HoldTask as HoldTask
+from .control.tasks.slew import SlewTask as SlewTask
+from .control.tasks.stop import StopTask as StopTask
+from .control.tasks.task import Task as Task
 from .elements import Element as Element
 from .elements import ElementBlock as ElementBlock
 from .elements import InertiaPoints as InertiaPoints
