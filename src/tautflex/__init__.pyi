@@ -33,6 +33,7 @@ from .control.laws.lqg import LQG as LQG
 from .control.laws.lqr import LQR as LQR
 from .control.laws.mpc import MPC as MPC
 from .control.laws.pd import PD as PD
+from .control.laws.policy import PolicyLaw as PolicyLaw
 from .control.laws.ppf import PositivePositionFeedback as PositivePositionFeedback
 from .control.laws.shaped_reference import ShapedReference as ShapedReference
 from .control.laws.stiffness_switching import StiffnessSwitching as StiffnessSwitching
@@ -57,6 +58,7 @@ from .control.signals import Channel as Channel
 from .control.signals import LoopSpec as LoopSpec
 from .control.signals import Reference as Reference
 from .control.tasks.hold import HoldTask as HoldTask
+from .control.tasks.policy import Policy as Policy
 from .control.tasks.slew import SlewTask as SlewTask
 from .control.tasks.stop import StopTask as StopTask
 from .control.tasks.task import Task as Task

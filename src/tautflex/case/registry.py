@@ -150,6 +150,7 @@ CONTROLLERS = Registry(
         "lqr": "control.laws.lqr:LQR",
         "lqg": "control.laws.lqg:LQG",
         "mpc": "control.laws.mpc:MPC",
+        "policy": "control.laws.policy:PolicyLaw",
         "positive-position-feedback": "control.laws.ppf:PositivePositionFeedback",
         "independent-modal-control": "control.laws.imsc:IndependentModalControl",
         "tension-damping": "control.laws.tension_damping:TensionDamping",

@@ -31,6 +31,7 @@ class HoldTask(Task):
     expansion: float = 2e-5
 
     kind: ClassVar[str] = "hold"
+    directions: ClassVar[tuple[str, ...]] = ("z", "rx")
     drawn: ClassVar[tuple[str, ...]] = (
         "first",
         "second",

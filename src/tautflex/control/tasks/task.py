@@ -13,6 +13,7 @@ import numpy as np
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.motion.kinematics import AtRest, Maneuver
+from tautflex.reduction.bases.modal_basis import ModalBasis
 
 Range = tuple[float, float]
 
@@ -51,6 +52,8 @@ class Task:
         Least and largest part of a command that an actuator on the structure gives, > 0.
     noise
         Least and largest factor of the sensors' noise, >= 0.
+    coordinates
+        Coordinates of the reduced model for training, > 2.
 
     Raises
     ------
@@ -69,9 +72,12 @@ class Task:
     tension_error: float = 0.08
     effectiveness: Range = (0.6, 1.1)
     noise: Range = (0.5, 2.0)
+    coordinates: int = 8
 
     drawn: ClassVar[tuple[str, ...]] = ("tension_error", "effectiveness", "noise")
     """Parameters of an episode, in the order in which they are drawn."""
+    directions: ClassVar[tuple[str, ...]] = ("rx",)
+    """Rigid accelerations that excite the film, see `ModalBasis`."""
 
     def __post_init__(self) -> None:
         for name in ("duration", "attitude_tolerance", "surface_tolerance"):
@@ -87,6 +93,7 @@ class Task:
         checks.between("tension_error", self.tension_error, 0.0, 0.5)
         rising_range("effectiveness", self.effectiveness, 1e-9)
         rising_range("noise", self.noise, 0.0)
+        checks.whole("coordinates", self.coordinates, 3)
 
     def limits(self) -> dict[str, Range]:
         """Least and largest value of each drawn parameter."""
@@ -99,6 +106,11 @@ class Task:
     def nominal(self) -> dict[str, float]:
         """Parameters of an episode without errors, in the middle of what is drawn."""
         return {"tension_error": 0.0, "effectiveness": 1.0, "noise": 1.0}
+
+    @property
+    def basis(self) -> ModalBasis:
+        """Basis of the reduced model for training."""
+        return ModalBasis(directions=self.directions, count=self.coordinates - len(self.directions))
 
     def maneuver(self, parameters: dict[str, float]) -> Maneuver:
         """What laws are to follow, or what is prescribed where there is no hub; its end is the goal."""
