@@ -5,8 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from tautflex import checks
 from tautflex.control.tasks.task import Range, Task
+from tautflex.mechanics.loads.effects.membrane_temperature import MembraneTemperature
+from tautflex.mechanics.loads.effects.nodal_force import NodalForce
+from tautflex.mechanics.loads.inputs import Effect
+from tautflex.numeric import Array
+from tautflex.structure.model import Model
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,3 +73,17 @@ class HoldTask(Task):
         end = self.duration
         times = {"first_time": 0.05 * end, "second_time": 0.25 * end, "snap_time": 0.5 * end}
         return {"first": self.impulse, "second": self.impulse, "snap": -self.snap} | times | super().nominal()
+
+    def effects(self, model: Model) -> dict[str, Effect]:
+        """Force at the node nearest to the point, and temperature of the film."""
+        node = int(np.linalg.norm(model.nodes - [*self.point, 0.0], axis=1).argmin())
+        strike = NodalForce([node], direction=(0.0, 0.0, 1.0))
+        return {"strike": strike, "film temperature": MembraneTemperature(None, self.expansion)}
+
+    def disturbances(self, parameters: dict[str, float], count: int, interval: float) -> Array:
+        """An impulse is given within the interval that its instant lies in; the temperature stays."""
+        acting = np.zeros((count, 2))
+        for strike in ("first", "second"):
+            acting[int(parameters[f"{strike}_time"] / interval), 0] += parameters[strike] / interval
+        acting[int(parameters["snap_time"] / interval) :, 1] = parameters["snap"]
+        return acting

@@ -12,8 +12,11 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.mechanics.loads.inputs import Effect
 from tautflex.motion.kinematics import AtRest, Maneuver
+from tautflex.numeric import Array
 from tautflex.reduction.bases.modal_basis import ModalBasis
+from tautflex.structure.model import Model
 
 Range = tuple[float, float]
 
@@ -119,6 +122,14 @@ class Task:
     def goal(self, parameters: dict[str, Any]) -> Any:
         """Angle about the hub's axis at the end [rad]."""
         return 0.0
+
+    def effects(self, model: Model) -> dict[str, Effect]:
+        """What disturbs the structure, beside errors of its tension, by name."""
+        return {}
+
+    def disturbances(self, parameters: dict[str, float], count: int, interval: float) -> Array:
+        """How much of each effect acts in each interval [s], shape (count, effects)."""
+        return np.zeros((count, 0))
 
     def cost(self, attitude_error: Any, surface_rms: Any, xp: Any = np) -> Any:
         """Cost of an instant, angle [rad] and rms [m] of any shape; ``xp`` is their array module."""
