@@ -16,6 +16,7 @@ from tautflex.case.schema import Case
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.bank import checked_actuators
 from tautflex.control.actuators.drive import Drive
+from tautflex.control.linear import LinearPlant
 from tautflex.control.plant import Plant
 from tautflex.control.sensors.attitude import Attitude
 from tautflex.control.sensors.sensor import Sensor, hub_rows
@@ -152,19 +153,26 @@ class Arena:
         """Reduced model for training."""
         return reduce(self.state, self.task.basis)
 
-    def parts(self) -> tuple[dict[str, Drive], dict[str, Sensor]]:
-        """Actuators with disturbances, and exact sensors with what the judge reads."""
-        exact: dict[str, Sensor] = {
-            name: replace(sensor, noise=0.0, resolution=0.0) for name, sensor in self.sensors.items()
-        }
-        truth: dict[str, Sensor] = {TRUTH[1]: SurfaceRms()}
-        if self.hub is not None:
-            truth = {TRUTH[0]: Attitude()} | truth
-        return {**self.actuators, **self.disturbances}, exact | truth
+    @cached_property
+    def model(self) -> LinearPlant:
+        """Linear view of the loop, without disturbances."""
+        spec = self.spec
+        return self.plant("full", exact=False).linearize().selected(spec.commanded, spec.measured)
 
-    def plant(self, kind: str, time_step: float | None = None) -> Plant:
-        """Plant with exact sensors, on the full structure or on the reduced model."""
-        actuators, sensors = self.parts()
+    def plant(self, kind: str, time_step: float | None = None, exact: bool = True) -> Plant:
+        """Plant on the full structure or on the reduced model.
+
+        With exact sensors it has all disturbances and what the judge reads; else the loop as laws see it, which the
+        task alone disturbs.
+        """
+        actuators: dict[str, Any] = {**self.actuators, **self.disturbances}
+        sensors = self.sensors
+        if exact:
+            sensors = {name: replace(sensor, noise=0.0, resolution=0.0) for name, sensor in sensors.items()}
+            sensors |= ({} if self.hub is None else {TRUTH[0]: Attitude()}) | {TRUTH[1]: SurfaceRms()}
+        else:
+            errors = list(self.disturbances)[len(self.task.effects(self.state.model)) :]
+            actuators = {name: drive for name, drive in actuators.items() if name not in errors}
         step = self.case.solver.time_step if time_step is None else time_step
         asked: dict[str, Any] = {"interval": self.interval, "time_step": step, "damping": self.damping}
         if self.hub is None:

@@ -74,6 +74,12 @@ class HoldTask(Task):
         times = {"first_time": 0.05 * end, "second_time": 0.25 * end, "snap_time": 0.5 * end}
         return {"first": self.impulse, "second": self.impulse, "snap": -self.snap} | times | super().nominal()
 
+    def grid(self, count: int = 4) -> list[dict[str, float]]:
+        """Draws of a source of their own."""
+        random, limits = np.random.default_rng(0), self.limits()
+        own = [name for name in self.drawn if name not in Task.drawn]
+        return [self.nominal() | {name: float(random.uniform(*limits[name])) for name in own} for _ in range(count)]
+
     def effects(self, model: Model) -> dict[str, Effect]:
         """Force at the node nearest to the point, and temperature of the film."""
         node = int(np.linalg.norm(model.nodes - [*self.point, 0.0], axis=1).argmin())

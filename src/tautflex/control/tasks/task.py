@@ -45,6 +45,8 @@ class Task:
         Angle from the goal at which an episode ends [rad], > attitude_tolerance.
     surface_limit
         Rms of the film at which an episode ends [m], > surface_tolerance.
+    wrinkled_limit
+        Part of the film's area that may wrinkle, of those plants that tell it, in (0, 1]; more is a failure.
     effort_weight
         What commands cost, >= 0.
     change_weight
@@ -70,6 +72,7 @@ class Task:
     surface_tolerance: float = 2e-5
     attitude_limit: float = 1.5
     surface_limit: float = 0.02
+    wrinkled_limit: float = 0.5
     effort_weight: float = 1e-3
     change_weight: float = 1e-3
     tension_error: float = 0.08
@@ -91,6 +94,7 @@ class Task:
                 raise InputError(
                     f"{what}_limit: expected more than {what}_tolerance = {tolerance:g}, got {limit:g}; enlarge it"
                 )
+        checks.between("wrinkled_limit", self.wrinkled_limit, 1e-9, 1.0)
         checks.non_negative("effort_weight", self.effort_weight)
         checks.non_negative("change_weight", self.change_weight)
         checks.between("tension_error", self.tension_error, 0.0, 0.5)
@@ -114,6 +118,11 @@ class Task:
     def basis(self) -> ModalBasis:
         """Basis of the reduced model for training."""
         return ModalBasis(directions=self.directions, count=self.coordinates - len(self.directions))
+
+    def grid(self, count: int = 4) -> list[dict[str, float]]:
+        """Parameters of episodes to judge on, without errors: the first that is drawn, from end to end."""
+        first, nominal = self.drawn[0], self.nominal()
+        return [nominal | {first: float(value)} for value in np.linspace(*self.limits()[first], count)]
 
     def maneuver(self, parameters: dict[str, float]) -> Maneuver:
         """What laws are to follow, or what is prescribed where there is no hub; its end is the goal."""
