@@ -21,11 +21,12 @@ from tautflex import checks
 from tautflex._version import __version__
 from tautflex.case.schema import Case
 from tautflex.control.law import ControlLaw, law_of
+from tautflex.control.loop import start_law
 from tautflex.control.tasks.written import written
 from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
 from tautflex.learning.bodies import KINDS
-from tautflex.learning.scenarios import METRICS, Scenario, play, scenarios_of, tensioned
+from tautflex.learning.scenarios import METRICS, Scenario, disturbed, play, scenarios_of, tensioned
 
 Progress = Callable[[float, str], None]
 _DRAWS = 2000  # of the bootstrap
@@ -90,6 +91,11 @@ def evaluate(
     arena = Arena(case)
     chosen = scenarios_of(arena.task) if scenarios is None else list(scenarios)
     checks.several("scenarios", chosen, Scenario, "Scenario({'angle': 0.5})")
+    for name, law in asked.items():
+        try:
+            start_law(arena.plant("full", exact=False), disturbed(arena, law, arena.task.nominal()))
+        except InputError as error:
+            raise InputError(f"laws.{name}: {error}") from None
     jobs = [(name, number, kind) for number in range(len(chosen)) for kind in plants for name in asked]
     folder = None if directory is None else checks.path("directory", directory)
     found = dict[tuple[str, int, str], dict[str, float]]()

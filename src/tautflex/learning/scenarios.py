@@ -124,14 +124,19 @@ class Disturbed(ControlLaw):
         return memory, np.concatenate([command, self.table[now]])
 
 
+def disturbed(arena: Arena, law: ControlLaw, parameters: dict[str, float]) -> ControlLaw:
+    """Law beside the disturbances of an episode."""
+    table = arena.task.disturbances(parameters, arena.steps, arena.interval)
+    return Disturbed(law, len(arena.limits), table, arena.interval) if table.shape[1] else law
+
+
 def play(
     arena: Arena, law: ControlLaw, scenario: Scenario, kind: str, time_step: float | None = None
 ) -> dict[str, float]:
     """Run an episode under a law, and tell how it went: see `METRICS`."""
     task, parameters = arena.task, dict(scenario.parameters)
     plant = arena.plant(kind, time_step, exact=False)
-    table = task.disturbances(parameters, arena.steps, arena.interval)
-    whole = Disturbed(law, len(arena.limits), table, arena.interval) if table.shape[1] else law
+    whole = disturbed(arena, law, parameters)
     try:
         run = close_loop(plant, whole, task.maneuver(parameters), task.duration, scenario.seed)
     except NotConvergedError as error:
