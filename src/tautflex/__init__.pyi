@@ -24,6 +24,7 @@ from .case.run import run_case as run_case
 from .control.actuators.actuator import Actuator as Actuator
 from .control.actuators.hub_torque import HubTorque as HubTorque
 from .control.authority import authority as authority
+from .control.compiled.compiled_plant import CompiledPlant as CompiledPlant
 from .control.law import ControlLaw as ControlLaw
 from .control.law import FunctionLaw as FunctionLaw
 from .control.law import LawMatrices as LawMatrices
