@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from tautflex import checks
-from tautflex.errors import NotConvergedError, UnsupportedError
+from tautflex.errors import NotConvergedError
 from tautflex.learning.arena import Arena
 from tautflex.motion.kinematics import Maneuver
 from tautflex.numeric import Array, Mask
@@ -69,8 +69,30 @@ class PlantBodies:
         return plant.state_of.system.translations(plant.state.motion.displacement)
 
 
+class CompiledBodies:
+    """Reduced models on their hubs, all in one compiled call."""
+
+    def __init__(self, arena: Arena, count: int) -> None:
+        self._plants = arena.compiled(count)
+        self.readings, self.failed = self._plants.measurement, self._plants.failed
+
+    def reset(self, row: int, maneuver: Maneuver) -> None:
+        """Begin anew; the hub is free."""
+        self._plants.reset(0, row)
+        self.failed[row] = False
+
+    def step(self, command: Array) -> None:
+        """Hold commands; a plant whose step is not stable fails."""
+        self._plants.step(command)
+        self.failed = self._plants.failed
+
+    def displacement(self, row: int) -> Array:
+        """Displacement of all nodes [m], shape (node, 3)."""
+        return self._plants.displacement(row)
+
+
 def bodies_of(arena: Arena, kind: str, count: int) -> Bodies:
-    """Plants of a kind side by side; InputError if it is unknown.
+    """Plants of a kind side by side.
 
     Raises
     ------
@@ -79,7 +101,6 @@ def bodies_of(arena: Arena, kind: str, count: int) -> Bodies:
     UnsupportedError
         If the structure cannot be reduced.
     """
-    checks.one_of("plant", kind, KINDS)
-    if kind == "full":
-        return PlantBodies(arena, kind, count)
-    raise UnsupportedError("plant: reduced is not here yet")
+    if checks.one_of("plant", kind, KINDS) == "reduced" and arena.hub is not None:
+        return CompiledBodies(arena, count)
+    return PlantBodies(arena, kind, count)

@@ -224,6 +224,10 @@ class CompiledPlant:
         """Plants whose step was not stable since their reset, shape (count,)."""
         return self._counts[:, FAILED] != 0
 
+    def displacement(self, row: int = 0) -> Array:
+        """Displacement of all nodes of a plant by its coordinates [m], without answers to inputs, shape (node, 3)."""
+        return self.rom.state.system.translations(self.rom.displacement(self._rows[row][0].q[None])[0])
+
     @property
     def time(self) -> Array:
         """Time since their reset [s], shape (count,)."""
