@@ -14,5 +14,6 @@ if find_spec("gymnasium") is not None:
         gymnasium.register(
             f"tautflex/{_task.capitalize()}-v0",
             entry_point="tautflex.learning.env:AntennaEnv",
+            vector_entry_point="tautflex.learning.vector:VectorAntennaEnv",
             kwargs={"task": _task},
         )
