@@ -28,7 +28,7 @@ def steps_per_second(
     question = {"time_step": step, "end_time": 1.0, "method": method, "damping": tf.Rayleigh(1e-3, 1e-3)}
     run = HubRun(rom, TransientProblem.asked(rom, hub, question))
     run.start()
-    stages, inputs = stage_numbers(run._method, step), run._inputs(np.zeros(1), np.inf)
+    stages, inputs = stage_numbers(run._method, step), run.inputs_at(np.zeros(1), np.inf)
     nowhere, none = np.full(steps, -1), np.empty((0, 3, rom.size))
     kept = run.eta, run.rate, run.rigid, run.outside
     times = []

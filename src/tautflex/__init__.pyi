@@ -24,6 +24,7 @@ from .case.run import run_case as run_case
 from .control.actuators.actuator import Actuator as Actuator
 from .control.actuators.hub_torque import HubTorque as HubTorque
 from .control.authority import authority as authority
+from .control.compiled.compiled_plant import CompiledPlant as CompiledPlant
 from .control.law import ControlLaw as ControlLaw
 from .control.law import FunctionLaw as FunctionLaw
 from .control.law import LawMatrices as LawMatrices
@@ -33,6 +34,7 @@ from .control.laws.lqg import LQG as LQG
 from .control.laws.lqr import LQR as LQR
 from .control.laws.mpc import MPC as MPC
 from .control.laws.pd import PD as PD
+from .control.laws.policy import PolicyLaw as PolicyLaw
 from .control.laws.ppf import PositivePositionFeedback as PositivePositionFeedback
 from .control.laws.shaped_reference import ShapedReference as ShapedReference
 from .control.laws.stiffness_switching import StiffnessSwitching as StiffnessSwitching
@@ -56,6 +58,11 @@ from .control.sensors.velocity import Velocity as Velocity
 from .control.signals import Channel as Channel
 from .control.signals import LoopSpec as LoopSpec
 from .control.signals import Reference as Reference
+from .control.tasks.hold import HoldTask as HoldTask
+from .control.tasks.policy import Policy as Policy
+from .control.tasks.slew import SlewTask as SlewTask
+from .control.tasks.stop import StopTask as StopTask
+from .control.tasks.task import Task as Task
 from .elements import Element as Element
 from .elements import ElementBlock as ElementBlock
 from .elements import InertiaPoints as InertiaPoints
@@ -80,6 +87,10 @@ from .files.netcdf import load as load
 from .files.netcdf import load_run as load_run
 from .files.netcdf import save as save
 from .files.vtu import write_vtu as write_vtu
+from .learning.evaluate import evaluate as evaluate
+from .learning.scenarios import Scenario as Scenario
+from .learning.tune import Tuned as Tuned
+from .learning.tune import tune_law as tune_law
 from .mechanics.dampings.damping import Damping as Damping
 from .mechanics.dampings.damping import LinearStructure as LinearStructure
 from .mechanics.dampings.matrix import DampingMatrix as DampingMatrix

@@ -21,6 +21,7 @@ from tautflex.control.linear import LinearPlant
 from tautflex.control.linearize import linearize
 from tautflex.control.sensors.sensor import SensedMotion, Sensor, SensorMemory, noise_of
 from tautflex.control.signals import Channel
+from tautflex.control.timing import steps_of
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import TimeInput
@@ -41,8 +42,8 @@ from tautflex.solvers.transient.simulate import FullRun
 from tautflex.solvers.transient.status import Run, Statistics, Status
 from tautflex.text import card, shown
 
-# Longest step [s] where none is given; intervals whose samples are reserved at a time.
-_LONGEST, _RESERVED = 5e-3, 1024
+# Intervals whose samples are reserved at a time.
+_RESERVED = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +146,7 @@ class Plant:
         self.sensors: dict[str, Sensor] = dict(sensed)
         for name in sorted({*self.actuators} & {*self.sensors}):
             raise InputError(f"sensors.{name}: expected a name of its own, got that of an actuator; choose another one")
-        self.interval, self._steps = checks.positive("interval", interval), _steps(interval, time_step)
+        self.interval, self._steps = checks.positive("interval", interval), steps_of(interval, time_step)
         checks.instance("method", method, (Method, type(None)), "an implicit method such as GeneralizedAlpha()")
         given = checks.several("inputs", inputs, TimeInput, "NodalForce(...)")
         self.state_of = equip(
@@ -369,20 +370,6 @@ def _maneuver(given: Any) -> Maneuver:
         "maneuver", AtRest() if given is None else given, Maneuver, "a maneuver, or None"
     )
     return wanted
-
-
-def _steps(interval: float, time_step: float | None) -> int:
-    """Steps of an interval; InputError unless they are whole ones."""
-    if time_step is None:
-        return int(np.ceil(interval / _LONGEST - 1e-9))
-    count = interval / checks.positive("time_step", time_step)
-    if round(count) < 1 or abs(count - round(count)) > 1e-6:
-        whole = interval / max(1, round(count))
-        raise InputError(
-            f"time_step: expected a whole part of the interval ({interval:g} s), got {time_step:g}; set for example "
-            f"time_step = {whole:.6g}"
-        )
-    return round(count)
 
 
 def _joined(parts: list[xr.Dataset]) -> xr.Dataset:

@@ -70,6 +70,11 @@ class SurfaceOnVectors:
         The film.
     vectors
         Shape (vector, size).
+
+    Attributes
+    ----------
+    form
+        Mean square of the deflection from the best plane as a form of the amounts, shape (vector, vector).
     """
 
     def __init__(self, surface: FilmSurface, vectors: Array) -> None:
@@ -78,12 +83,12 @@ class SurfaceOnVectors:
         self._plane = surface.fit.T @ across
         # Made free of the plane before it is squared: the difference of squares would lose half of the digits.
         left = across - surface.plane @ self._plane
-        self._form = left.T @ (surface.weights @ left) / (surface.area or np.nan)
+        self.form = left.T @ (surface.weights @ left) / (surface.area or np.nan)
         self._plane[:, :] += 0.0 if surface.area else np.nan
 
     def measure(self, amounts: Array) -> Array:
         """Measures as `FilmSurface.measure` has them, shape (time, 4), from amounts of the vectors, (time, vector)."""
-        square = np.sum((amounts @ self._form) * amounts, axis=1)
+        square = np.sum((amounts @ self.form) * amounts, axis=1)
         piston, first, second = self._plane @ amounts.T
         return np.column_stack([np.sqrt(np.maximum(square, 0.0)), second, -first, piston])
 

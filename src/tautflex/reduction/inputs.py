@@ -84,6 +84,8 @@ class ReducedInputs:
         psi, shape (n_s, size).
     beta
         Force of unit stresses on the coordinates at rest, shape (n_s, r).
+    own
+        ``u own u / 2`` is what stresses store at once in the structure that answers them, shape (n_s, n_s).
 
     Raises
     ------
@@ -105,7 +107,7 @@ class ReducedInputs:
         pulls = stress_loads(system, self.columns) if self.columns else np.zeros((0, system.size))
         self.beta = pulls @ basis.kept.T
         self.answers = static_answers(rom.reference, basis, -pulls) if len(pulls) else pulls
-        self._own = pulls @ self.answers.T
+        self.own = pulls @ self.answers.T
         self._pressures: list[tuple[Array, Array, Array]] = []
 
     @property
@@ -188,7 +190,7 @@ class ReducedInputs:
         added = strain_energies(arrays, q, given) - strain_energies(arrays, q)
         if self._rom.in_elements:
             return np.asarray(added)
-        return np.asarray(added + np.einsum("tk,tk->t", u, q @ self.beta.T + 0.5 * u @ self._own))
+        return np.asarray(added + np.einsum("tk,tk->t", u, q @ self.beta.T + 0.5 * u @ self.own))
 
     def doubts(self, end: float, beta: float) -> list[str]:
         """Sentences on inputs of a run to ``end`` [s] whose answer is taken as instantaneous although it is not.

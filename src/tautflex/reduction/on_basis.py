@@ -126,12 +126,13 @@ class OnBasis(SteppingModel):
 
     def surface(self, eta: Array, offset: Array) -> Array:
         """Measures of the film, as `FilmSurface.measure` has them, at instants, shape (time, 4)."""
-        if self._surface.count == self.size:
-            return self._surface.measure(eta)
-        return self._surface.measure(np.concatenate([eta, monomials(eta), offset], axis=1))
+        if self.film.count == self.size:
+            return self.film.measure(eta)
+        return self.film.measure(np.concatenate([eta, monomials(eta), offset], axis=1))
 
     @cached_property
-    def _surface(self) -> SurfaceOnVectors:
+    def film(self) -> SurfaceOnVectors:
+        """The film's measures, of the coordinates alone or of all that moves it."""
         film, following = self.state.system.surface, self.basis.derivatives
         # What follows a flat film's motion stays in its plane, but for round-off.
         across, whole = (np.abs(part).max(initial=0.0) for part in (film.look @ following.T, following))

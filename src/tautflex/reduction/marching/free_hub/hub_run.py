@@ -80,7 +80,7 @@ class HubRun(ReducedRun):
             arms[places[:, a]] = np.cross(moved, axes[a]).transpose(1, 2, 0)
         turning = np.flatnonzero(np.diff(model.dof_offset) == 6)
         wrench[system.place[model.dof_offset[turning][:, None] + np.arange(3, 6)], 3:] = axes
-        self._to_wrench, self._to_arms = wrench[:-1], arms[:-1].reshape(size, -1)
+        self.to_wrench, self.to_arms = wrench[:-1], arms[:-1].reshape(size, -1)
 
     def _plan(self, maneuver: Any) -> tuple[RigidMotion, tuple[Segment, ...]]:
         """Motion at the start, and segments between jumps: the motion is not known beforehand."""
@@ -106,7 +106,7 @@ class HubRun(ReducedRun):
         inputs = self._at(self.time, np.inf, self.ride.rigid)
         hub_steps.balance(self.arrays, self.hub, inputs, 0, self._work, self.ride, self._explicit)
 
-    def _inputs(self, times: Array, before: float) -> HubInputs:
+    def inputs_at(self, times: Array, before: float) -> HubInputs:
         """What acts at instants but for feedback; a jump at ``before`` is not met yet."""
         rom, wrench = self.rom, np.zeros((1, 6)) if self.free.feedback else self.free.wrench()[None]
         r, none = rom.size, (np.zeros((1, rom.size)), np.zeros((1, 0)))
@@ -120,12 +120,12 @@ class HubRun(ReducedRun):
         given, instants = self.inputs.given, [earlier(float(time), before) for time in times]
         outside = np.array([given.outside_load(instant) for instant in instants])
         held = np.array([given.held_wrench(instant) for instant in instants])
-        arms = (outside @ self._to_arms).reshape(-1, 3, r)
-        return HubInputs(load, stress, *inside, wrench + held + outside @ self._to_wrench, arms)
+        arms = (outside @ self.to_arms).reshape(-1, 3, r)
+        return HubInputs(load, stress, *inside, wrench + held + outside @ self.to_wrench, arms)
 
     def _at(self, time: float, before: float, rigid: Array, seen: Array | None = None) -> HubInputs:
         """What acts from outside at one instant with this hub and these coordinates and velocities, (2, r)."""
-        inputs = self._inputs(np.array([time]), before)
+        inputs = self.inputs_at(np.array([time]), before)
         if not self.free.feedback:
             return inputs
         q, v = (self._work.q, self._work.v) if seen is None else seen
@@ -149,7 +149,7 @@ class HubRun(ReducedRun):
         """Inputs at the evaluation instants and at the ends of the stages of steps inside one segment."""
         into = np.cumsum([0.0, *(stage.size for stage in stages)])
         offsets = into[:-1] + np.array([stage.evaluation * stage.size for stage in stages])
-        found = [self._inputs((starts[:, None] + each).ravel(), segment.end) for each in (offsets, into[1:])]
+        found = [self.inputs_at((starts[:, None] + each).ravel(), segment.end) for each in (offsets, into[1:])]
         return tuple(found)
 
     def _rest(self, frame: Any, first: int) -> Any:

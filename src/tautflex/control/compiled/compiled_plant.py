@@ -1,0 +1,251 @@
+"""Reduced models on their hubs, commanded and measured in compiled code, many side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tautflex import checks
+from tautflex.control.actuators.bank import Bank, checked_actuators
+from tautflex.control.compiled import kernels
+from tautflex.control.compiled.addresses import table_of
+from tautflex.control.compiled.drives import drives_of
+from tautflex.control.compiled.parts import DRAWN, FAILED, INTERVALS, Drives, LoopState, Sensing
+from tautflex.control.compiled.sensing import sensing_of
+from tautflex.control.sensors.sensor import Sensor, noise_of
+from tautflex.control.signals import Channel
+from tautflex.control.timing import steps_of
+from tautflex.errors import UnsupportedError
+from tautflex.mechanics.dampings.damping import Damping
+from tautflex.motion.hub import FreeHub
+from tautflex.numeric import Array, Mask
+from tautflex.reduction.marching.free_hub.hub_arrays import HubInputs
+from tautflex.reduction.marching.free_hub.hub_run import HubRun
+from tautflex.reduction.marching.free_hub.hub_work import HubWork, new_hub_work
+from tautflex.reduction.marching.work import Work, new_work
+from tautflex.reduction.polynomial.model import ReducedModel
+from tautflex.solvers.transient.methods.central_difference import CentralDifference
+from tautflex.solvers.transient.problem import TransientProblem
+from tautflex.text import card, shown
+
+# Draws of noise that are made at a time.
+_DRAWS = 512
+
+
+class CompiledPlant:
+    """Plants of one reduced model on a free hub, side by side, by central differences: what training and tuning run on.
+
+    The same drives, steps, sensors and noise as `Plant` has, in one compiled call for all of them. What a plant keeps
+    beside is left out: there is no record, no time error, and a step that is not stable is not halved but fails.
+
+    Parameters
+    ----------
+    rom
+        Reduced model (`reduce`) of a state that is equipped for the actuators.
+    hub
+        Free hub, without functions of time and motion.
+    actuators, sensors, interval, time_step, damping
+        As of `Plant`.
+    count
+        Number of plants side by side, >= 1.
+
+    Attributes
+    ----------
+    inputs, outputs
+        Names, units and sizes of the parts of a command and of a measurement.
+    measurement
+        The last ones, shape (count, outputs). Steps write into it.
+    gain, offset
+        What acts is ``gain`` times what a drive gives, plus ``offset``: effectiveness of an actuator, and error of a
+        tension; shapes (count, inputs). Set before `reset`.
+    value
+        What acts now, shape (count, inputs).
+    work
+        Work of every number of the command since the reset [J], shape (count, inputs).
+
+    Raises
+    ------
+    InputError
+        If an argument is wrong, or the step is not stable.
+    UnsupportedError
+        If the model is hyper-reduced, the hub has feedback, or a sensor is not linear.
+
+    Examples
+    --------
+    >>> plants = tf.CompiledPlant(rom, hub, actuators, sensors, interval=0.01, count=64)  # doctest: +SKIP
+    >>> y = plants.reset(seed=0)  # doctest: +SKIP
+    >>> y = plants.step(np.zeros((64, 3)))  # doctest: +SKIP
+    """
+
+    def __init__(
+        self,
+        rom: ReducedModel,
+        hub: FreeHub,
+        actuators: Mapping[str, Any] | None = None,
+        sensors: Mapping[str, Sensor] | None = None,
+        *,
+        interval: float = 0.01,
+        time_step: float | None = None,
+        damping: Damping | None = None,
+        count: int = 1,
+    ) -> None:
+        if not isinstance(rom, ReducedModel):
+            raise UnsupportedError(
+                f"rom: expected a reduced model whose forces are polynomials, got {shown(rom)}; reduce(state) makes "
+                "one, or use Plant"
+            )
+        self.rom, self.hub = rom, checks.instance("hub", hub, FreeHub, "a FreeHub(...)")
+        if hub.feedback:
+            raise UnsupportedError(
+                "hub: expected constant force and torque, got functions of time and motion; command a HubTorque"
+            )
+        self.actuators, self.sensors = checked_actuators(actuators, hub), dict(sensors or {})
+        self.interval, self._steps = checks.positive("interval", interval), steps_of(interval, time_step)
+        self.count = checks.whole("count", count, 1)
+        bank = Bank(self.actuators, rom.state.system, interval)
+        self.inputs: tuple[Channel, ...] = bank.channels
+        step = interval / self._steps
+        question = {"time_step": step, "end_time": interval, "method": CentralDifference(), "damping": damping}
+        self._run = HubRun(rom, TransientProblem.asked(rom, hub, question | {"inputs": bank.inputs}))
+        self._run.start()
+        prepared = {name: each.prepare(rom.state, hub) for name, each in self.sensors.items()}
+        self.outputs: tuple[Channel, ...] = tuple(
+            Channel(name, bound.unit, bound.size, self.sensors[name].noise) for name, bound in prepared.items()
+        )
+        sensing = sensing_of(self._run, self.sensors, prepared, interval, bank)
+        drives = drives_of(self._run, bank, np.array([interval, step, self._steps]))
+        base = _whole(self._run.inputs_at(np.zeros(1), np.inf), drives)
+        self._fixed, self._kept = table_of(self._run.arrays, self._run.hub, drives, sensing, base)
+        self._make_rows(drives, sensing, base)
+
+    def _make_rows(self, drives: Drives, sensing: Sensing, base: HubInputs) -> None:
+        """Arrays of every plant."""
+        run, count, c, o = self._run, self.count, len(drives.limit), len(sensing.bias)
+        self.measurement, self._command = np.zeros((count, o)), np.zeros((count, c))
+        self.gain, self.offset, self.value, self.work = np.ones((count, c)), *np.zeros((3, count, c))
+        self._counts = np.zeros((count, 3), dtype=np.int64)
+        self._draws = np.zeros((count, _DRAWS, o))
+        self._rows: list[tuple[Work, HubWork, LoopState, HubInputs, HubInputs]] = []
+        self._noise: list[dict[str, np.random.Generator]] = [{} for _ in range(count)]
+        tables = []
+        late, old = int(drives.delay.max(initial=0)), int(sensing.kept.max(initial=1))
+        for n in range(count):
+            loop = LoopState(
+                np.zeros((c, late)), np.zeros(c), np.zeros(c), self.value[n], self.gain[n], self.offset[n],
+                np.zeros((c, 3)), np.zeros((o, old)), self.work[n], np.zeros(c), self._draws[n], self._counts[n],
+            )  # fmt: skip
+            before, now = _whole(base, drives), _whole(base, drives)
+            work, ride = new_work(run.rom.size), new_hub_work(run.hub, run.arrays.mass, run.ride.given.size)
+            self._rows.append((work, ride, loop, before, now))
+            table, kept = table_of(*self._rows[-1])
+            tables.append(table)
+            self._kept += kept
+        self._own, self._left = np.array(tables), 0
+
+    def reset(
+        self,
+        seed: int | None = None,
+        row: int | None = None,
+        coordinates: ArrayLike | None = None,
+        rates: ArrayLike | None = None,
+    ) -> Array:
+        """Begin anew: all plants, row n with ``seed + n``, or one of them with ``seed``.
+
+        Parameters
+        ----------
+        seed
+            Of the sensors' noise; None is 0.
+        row
+            Number of the plant; None is all.
+        coordinates, rates
+            Where the structure begins in place of its equilibrium, shape (r,).
+
+        Returns
+        -------
+        numpy.ndarray
+            Measurement, shape (outputs,) of one plant, else (count, outputs).
+        """
+        chosen = 0 if seed is None else seed
+        for n in range(self.count) if row is None else (row,):
+            work, ride = self._rows[n][:2]
+            work.q[:] = self._run.work.q if coordinates is None else coordinates
+            work.v[:] = self._run.work.v if rates is None else rates
+            ride.rigid[:] = self._run.ride.rigid
+            own = chosen + n if row is None else chosen
+            self._noise[n] = {name: noise_of(own, name) for name, each in self.sensors.items() if each.noise > 0.0}
+            self._draw(n)
+            kernels.begin(self._fixed, self._own[n], self.measurement[n])
+        self._left = int(_DRAWS - self._counts[:, DRAWN].max())
+        if row is None and self.count > 1:
+            return self.measurement.copy()
+        return self.measurement[row or 0].copy()
+
+    def _draw(self, row: int) -> None:
+        """Draw noise for the next measurements of a plant."""
+        first = 0
+        for channel in self.outputs:
+            if channel.name in self._noise[row]:
+                drawn = self._noise[row][channel.name].standard_normal((_DRAWS, channel.size))
+                self._draws[row, :, first : first + channel.size] = drawn
+            first += channel.size
+        self._counts[row, DRAWN] = 0
+
+    def step(self, command: ArrayLike) -> Array:
+        """Hold commands over one interval.
+
+        Parameters
+        ----------
+        command
+            Shape (count, inputs); (inputs,) where there is one plant.
+
+        Returns
+        -------
+        numpy.ndarray
+            Measurement at its end, shape (count, outputs) or (outputs,); `measurement` itself, which the next step
+            overwrites. That of a plant that `failed` stays as it was.
+        """
+        if self._left == 0:
+            self._refill()
+        self._left -= 1
+        self._command[...] = command
+        kernels.step(self._fixed, self._own, self._command, self.measurement)
+        return self.measurement if self.count > 1 else self.measurement[0]
+
+    def _refill(self) -> None:
+        for n in np.flatnonzero(self._counts[:, DRAWN] >= _DRAWS):
+            self._draw(int(n))
+        self._left = int(_DRAWS - self._counts[:, DRAWN].max())
+
+    @property
+    def failed(self) -> Mask:
+        """Plants whose step was not stable since their reset, shape (count,)."""
+        return self._counts[:, FAILED] != 0
+
+    @property
+    def time(self) -> Array:
+        """Time since their reset [s], shape (count,)."""
+        return np.asarray(self.interval * self._counts[:, INTERVALS], dtype=np.float64)
+
+    def __repr__(self) -> str:
+        lines = {
+            "plants": str(self.count),
+            "structure": shown(self.rom),
+            "hub": shown(self.hub),
+            "commands": ", ".join(f"{each.name} [{each.unit}]" for each in self.inputs),
+            "measurements": ", ".join(f"{each.name} [{each.unit}]" for each in self.outputs),
+            "interval": f"{self.interval:g} s, {self._steps} step(s)",
+        }
+        return card(self, lines)
+
+
+def _whole(base: HubInputs, drives: Drives) -> HubInputs:
+    """Copy of what acts without commands, with as many numbers as the drives have."""
+    shapes = (part.shape[1:] for part in (drives.load, drives.stress, drives.inside, drives.inside_stress))
+    load, stress, inside, pulled = (
+        part.copy() if part.shape[1:] == shape else np.zeros((1, *shape))
+        for part, shape in zip(base, shapes, strict=False)
+    )
+    return HubInputs(load, stress, inside, pulled, base.wrench.copy(), base.arms.copy())

@@ -1,0 +1,145 @@
+"""What a compiled loop knows of drives and sensors, and what it remembers of them; plain arrays."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from tautflex.numeric import Array, Indices
+
+# Kinds of what a number of a command acts by; places in `LoopState.counts`.
+WHEEL, FORCE, STRESS = range(3)
+INTERVALS, DRAWN, FAILED = range(3)
+
+
+class Drives(NamedTuple):
+    """Constants of the c numbers of a command, for r coordinates and m monomials.
+
+    Parameters
+    ----------
+    limit, rate, lag, resolution, lowest, momentum
+        As of `Drive`, `LinearInput` and `HubTorque`, shape (c,); infinite: none.
+    kind
+        WHEEL, FORCE or STRESS, shape (c,).
+    axis
+        Of wheels, shape (c,).
+    delay
+        Intervals until a command acts, shape (c,).
+    pushing
+        Whether a force pushes the spacecraft, shape (c,).
+    load, stress, inside, inside_stress, wrench, arms
+        Of a unit of each, as of `HubInputs`, shapes (c, r), (c, m), (c, r), (c, m), (c, 6) and (c, 3, r).
+    own
+        ``u own u / 2`` is what stresses store at once in the structure that answers them, shape (c, c).
+    times
+        Interval and step [s], and steps of an interval, shape (3,).
+    """
+
+    limit: Array
+    rate: Array
+    lag: Array
+    resolution: Array
+    lowest: Array
+    momentum: Array
+    kind: Indices
+    axis: Indices
+    delay: Indices
+    pushing: Indices
+    load: Array
+    stress: Array
+    inside: Array
+    inside_stress: Array
+    wrench: Array
+    arms: Array
+    own: Array
+    times: Array
+
+
+class Sensing(NamedTuple):
+    """Constants of o readings.
+
+    What they read is a row on z: coordinates, monomials, values of the actuators, and the motion of the frame, whose
+    load moves what follows the coordinates (``S(dw) + S(w)^2`` and the origin's acceleration, 12 numbers).
+
+    Parameters
+    ----------
+    look
+        Rows on z, shape (o, z).
+    speed
+        Rows on the rates of coordinates and monomials, shape (o, r + m).
+    rotation, rate
+        Rows on the hub's rotation vector and angular velocity, shape (o, 3).
+    form
+        Square of the film's deflection from its plane, of the first numbers of z, shape (k, k).
+    level
+        What a reading is at rest, shape (o,).
+    rms
+        Readings that are the root of the form, shape (any,).
+    gradients
+        Gradients of t elements on z, shape (t, g, z).
+    line
+        What a gradient adds to the stress that is read, shape (t, g).
+    bend
+        The same, of second degree, shape (t, g, g).
+    reading
+        Which reading an element's stress belongs to, shape (t,).
+    bias, resolution, noise, age
+        As of `Sensor`, the age in intervals, shape (o,).
+    kept
+        Readings that are kept, shape (o,).
+    """
+
+    look: Array
+    speed: Array
+    rotation: Array
+    rate: Array
+    form: Array
+    level: Array
+    rms: Indices
+    gradients: Array
+    line: Array
+    bend: Array
+    reading: Indices
+    bias: Array
+    resolution: Array
+    noise: Array
+    age: Array
+    kept: Indices
+
+
+class LoopState(NamedTuple):
+    """What a loop remembers beside the motion, of c numbers of a command and o readings.
+
+    Parameters
+    ----------
+    waiting
+        Commands that are under way, shape (c, any).
+    target, output, value
+        What drives are told, what they give at the end of the interval, and what acts, shape (c,).
+    gain, offset
+        What acts is ``gain`` times what the drive gives, plus ``offset``, shape (c,).
+    stored
+        Momentum of the wheels in inertial axes [N m s], shape (c, 3).
+    past
+        Exact readings, newest first, shape (o, any).
+    work
+        Done by each number since the reset [J], shape (c,).
+    pull
+        Energy that a unit of each number has where the structure is [J], shape (c,).
+    draws
+        Standard normal numbers to come, shape (any, o).
+    counts
+        Intervals since the reset, draws that are used, and whether a step failed, shape (3,).
+    """
+
+    waiting: Array
+    target: Array
+    output: Array
+    value: Array
+    gain: Array
+    offset: Array
+    stored: Array
+    past: Array
+    work: Array
+    pull: Array
+    draws: Array
+    counts: Indices
