@@ -16,7 +16,7 @@ from tautflex.batch.library import jax
 from tautflex.control.tasks.slew import SlewTask
 from tautflex.learning.arena import Arena
 from tautflex.learning.twin_constants import TwinConstants
-from tautflex.learning.twin_steps import Given, Motion, TwinSteps
+from tautflex.learning.twin_steps import Motion, TwinSteps
 
 Array = jax.Array
 Params = dict[str, Any]
@@ -180,7 +180,7 @@ class FunctionalTwin:
         value = self._units[:, None] * params["tension_error"] + jnp.zeros((count, runs), self.kind)
         value = jnp.asarray(value, self.kind)
         still, none = self._moving.rest(runs), jnp.zeros((count, runs), self.kind)
-        motion = self._moving.jump(still, self._moving.given(value))
+        motion = self._moving.jump(still, self._moving.given(value, none)[1])
         state = TwinState(
             motion,
             jnp.zeros((self._late, count, runs), self.kind),
@@ -199,9 +199,8 @@ class FunctionalTwin:
         task, moving = self._task, self._moving
         action = jnp.clip(action, -1.0, 1.0)
         waiting, target, output, value = self._drive(state, action, params)
-        change = Given(*(None if part is None else part for part in moving.given(value - state.value)))
-        motion = moving.jump(state.motion, change)
-        motion = moving.interval(motion, moving.given(value), params["stiffness"], params["damping"])
+        given, change = moving.given(value, state.value)
+        motion = moving.interval(moving.jump(state.motion, change), given, params["stiffness"], params["damping"])
         place = state.place + 1
         moved = TwinState(motion, waiting, target, output, value, state.measured, action, place, state.over)
         error = motion.angle - params["angle"]

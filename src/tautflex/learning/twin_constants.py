@@ -32,8 +32,10 @@ class TwinConstants:
     ----------
     squares, damping
         Squared frequencies, and damping of the coordinates, shape (r,).
-    cubic, viscous
-        Stress on the monomials per monomial and per rate of one, shape (m, m).
+    cubic
+        Stress on the monomials per monomial, shape (m, m).
+    viscous
+        Fields V: ``V'V`` is stress per rate of a monomial, shape (k, m).
     quadratic
         Second-degree force, shape (r, m); None: a flat structure has none.
     reach, reach_follow, spin, spin_follow, pull, pull_follow, square, square_follow
@@ -159,7 +161,7 @@ class TwinConstants:
             squares=squares,
             damping=arrays.damping.diagonal().copy(),
             cubic=arrays.fields.T @ arrays.fields,
-            viscous=arrays.viscous.T @ arrays.viscous,
+            viscous=arrays.viscous,
             quadratic=arrays.quadratic if len(arrays.quadratic) else None,
             reach=a.reach[row],
             reach_follow=None if kept(a.reach_follow[row] * pairs, coupling) is None else a.reach_follow[row],

@@ -8,10 +8,12 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 
 from tautflex.batch.library import jax
 from tautflex.batch.steps.products import Monomials
 from tautflex.learning.twin_constants import TwinConstants
+from tautflex.reduction.polynomial.monomials import pair_table
 
 Array = jax.Array
 
@@ -65,6 +67,12 @@ def _dot(x: Array, y: Array) -> Array:
     return jnp.sum(x * y, axis=0)
 
 
+def _twice(matrix: Array, first: Array, second: Array) -> tuple[Array, Array]:
+    """Products of a matrix with two arrays at once."""
+    both = matrix @ jnp.concatenate([first, second], axis=1)
+    return both[:, : first.shape[1]], both[:, first.shape[1] :]
+
+
 class TwinSteps:
     """Steps of a twin; its numbers have the type ``kind``."""
 
@@ -72,17 +80,19 @@ class TwinSteps:
         def taken(value: Any) -> Any:
             return None if value is None else jnp.asarray(value, dtype=kind)
 
-        self._c, self.monomials, self.kind = c, Monomials(len(c.squares)), kind
+        r = len(c.squares)
+        self._c, self.monomials, self.kind, self._place = c, Monomials(r), kind, pair_table(r)
         names = (
             "cubic", "viscous", "quadratic", "reach", "reach_follow", "spin", "spin_follow", "pull", "pull_follow",
-            "square", "square_follow", "squares", "damping", "load", "stress", "torque",
+            "square", "square_follow", "squares", "damping",
         )  # fmt: skip
         self._of: dict[str, Any] = {name: taken(getattr(c, name)) for name in names}
-        self._arms = taken(c.arms) if c.arms.any() else None
+        self._pushed = bool(c.arms.any())
+        acting = [c.load, c.stress, c.torque[:, None], *([c.arms] if self._pushed else [])]
+        self._acting = taken(np.concatenate(acting, axis=1).T)
         # A centrifugal force of the coordinates alone is linear in them.
-        r, table = len(c.squares), self.monomials
-        slope = jax.vmap(lambda unit: table.force(jnp.asarray(c.pull_follow)[:, None], unit[:, None])[:, 0])
-        self._pull = jnp.asarray(c.square + slope(jnp.eye(r)).T, dtype=kind)
+        slope = c.pull_follow[self._place]
+        self._pull = taken(c.square + slope + np.diag(slope.diagonal()))
 
     def rest(self, runs: int) -> Motion:
         """Rest."""
@@ -91,18 +101,30 @@ class TwinSteps:
             still, still, still, none, none, none, none, self._of["reach"][:, None] + still, self._c.inertia + none
         )
 
-    def given(self, value: Array) -> Given:
-        """What values of the actuators do, shape (c, n)."""
-        of = self._of
-        arms = None if self._arms is None else self._arms.T @ value
-        return Given(of["load"].T @ value, of["stress"].T @ value, of["torque"] @ value, arms)
+    def given(self, value: Array, before: Array) -> tuple[Given, Given]:
+        """What values of the actuators do, shape (c, n), and by how much that differs from values before."""
+        return tuple(self._split(part) for part in _twice(self._acting, value, value - before))  # type: ignore[return-value]
+
+    def _split(self, rows: Array) -> Given:
+        r, m = len(self._c.squares), len(self.monomials.first)
+        arms = rows[r + m + 1 :] if self._pushed else None
+        return Given(rows[:r], rows[r : r + m], rows[r + m], arms)
 
     def jump(self, at: Motion, change: Given) -> Motion:
         """Accelerations take up what acts anew."""
-        force = change.load + self.monomials.force(change.stress, at.q)
+        force = change.load + self._force(change.stress, at.q)
         torque = self._torque(change, at.q) + _dot(at.coupling, force)
         rate = torque / (at.inertia - _dot(at.coupling, at.coupling))
         return at._replace(a=at.a - force - rate * at.coupling, acceleration=at.acceleration + rate)
+
+    def _force(self, stress: Array, q: Array) -> Array:
+        """Force on the coordinates of stresses that work on the monomials, shape (r, n)."""
+        both = stress[self._place]
+        # The derivative of a square counts twice.
+        total = stress[self._place.diagonal()] * q
+        for j in range(len(q)):
+            total = total + both[:, j] * q[j]
+        return total
 
     def _torque(self, given: Given, q: Array) -> Array:
         return given.torque if given.arms is None else given.torque + _dot(given.arms, q)
@@ -112,15 +134,14 @@ class TwinSteps:
 
         Factors of linear stiffness and of damping have shape (n,).
         """
-        c, of, h, force = self._c, self._of, self._c.step, self.monomials.force
+        c, of, h, force = self._c, self._of, self._c.step, self._force
         half = at.v + 0.5 * h * at.a
         q = at.q + h * half
         v = half + 0.5 * h * at.a
-        y = self.monomials.values(q)
+        y, rates = self.monomials.values(q), self.monomials.rates(q, v)
         stress = of["cubic"] @ y + given.stress
         if len(c.viscous):
-            rates = self.monomials.rates(q, v)
-            stress += damping * (of["viscous"] @ rates)
+            stress += damping * (of["viscous"].T @ (of["viscous"] @ rates))
         resisting = damping * of["damping"][:, None]
         known = stiffness * of["squares"][:, None] * q + given.load + resisting * half
         coupling, follow = of["reach"][:, None], 0.0
@@ -130,11 +151,12 @@ class TwinSteps:
             follow = of["reach_follow"][:, None]
         if of["spin_follow"] is not None:
             table, twice = of["spin_follow"], 2.0 * (at.rate + h * at.acceleration)
-            rates = self.monomials.rates(q, v)
-            stress += table.T @ (twice * v)
-            known -= twice * (table @ rates)
-            follow = follow + table.T @ q
-            coupling = coupling - table @ y
+            through, late = _twice(table.T, q, twice * v)
+            on_place, on_rate = _twice(table, y, rates)
+            stress += late
+            known -= twice * on_rate
+            follow = follow + through
+            coupling = coupling - on_place
         known += force(stress, q)
         if of["quadratic"] is not None:
             known += of["quadratic"] @ y
