@@ -16,6 +16,7 @@ from tautflex.case.schema import Case
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.bank import checked_actuators
 from tautflex.control.actuators.drive import Drive
+from tautflex.control.compiled.compiled_plant import CompiledPlant
 from tautflex.control.linear import LinearPlant
 from tautflex.control.plant import Plant
 from tautflex.control.sensors.attitude import Attitude
@@ -96,11 +97,15 @@ class Arena:
     @cached_property
     def disturbances(self) -> dict[str, Actuator]:
         """What disturbs, by name: first that of the task, then errors of tension."""
-        found = {name: Actuator(effect) for name, effect in self.task.effects(self.state.model).items()}
+        found = dict(self._effects)
         for name, drive in self.actuators.items():
             if isinstance(drive, Actuator) and isinstance(drive.effect, TensionGroup):
                 found[f"{name} error"] = Actuator(drive.effect)
         return found
+
+    @cached_property
+    def _effects(self) -> dict[str, Actuator]:
+        return {name: Actuator(effect) for name, effect in self.task.effects(self.state.model).items()}
 
     @cached_property
     def tension_units(self) -> Array:
@@ -165,20 +170,33 @@ class Arena:
         With exact sensors it has all disturbances and what the judge reads; else the loop as laws see it, which the
         task alone disturbs.
         """
-        actuators: dict[str, Any] = {**self.actuators, **self.disturbances}
-        sensors = self.sensors
-        if exact:
-            sensors = {name: replace(sensor, noise=0.0, resolution=0.0) for name, sensor in sensors.items()}
-            sensors |= ({} if self.hub is None else {TRUTH[0]: Attitude()}) | {TRUTH[1]: SurfaceRms()}
-        else:
-            errors = list(self.disturbances)[len(self.task.effects(self.state.model)) :]
-            actuators = {name: drive for name, drive in actuators.items() if name not in errors}
+        actuators, sensors = self._parts() if exact else ({**self.actuators, **self._effects}, self.sensors)
         step = self.case.solver.time_step if time_step is None else time_step
         asked: dict[str, Any] = {"interval": self.interval, "time_step": step, "damping": self.damping}
         if self.hub is None:
             asked["maneuver"] = self.task.maneuver(self.task.nominal())
         state: Any = self.state if kind == "full" else self.reduced
         return Plant(state, self.hub, actuators, sensors, **asked)
+
+    def compiled(self, count: int) -> CompiledPlant:
+        """Reduced models on their hubs side by side, with exact sensors, all disturbances and what the judge reads."""
+        assert self.hub is not None
+        return CompiledPlant(
+            self.reduced,
+            self.hub,
+            *self._parts(),
+            interval=self.interval,
+            time_step=self.case.solver.time_step,
+            damping=self.damping,
+            count=count,
+        )
+
+    def _parts(self) -> tuple[dict[str, Drive], dict[str, Sensor]]:
+        truth: dict[str, Sensor] = {} if self.hub is None else {TRUTH[0]: Attitude()}
+        exact: dict[str, Sensor] = {
+            name: replace(sensor, noise=0.0, resolution=0.0) for name, sensor in self.sensors.items()
+        }
+        return {**self.actuators, **self.disturbances}, exact | truth | {TRUTH[1]: SurfaceRms()}
 
     def draw(self, random: np.random.Generator, options: Mapping[str, Any] | None = None) -> dict[str, float]:
         """Parameters of an episode, those in ``options`` as they are; InputError if one is unknown or out of range."""

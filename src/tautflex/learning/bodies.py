@@ -7,10 +7,10 @@ from typing import Protocol
 import numpy as np
 
 from tautflex import checks
-from tautflex.errors import NotConvergedError, UnsupportedError
+from tautflex.errors import NotConvergedError
 from tautflex.learning.arena import Arena
 from tautflex.motion.kinematics import Maneuver
-from tautflex.numeric import Array, Mask
+from tautflex.numeric import Array, Indices
 
 KINDS = ("reduced", "full")
 
@@ -23,11 +23,11 @@ class Bodies(Protocol):
     readings
         Exact readings of the last instant, shape (count, outputs).
     failed
-        Plants whose steps failed since their reset, shape (count,).
+        Not 0 of plants whose steps failed since their reset, shape (count,).
     """
 
     readings: Array
-    failed: Mask
+    failed: Indices
 
     def reset(self, row: int, maneuver: Maneuver) -> None:
         """Begin anew."""
@@ -46,11 +46,11 @@ class PlantBodies:
         self.plants = [arena.plant(kind) for _ in range(count)]
         self._free = arena.hub is not None
         self.readings = np.zeros((count, sum(each.size for each in self.plants[0].outputs)))
-        self.failed = np.zeros(count, dtype=bool)
+        self.failed = np.zeros(count, dtype=np.int64)
 
     def reset(self, row: int, maneuver: Maneuver) -> None:
         """Begin anew, along a maneuver where the motion is prescribed."""
-        self.failed[row] = False
+        self.failed[row] = 0
         self.readings[row] = self.plants[row].reset(0, None if self._free else {"maneuver": maneuver})
 
     def step(self, command: Array) -> None:
@@ -61,7 +61,7 @@ class PlantBodies:
             try:
                 self.readings[row] = plant.step(command[row])
             except NotConvergedError:
-                self.failed[row] = True
+                self.failed[row] = 1
 
     def displacement(self, row: int) -> Array:
         """Displacement of all nodes [m], shape (node, 3)."""
@@ -69,8 +69,28 @@ class PlantBodies:
         return plant.state_of.system.translations(plant.state.motion.displacement)
 
 
+class CompiledBodies:
+    """Reduced models on their hubs, all in one compiled call."""
+
+    def __init__(self, arena: Arena, count: int) -> None:
+        self._plants = arena.compiled(count)
+        self.readings, self.failed = self._plants.measurement, self._plants.failures
+
+    def reset(self, row: int, maneuver: Maneuver) -> None:
+        """Begin anew; the hub is free."""
+        self._plants.reset(0, row)
+
+    def step(self, command: Array) -> None:
+        """Hold commands; a plant whose step is not stable fails."""
+        self._plants.step(command)
+
+    def displacement(self, row: int) -> Array:
+        """Displacement of all nodes [m], shape (node, 3)."""
+        return self._plants.displacement(row)
+
+
 def bodies_of(arena: Arena, kind: str, count: int) -> Bodies:
-    """Plants of a kind side by side; InputError if it is unknown.
+    """Plants of a kind side by side.
 
     Raises
     ------
@@ -79,7 +99,6 @@ def bodies_of(arena: Arena, kind: str, count: int) -> Bodies:
     UnsupportedError
         If the structure cannot be reduced.
     """
-    checks.one_of("plant", kind, KINDS)
-    if kind == "full":
-        return PlantBodies(arena, kind, count)
-    raise UnsupportedError("plant: reduced is not here yet")
+    if checks.one_of("plant", kind, KINDS) == "reduced" and arena.hub is not None:
+        return CompiledBodies(arena, count)
+    return PlantBodies(arena, kind, count)

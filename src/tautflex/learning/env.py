@@ -15,7 +15,7 @@ from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
 from tautflex.learning.cases import case_of
 from tautflex.learning.gym import gymnasium
-from tautflex.learning.loops import TERMS, Loops
+from tautflex.learning.loops import Loops
 from tautflex.learning.rendering import MODES, Screen
 from tautflex.numeric import Array
 
@@ -62,6 +62,7 @@ class AntennaEnv(gymnasium.Env[Array, Array]):
             checks.one_of("render_mode", render_mode, MODES)
         self.arena = Arena(case_of(case, task), None, actuators, sensors, coordinates)
         self._loops, self.render_mode, self._screen = Loops(self.arena, plant), render_mode, Screen(render_mode)
+        self._over = True
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.arena.limits),), np.float64)
         self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, (self.arena.observation.size,), np.float64)
 
@@ -71,19 +72,23 @@ class AntennaEnv(gymnasium.Env[Array, Array]):
         """Begin an episode; ``options`` sets parameters that would be drawn, ``info`` lists all of them."""
         super().reset(seed=seed)
         self._loops.reset(0, self.np_random, options)
+        self._over = False
         return self._loops.seen[0].copy(), dict(self._loops.parameters[0])
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Hold an action over one interval; ``info`` has the terms of the reward."""
-        loops = self._loops
-        if loops.over(0):
+        if self._over:
             raise InputError("step: expected an episode that goes on, got none or one that has ended; call reset first")
+        loops = self._loops
         loops.actions[0] = action
         loops.step()
         if self.render_mode == "human":
             self.render()
-        terms = dict(zip(TERMS, loops.terms[0].tolist(), strict=True))
-        return loops.seen[0].copy(), float(loops.reward[0]), bool(loops.terminated[0]), bool(loops.truncated[0]), terms
+        error, rms, cost, effort, change = loops.terms[0].tolist()
+        terminated, truncated = loops.terminated.item(), loops.truncated.item()
+        self._over = terminated or truncated
+        info = {"attitude_error": error, "surface_rms": rms, "cost": cost, "effort": effort, "change": change}
+        return loops.seen[0].copy(), loops.reward.item(), terminated, truncated, info
 
     def render(self) -> Any:
         """Picture of the antenna on its hub, deflections enlarged: an array (height, width, 3), or on the screen."""

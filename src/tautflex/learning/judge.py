@@ -59,8 +59,8 @@ def command_rows(command: Array, actions: Array, gain: Array, disturbance: Array
 
 
 @jit_in_order
-def judge_rows(
-    rules: Rules, readings: Array, failed: Mask, place: Indices, actions: Array, before: Array, reward: Array,
+def _judge_rows(
+    rules: Rules, readings: Array, failed: Indices, place: Indices, actions: Array, before: Array, reward: Array,
     terms: Array, terminated: Mask, truncated: Mask, reference: Array,
 ) -> None:  # fmt: skip
     """Fill rewards and ends of the interval that was done; episodes that are over stay."""
@@ -83,7 +83,7 @@ def judge_rows(
         terms[row, 0], terms[row, 1], terms[row, 2] = error, rms, cost
         terms[row, 3], terms[row, 4] = n[4] * effort, n[5] * change
         reward[row] = -cost * n[6] - terms[row, 3] - terms[row, 4]
-        if failed[row] or not (error <= n[2] and rms <= n[3]):
+        if failed[row] != 0 or not (error <= n[2] and rms <= n[3]):
             terminated[row] = True
             reward[row] = n[7] * (n[8] - place[row] + 1.0)
         elif place[row] >= n[8]:
@@ -117,3 +117,13 @@ def see_rows(
         for k in range(actions.shape[1]):
             seen[row, rows + k] = actions[row, k]
         seen[row, rows + actions.shape[1]] = 1.0 - 2.0 * now * rules.numbers[9] / rules.numbers[10]
+
+
+@jit_in_order
+def finish_rows(
+    rules: Rules, readings: Array, failed: Indices, place: Indices, actions: Array, before: Array, reward: Array,
+    terms: Array, terminated: Mask, truncated: Mask, reference: Array, noise: Array, measured: Array, seen: Array,
+) -> None:  # fmt: skip
+    """Fill rewards, ends and observations of the interval that was done."""
+    _judge_rows(rules, readings, failed, place, actions, before, reward, terms, terminated, truncated, reference)
+    see_rows(rules, 0, len(actions), readings, place, noise, reference, measured, actions, seen, False)

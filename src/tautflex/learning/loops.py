@@ -10,7 +10,7 @@ import numpy as np
 from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
 from tautflex.learning.bodies import bodies_of
-from tautflex.learning.judge import Rules, command_rows, judge_rows, see_rows
+from tautflex.learning.judge import Rules, command_rows, finish_rows, see_rows
 from tautflex.learning.references import reference_table
 from tautflex.numeric import Array
 
@@ -94,13 +94,9 @@ class Loops:
         if command_rows(self._command, self.actions, self._gain, self._disturbance, self.place):
             raise InputError("action: expected finite numbers, got one that is none; correct the policy")
         self.bodies.step(self._command)
-        judge_rows(
+        finish_rows(
             self.rules, self.bodies.readings, self.bodies.failed, self.place, self.actions, self._before, self.reward,
-            self.terms, self.terminated, self.truncated, self._reference,
-        )  # fmt: skip
-        see_rows(
-            self.rules, 0, self.count, self.bodies.readings, self.place, self._noise, self._reference, self._measured,
-            self.actions, self.seen, False,
+            self.terms, self.terminated, self.truncated, self._reference, self._noise, self._measured, self.seen,
         )  # fmt: skip
 
     def over(self, row: int) -> bool:

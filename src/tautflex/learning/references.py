@@ -35,7 +35,8 @@ def _slew(maneuver: Slew, times: Array, rows: Array) -> Array:
     for number in np.unique(stretch).tolist():
         middle = edges[number] + 1.0 if np.isinf(edges[number + 1]) else 0.5 * (edges[number] + edges[number + 1])
         own = stretch == number
-        values[own] = np.stack(np.broadcast_arrays(*step.around(middle)(times[own])), axis=1)
+        for order, derivative in enumerate(step.around(middle)(times[own])):
+            values[own, order] = derivative
     turn = rows @ unit_axis(maneuver.axis)
     wanted = np.column_stack([angle * values, np.full(len(times), angle)])
     return np.asarray((wanted[:, :, None] * turn).reshape(len(times), -1))
