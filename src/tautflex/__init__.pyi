@@ -87,10 +87,10 @@ from .files.netcdf import load as load
 from .files.netcdf import load_run as load_run
 from .files.netcdf import save as save
 from .files.vtu import write_vtu as write_vtu
-from .learning.evaluate import evaluate as evaluate
-from .learning.scenarios import Scenario as Scenario
-from .learning.tune import Tuned as Tuned
-from .learning.tune import tune_law as tune_law
+from .learning.judging.evaluate import evaluate as evaluate
+from .learning.judging.scenarios import Scenario as Scenario
+from .learning.judging.tune import Tuned as Tuned
+from .learning.judging.tune import tune_law as tune_law
 from .mechanics.dampings.damping import Damping as Damping
 from .mechanics.dampings.damping import LinearStructure as LinearStructure
 from .mechanics.dampings.matrix import DampingMatrix as DampingMatrix

@@ -11,8 +11,8 @@ from gymnasium.utils.env_checker import check_env  # noqa: E402
 
 import tautflex as tf  # noqa: E402
 import tautflex.learning  # noqa: E402  (registers)
-from tautflex.learning.env import AntennaEnv  # noqa: E402
-from tautflex.learning.vector import VectorAntennaEnv  # noqa: E402
+from tautflex.learning.environments.env import AntennaEnv  # noqa: E402
+from tautflex.learning.environments.vector import VectorAntennaEnv  # noqa: E402
 from unit.learning_cases import coarse  # noqa: E402
 
 pytestmark = pytest.mark.slow  # compiles plants

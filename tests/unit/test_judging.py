@@ -12,13 +12,13 @@ from tautflex.case import load_case
 from tautflex.cli import main
 from tautflex.control.loop import close_loop
 from tautflex.control.tasks.observation import Observation
-from tautflex.learning import evaluate as judging
 from tautflex.learning.arena import Arena
-from tautflex.learning.baselines import baseline
-from tautflex.learning.evaluate import summary
-from tautflex.learning.loops import Loops
-from tautflex.learning.scenarios import scenarios_of
-from tautflex.learning.tune import numbers_of, with_numbers
+from tautflex.learning.environments.loops import Loops
+from tautflex.learning.judging import evaluate as judging
+from tautflex.learning.judging.baselines import baseline
+from tautflex.learning.judging.evaluate import summary
+from tautflex.learning.judging.scenarios import scenarios_of
+from tautflex.learning.judging.tune import numbers_of, with_numbers
 from unit.learning_cases import coarse
 
 QUIET = {"angle": 0.4, "tension_error": 0.0, "effectiveness": 1.0, "noise": 0.0}

@@ -171,7 +171,8 @@ class FunctionalTwin:
 
     def _wide(self, params: Params) -> Params:
         return {
-            name: jnp.atleast_1d(jnp.asarray(params.get(name, value), self.kind)) for name, value in self.params().items()
+            name: jnp.atleast_1d(jnp.asarray(params.get(name, value), self.kind))
+            for name, value in self.params().items()
         }
 
     def _reset(self, key: Array, params: Params) -> tuple[TwinState, Array]:

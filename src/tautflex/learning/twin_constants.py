@@ -116,7 +116,9 @@ class TwinConstants:
         count = steps_of(arena.interval, arena.case.solver.time_step)
         step = arena.interval / count
         question = {"time_step": step, "end_time": arena.interval, "method": CentralDifference()}
-        run = HubRun(rom, TransientProblem.asked(rom, hub, question | {"damping": arena.damping, "inputs": bank.inputs}))
+        run = HubRun(
+            rom, TransientProblem.asked(rom, hub, question | {"damping": arena.damping, "inputs": bank.inputs})
+        )
         sensors = arena.sensors
         prepared = {name: each.prepare(rom.state, hub) for name, each in sensors.items()}
         sensing = sensing_of(run, sensors, prepared, arena.interval, bank)
@@ -133,7 +135,11 @@ class TwinConstants:
             raise UnsupportedError(
                 "actuators: expected wheels without a limit of momentum in a functional twin, got one; leave it out"
             )
-        for name, matrix in (("mass", arrays.mass - np.eye(r)), ("stiffness", arrays.linear), ("damping", arrays.damping)):
+        for name, matrix in (
+            ("mass", arrays.mass - np.eye(r)),
+            ("stiffness", arrays.linear),
+            ("damping", arrays.damping),
+        ):
             beside = matrix - (0.0 if name == "mass" else np.diag(matrix.diagonal()))
             if np.abs(beside).max() > 1e-8 * max(1.0, float(np.abs(matrix).max())):
                 raise UnsupportedError(
@@ -188,9 +194,7 @@ class TwinConstants:
             look_acceleration=columns[:, 0],
             look_square=columns[:, 1],
             speed=sensing.speed[:, :r],
-            speed_follow=None
-            if kept(sensing.speed[:, r:] * pairs, moved) is None
-            else sensing.speed[:, r:],
+            speed_follow=None if kept(sensing.speed[:, r:] * pairs, moved) is None else sensing.speed[:, r:],
             rotation=sensing.rotation[:, axis],
             spinning=sensing.rate[:, axis],
             level=sensing.level,

@@ -72,7 +72,9 @@ def monitor_of(actuators: Mapping[str, Drive], state: PrestressedState, interval
             continue
         bound = drive.effect.prepare(state.system) if isinstance(drive, Actuator) else None
         if not isinstance(bound, StressChange):
-            raise InputError(f"actuators.{name}.monitor: expected false where no stress is changed, got true; leave it out")
+            raise InputError(
+                f"actuators.{name}.monitor: expected false where no stress is changed, got true; leave it out"
+            )
         pulls, solver = stress_loads(state.system, bound.columns), ReferenceSolver(state)
         own[name] = -pulls @ np.array([solver.solve(pull) for pull in pulls]).T
     if not own:

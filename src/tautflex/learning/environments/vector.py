@@ -14,9 +14,9 @@ from tautflex.control.sensors.sensor import Sensor
 from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
 from tautflex.learning.cases import case_of
-from tautflex.learning.gym import AutoresetMode, VectorEnv, gymnasium
-from tautflex.learning.loops import TERMS, Loops
-from tautflex.learning.rendering import picture
+from tautflex.learning.environments.gym import AutoresetMode, VectorEnv, gymnasium
+from tautflex.learning.environments.loops import TERMS, Loops
+from tautflex.learning.environments.rendering import picture
 from tautflex.numeric import Array, Mask
 
 
