@@ -1,4 +1,4 @@
-"""Constants of the functional twin: a reduced plant on a hub of one axis in natural coordinates, its loop and its task."""
+"""Constants of the functional twin: a reduced plant on a hub of one axis, in natural coordinates, and its loop."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tautflex.control.timing import steps_of
 from tautflex.errors import UnsupportedError
 from tautflex.learning.arena import Arena
 from tautflex.motion.kinematics import unit_axis
-from tautflex.numeric import Array, cross_matrix
+from tautflex.numeric import Array, Indices, cross_matrix
 from tautflex.reduction.marching.free_hub.hub_run import HubRun
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.problem import TransientProblem
@@ -82,7 +82,7 @@ class TwinConstants:
     lag: Array
     resolution: Array
     lowest: Array
-    delay: Array
+    delay: Indices
     look: Array
     look_follow: Array | None
     look_value: Array
@@ -116,7 +116,9 @@ class TwinConstants:
         count = steps_of(arena.interval, arena.case.solver.time_step)
         step = arena.interval / count
         question = {"time_step": step, "end_time": arena.interval, "method": CentralDifference()}
-        run = HubRun(rom, TransientProblem.asked(rom, hub, question | {"damping": arena.damping, "inputs": bank.inputs}))
+        run = HubRun(
+            rom, TransientProblem.asked(rom, hub, question | {"damping": arena.damping, "inputs": bank.inputs})
+        )
         sensors = arena.sensors
         prepared = {name: each.prepare(rom.state, hub) for name, each in sensors.items()}
         sensing = sensing_of(run, sensors, prepared, arena.interval, bank)
@@ -126,14 +128,18 @@ class TwinConstants:
         row = 3 + axis
         if len(sensing.reading) or len(sensing.rms) or (sensing.kept > 1).any():
             raise UnsupportedError(
-                "sensors: expected linear ones without delay in a functional twin, got a CableTensionSensor, SurfaceRms "
-                "or one that is late; leave it out, or train on the environments"
+                "sensors: expected linear ones without delay in a functional twin, got a CableTensionSensor, "
+                "SurfaceRms or one that is late; leave it out, or train on the environments"
             )
         if np.isfinite(drives.momentum[drives.kind == WHEEL]).any():
             raise UnsupportedError(
                 "actuators: expected wheels without a limit of momentum in a functional twin, got one; leave it out"
             )
-        for name, matrix in (("mass", arrays.mass - np.eye(r)), ("stiffness", arrays.linear), ("damping", arrays.damping)):
+        for name, matrix in (
+            ("mass", arrays.mass - np.eye(r)),
+            ("stiffness", arrays.linear),
+            ("damping", arrays.damping),
+        ):
             beside = matrix - (0.0 if name == "mass" else np.diag(matrix.diagonal()))
             if np.abs(beside).max() > 1e-8 * max(1.0, float(np.abs(matrix).max())):
                 raise UnsupportedError(
@@ -188,9 +194,7 @@ class TwinConstants:
             look_acceleration=columns[:, 0],
             look_square=columns[:, 1],
             speed=sensing.speed[:, :r],
-            speed_follow=None
-            if kept(sensing.speed[:, r:] * pairs, moved) is None
-            else sensing.speed[:, r:],
+            speed_follow=None if kept(sensing.speed[:, r:] * pairs, moved) is None else sensing.speed[:, r:],
             rotation=sensing.rotation[:, axis],
             spinning=sensing.rate[:, axis],
             level=sensing.level,
@@ -223,8 +227,8 @@ def _require(arena: Arena) -> None:
     moved = hub.torque is not None or hub.force is not None or any(hub.angular_velocity)
     if moved or not np.array_equal(hub.attitude, (1.0, 0.0, 0.0, 0.0)):
         raise UnsupportedError(
-            "hub: expected one at rest, not turned, without torque or force in a functional twin, got another; command a "
-            "HubTorque"
+            "hub: expected one at rest, not turned, without torque or force in a functional twin, got another; "
+            "command a HubTorque"
         )
     if not np.allclose(unit_axis(arena.task.axis), hub.freedom[3:]):
         raise UnsupportedError(
