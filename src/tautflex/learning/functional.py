@@ -1,4 +1,4 @@
-"""An environment as pure functions: reset and step in JAX over the reduced plant, differentiable, made for many at once.
+"""An environment as pure functions in JAX, over the reduced plant: differentiable, and made for many at once.
 
 The same plant, drives, readings, observation and reward as ``tautflex/Slew-v0`` on its reduced model. Arrays may have
 the run as last axis (fast), or be those of one run, for `jax.vmap`.
@@ -62,7 +62,7 @@ class FunctionalTwin:
     Parameters
     ----------
     arena
-        Case and task; ``None`` is ``tautflex/Slew-v0``.
+        Case and task.
     precision
         ``"double"``, or ``"single"``: faster, and less exact, see docs/learning.md.
 
@@ -167,7 +167,7 @@ class FunctionalTwin:
         wide = jax.tree.map(lambda part: part[..., None], state)
         found = self._step(key, wide, action[:, None], self._wide(params))
         narrow: Any = _narrow(found)
-        return narrow  # type: ignore[no-any-return]
+        return narrow
 
     def _wide(self, params: Params) -> Params:
         return {

@@ -1,4 +1,4 @@
-"""Constants of the functional twin: a reduced plant on a hub of one axis in natural coordinates, its loop and its task."""
+"""Constants of the functional twin: a reduced plant on a hub of one axis, in natural coordinates, and its loop."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tautflex.control.timing import steps_of
 from tautflex.errors import UnsupportedError
 from tautflex.learning.arena import Arena
 from tautflex.motion.kinematics import unit_axis
-from tautflex.numeric import Array, cross_matrix
+from tautflex.numeric import Array, Indices, cross_matrix
 from tautflex.reduction.marching.free_hub.hub_run import HubRun
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.problem import TransientProblem
@@ -82,7 +82,7 @@ class TwinConstants:
     lag: Array
     resolution: Array
     lowest: Array
-    delay: Array
+    delay: Indices
     look: Array
     look_follow: Array | None
     look_value: Array
@@ -128,8 +128,8 @@ class TwinConstants:
         row = 3 + axis
         if len(sensing.reading) or len(sensing.rms) or (sensing.kept > 1).any():
             raise UnsupportedError(
-                "sensors: expected linear ones without delay in a functional twin, got a CableTensionSensor, SurfaceRms "
-                "or one that is late; leave it out, or train on the environments"
+                "sensors: expected linear ones without delay in a functional twin, got a CableTensionSensor, "
+                "SurfaceRms or one that is late; leave it out, or train on the environments"
             )
         if np.isfinite(drives.momentum[drives.kind == WHEEL]).any():
             raise UnsupportedError(
@@ -227,8 +227,8 @@ def _require(arena: Arena) -> None:
     moved = hub.torque is not None or hub.force is not None or any(hub.angular_velocity)
     if moved or not np.array_equal(hub.attitude, (1.0, 0.0, 0.0, 0.0)):
         raise UnsupportedError(
-            "hub: expected one at rest, not turned, without torque or force in a functional twin, got another; command a "
-            "HubTorque"
+            "hub: expected one at rest, not turned, without torque or force in a functional twin, got another; "
+            "command a HubTorque"
         )
     if not np.allclose(unit_axis(arena.task.axis), hub.freedom[3:]):
         raise UnsupportedError(

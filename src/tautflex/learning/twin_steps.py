@@ -144,11 +144,11 @@ class TwinSteps:
             stress += damping * (of["viscous"].T @ (of["viscous"] @ rates))
         resisting = damping * of["damping"][:, None]
         known = stiffness * of["squares"][:, None] * q + given.load + resisting * half
-        coupling, follow = of["reach"][:, None], 0.0
+        coupling, follow = of["reach"][:, None], jnp.zeros_like(y)
         if of["spin"] is not None:
             coupling = coupling + of["spin"] @ q
         if of["reach_follow"] is not None:
-            follow = of["reach_follow"][:, None]
+            follow = follow + of["reach_follow"][:, None]
         if of["spin_follow"] is not None:
             table, twice = of["spin_follow"], 2.0 * (at.rate + h * at.acceleration)
             through, late = _twice(table.T, q, twice * v)
@@ -160,7 +160,6 @@ class TwinSteps:
         known += force(stress, q)
         if of["quadratic"] is not None:
             known += of["quadratic"] @ y
-        follow = follow + jnp.zeros_like(y)
         coupling = coupling + force(follow, q)
         pull = of["pull"][:, None] + self._pull @ q
         on_y = of["pull_follow"][:, None]
