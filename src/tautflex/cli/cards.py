@@ -44,6 +44,8 @@ def show_modes(case: Path, answer: Mapping[str, Any]) -> None:
     console.print(table)
     rows = _rows()
     _add_prestress(rows, answer["prestress"])
+    if "on_free_hub" in answer:
+        rows.add_row("on its free hub", ", ".join(f"{value:.4f}" for value in answer["on_free_hub"]) + " Hz")
     console.print(rows)
     list_files(answer["files"])
 
