@@ -91,6 +91,8 @@ from .learning.judging.evaluate import evaluate as evaluate
 from .learning.judging.scenarios import Scenario as Scenario
 from .learning.judging.tune import Tuned as Tuned
 from .learning.judging.tune import tune_law as tune_law
+from .learning.train import Trained as Trained
+from .learning.train import train as train
 from .mechanics.dampings.damping import Damping as Damping
 from .mechanics.dampings.damping import LinearStructure as LinearStructure
 from .mechanics.dampings.matrix import DampingMatrix as DampingMatrix

@@ -124,6 +124,16 @@ def show_authority(case: Path, answer: Mapping[str, Any]) -> None:
         say(f"note: {remark}")
 
 
+def show_training(case: Path, answer: Mapping[str, Any]) -> None:
+    """Print what a training came to."""
+    rows = _rows()
+    rows.add_row("cost", f"{answer['cost']:.4g} on episodes kept apart, {answer['start_cost']:.4g} of the law alone")
+    rows.add_row("iterations", f"{answer['iterations']}, {answer['skipped']} of them without a slope")
+    rows.add_row("policy", answer["digest"])
+    _card(f"{case.name}: trained", rows)
+    list_files(answer["files"])
+
+
 def show_evaluation(case: Path, answer: Mapping[str, Any]) -> None:
     """Print how laws did, best first."""
     table = Table(title=f"{case.name}: {answer['scenarios']} episodes", title_style="bold")
