@@ -37,7 +37,8 @@ def fingerprint(path, text: str) -> object:
     groups = {name: {k: v.tolist() for k, v in parts.items()} for name, parts in mesh.groups.items()}
     held = [(node, one.directions) for one in mesh.supports for node in one.nodes]
     bodies = [(one.node, one.mass, one.tensor.round(12).tolist(), one.arm.round(12).tolist()) for one in mesh.masses]
-    return [np.round(array, 12).tolist() for array in arrays], groups, sorted(held), bodies
+    joined = repr((mesh.links, mesh.springs))
+    return [np.round(array, 12).tolist() for array in arrays], groups, sorted(held), bodies, joined
 
 
 def changed(line: str, suffix: str) -> Iterator[str]:
@@ -72,7 +73,7 @@ def test_no_line_is_lost_in_silence(suffix, deck, tmp_path, verification_row):
 
 
 @pytest.mark.parametrize(("suffix", "deck"), [(".bdf", NASTRAN), (".inp", ABAQUS)])
-@pytest.mark.parametrize("word", ["NONSENSE", "RBE2,9,1,123456,2", "MPC\nBEAM, 1, 2", "CELAS1,9,1,1,1,2,1", "NSM"])
+@pytest.mark.parametrize("word", ["NONSENSE", "RSPLINE,9,1,123456,2", "MPC\nLINK, 1, 2", "CELAS1,9,1,1,1,2,1", "NSM"])
 def test_no_word_is_lost_in_silence(suffix, deck, word, tmp_path):
     assert fingerprint(tmp_path / f"deck{suffix}", deck) is not None
     first = word if suffix == ".bdf" else f"*{word}"

@@ -316,7 +316,7 @@ WRONG = {
         ["support"],
     ),
     "quad card": (".bdf", BDF + "CQUADX,9,1,1,2,3,4\n", ["CQUADX", "CTRIA3"]),
-    "rigid card": (".bdf", BDF + "RBE2,9,1,123,2\n", ["RBE2"]),
+    "rigid card": (".bdf", BDF + "RSPLINE,9,1,123,2\n", ["RSPLINE"]),
     "include card": (".bdf", BDF + "INCLUDE '/etc/passwd'\n", ["line 9", "in the folder", "'/etc/passwd'"]),
     "local coordinates": (".bdf", BDF.replace("GRID,1,,", "GRID,1,5,"), ["coordinate system", "5", "CORD2R"]),
     "component 9": (".bdf", BDF.replace("7,123", "7,129"), ["123456", "'129'"]),

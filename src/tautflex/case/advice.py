@@ -73,8 +73,8 @@ def _about_mesh(case: Case) -> Iterator[str]:
 
 def _about_cables(case: Case) -> Iterator[str]:
     cables, have = case.cables, case.mesh.node_spaces
-    if cables is None or cables.per_long_edge is None or cables.per_short_edge is None:
-        return  # a mesh file has its cables where it has them
+    if cables is None or cables.per_long_edge is None or cables.per_short_edge is None or case.edge_cords is not None:
+        return  # a mesh file has its cables where it has them, cords hold edges between cables
     spaces = (cables.per_long_edge - 1, cables.per_short_edge - 1)
     if have[0] > spaces[0] or have[1] > spaces[1]:
         what = "cells" if have == case.mesh.divisions else "spaces between nodes"

@@ -12,7 +12,7 @@ from tautflex import checks
 from tautflex.case.options import within
 from tautflex.case.schema import Case
 from tautflex.case.sections.inputs import nearest_node
-from tautflex.case.sections.structural import Cables, Frame
+from tautflex.case.sections.structural import Cables, EdgeCords, Frame, Membrane
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.hub_torque import HubTorque
 from tautflex.errors import MeshError
@@ -23,12 +23,21 @@ from tautflex.motion.kinematics import Maneuver
 from tautflex.numeric import within_arithmetic
 from tautflex.reduction.inputs import require_linear
 from tautflex.solvers.static.equip import equip
+from tautflex.solvers.static.form import find_form
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
 from tautflex.structure.antenna import AntennaLayout, build_antenna, build_fixed_film
 from tautflex.structure.masses import PointMass
-from tautflex.structure.materials import BeamSection, CableSection, Material, MembraneSection
+from tautflex.structure.materials import (
+    BeamSection,
+    CableSection,
+    Material,
+    MembraneSection,
+    OrthotropicMaterial,
+    laminate,
+)
 from tautflex.structure.mesh import blend_by_direction
 from tautflex.structure.model import Model
+from tautflex.structure.scalloped import build_scalloped_antenna
 
 
 @within_arithmetic()
@@ -67,9 +76,7 @@ def _bodies(case: Case, model: Model) -> Iterator[PointMass]:
 def _bare_model(case: Case) -> Model:
     """Structure without the bodies that the case places."""
     film, mesh, cables, frame = case.membrane, case.mesh, case.cables, case.frame
-    membrane = MembraneSection(
-        Material(film.youngs_modulus, film.density, film.poisson_ratio), film.thickness, film.strain, film.law
-    )
+    membrane = _membrane_section(film)
     stated: dict[str, Any] = {
         "membrane_stress": membrane_stress(case),
         "prestress_mode": case.prestress.mode or "equilibrium",
@@ -84,9 +91,11 @@ def _bare_model(case: Case) -> Model:
         return build_fixed_film(AntennaLayout(**shape), membrane, stated["membrane_stress"])
     shape |= {"frame_length": frame.length, "frame_width": frame.width, "support": frame.support}
     shape |= {f"cables_{name}": getattr(cables, name) for name in ("per_long_edge", "per_short_edge")}
-    layout = AntennaLayout(**shape, distribution=cables.distribution)
-    tensions = {name: getattr(cables, name) for name in ("pretension_x", "pretension_y")}
-    return build_antenna(layout, membrane, cable, beam, **tensions, **stated)
+    layout = AntennaLayout(**shape, distribution=cables.distribution, cable_segments=cables.segments)
+    if case.edge_cords is not None:
+        return _scalloped(layout, case.edge_cords, (membrane, cable, beam), stated["membrane_stress"])
+    pull_x, pull_y = cables.pretensions
+    return build_antenna(layout, membrane, cable, beam, pretension_x=pull_x, pretension_y=pull_y, **stated)
 
 
 def _meshed_model(case: Case, file: str, cable: CableSection | None, beam: BeamSection | None, **stated: Any) -> Model:
@@ -107,8 +116,39 @@ def _meshed_model(case: Case, file: str, cable: CableSection | None, beam: BeamS
             raise MeshError(f"{file}: expected {kind}, which the case has a section for, got none; remove [{table}]")
     given, tension = case.cables, np.zeros(0)
     if given is not None:
-        tension = blend_by_direction(mesh.nodes, mesh.cables, given.pretension_x, given.pretension_y)
+        tension = blend_by_direction(mesh.nodes, mesh.cables, *given.pretensions)
     return mesh.model(cable=cable, beam=beam, cable_tension=tension, **stated)
+
+
+def _scalloped(
+    layout: AntennaLayout,
+    given: EdgeCords,
+    sections: tuple[MembraneSection, CableSection, BeamSection],
+    stress: tuple[float, float, float],
+) -> Model:
+    """Antenna between cut edges, its nodes where the film's stress balances the cords."""
+    membrane, cable, frame = sections
+    cord = CableSection(Material(given.youngs_modulus, given.density), given.area, cable.strain)
+    with within("edge_cords"):
+        chosen: dict[str, Any] = {"sag": given.sag, "corners": given.corners, "membrane_stress": stress[:2]}
+        return find_form(build_scalloped_antenna(layout, membrane, cable, cord, frame, **chosen))
+
+
+def _membrane_section(given: Membrane) -> MembraneSection:
+    """Section of the film and the layers on it; CaseError if they do not go together."""
+    numbers = given.youngs_modulus, given.density, given.poisson_ratio
+    with within("membrane"):
+        if given.youngs_modulus_y is None or given.shear_modulus is None:
+            material = Material(*numbers)
+        else:
+            other = {"youngs_modulus_2": given.youngs_modulus_y, "shear_modulus_12": given.shear_modulus}
+            material = OrthotropicMaterial(*numbers, **other)
+        film = MembraneSection(material, given.thickness, given.strain, given.law)
+        coatings = (
+            replace(film, material=Material(on.youngs_modulus, on.density, on.poisson_ratio), thickness=on.thickness)
+            for on in given.layers
+        )
+        return laminate(film, *coatings)
 
 
 def _cable_section(given: Cables, strain: str) -> CableSection:
@@ -134,7 +174,7 @@ def membrane_stress(case: Case) -> tuple[float, float, float]:
     if film.stress_x is not None and film.stress_y is not None:
         return film.stress_x, film.stress_y, 0.0
     if case.prestress.mode == "uniform" and ratios is not None and case.cables is not None:
-        tensions = case.cables.pretension_x, case.cables.pretension_y
+        tensions = case.cables.pretensions
         return ratios[0] * tensions[0] / film.thickness, ratios[1] * tensions[1] / film.thickness, 0.0
     return 0.0, 0.0, 0.0
 

@@ -33,6 +33,7 @@ from tautflex.control.plant import Plant
 from tautflex.control.sensors.sensor import Sensor
 from tautflex.errors import CaseError, NotConvergedError
 from tautflex.motion.hub import FreeHub
+from tautflex.reduction.polynomial.model import reduce
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.status import Run
 
@@ -59,7 +60,7 @@ def build_sensors(case: Case, state: PrestressedState, hub: FreeHub | None) -> d
 
 
 def build_plant(case: Case, state: PrestressedState) -> Plant:
-    """Build the plant of a case: its structure on its hub, with actuators and sensors.
+    """Build the plant of a case: its structure, or a reduced model of it, on its hub, with actuators and sensors.
 
     Raises
     ------
@@ -67,17 +68,21 @@ def build_plant(case: Case, state: PrestressedState) -> Plant:
         If a part does not fit the structure, or the loop.
     """
     hub = None if case.hub is None else case.hub.build()
+    actuators, inputs = build_actuators(case, state), build.build_inputs(case, state)
+    effects = [drive.effect for drive in actuators.values() if isinstance(drive, Actuator)]
+    with within("reduction"):
+        reduced = None if case.reduction is None else reduce(state, case.reduction.build(), inputs=[*inputs, *effects])
     return Plant(
-        state,
+        reduced or state,
         hub,
-        build_actuators(case, state),
+        actuators,
         build_sensors(case, state, hub),
         interval=case.loop.interval,
         time_step=case.solver.time_step,
         method=case.solver.build(),
         damping=build.build_damping(case, state),
         maneuver=build.build_maneuver(case),
-        inputs=build.build_inputs(case, state),
+        inputs=inputs,
         probes=case.output.probes,
     )
 

@@ -26,9 +26,6 @@ def loop_contradictions(case: Any) -> Iterator[str]:
             yield f"sensors.{name}: expected a name of its own, got that of an actuator; choose another one"
     if case.controller is None:
         return
-    if case.reduction is not None:
-        text = f"reduction: expected no [reduction] beside a [controller], got kind = {show(case.reduction.kind)}"
-        yield f"{text}; remove it, loops are closed on the full structure"
     for section, names in _UNUSED.items():
         values = getattr(case, section)
         for name in names:

@@ -15,7 +15,7 @@ from tautflex.case.sections.control import Actuator, Controller, Hub, Loop, Sens
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
 from tautflex.case.sections.maneuver import Maneuver
-from tautflex.case.sections.structural import Cables, Frame, Mass, Membrane, Mesh, Prestress
+from tautflex.case.sections.structural import Cables, EdgeCords, Frame, Mass, Membrane, Mesh, Prestress
 from tautflex.structure.shapes import SHAPES
 from tautflex.text import card, shown
 
@@ -23,7 +23,7 @@ _LARGEST = 1e300  # keeps products of absurd step counts finite
 # Geometry of the built-in antenna; beside a mesh file it is stated twice.
 _GEOMETRY = {
     "membrane": ("length", "width"),
-    "cables": ("per_long_edge", "per_short_edge", "distribution"),
+    "cables": ("per_long_edge", "per_short_edge", "distribution", "segments"),
     "frame": ("length", "width", "support"),
 }
 
@@ -50,6 +50,7 @@ class Case(Section):
     schema_number: Literal[1] = Field(default=1, alias="schema", description="version of the case format", examples=[1])
     membrane: Membrane = key("[membrane] section")
     cables: Cables | None = key("[cables] section", None, None)
+    edge_cords: EdgeCords | None = key("[edge_cords] section", None, None)
     frame: Frame | None = key("[frame] section", None, None)
     mesh: Mesh = key("[mesh] section", default=Mesh())
     masses: tuple[Mass, ...] = key("[[masses]] sections", default=())
@@ -136,17 +137,36 @@ class Case(Section):
 
     @model_validator(mode="after")
     def _edges_have_what_they_need(self) -> Self:
-        edges = self.membrane.edges
-        for name in ("cables", "frame"):
-            section = getattr(self, name)
-            if name == "frame" and self.mesh.file is not None:
+        edges, has_file = self.membrane.edges, self.mesh.file is not None
+        for name in ("cables", "frame", "edge_cords"):
+            section, needed = getattr(self, name), edges == "scalloped" or (edges == "cables" and name != "edge_cords")
+            if name == "frame" and has_file:
                 continue  # whether there is one is the file's to say
-            if edges == "cables" and section is None:
-                text = f"{name}: missing, membrane.edges = 'cables' expects a [{name}] section"
+            if needed and section is None:
+                text = f"{name}: missing, membrane.edges = {edges!r} expects a [{name}] section"
                 raise ValueError(f"{text}; add it, or set membrane.edges = 'fixed' for a plain film")
-            if edges == "fixed" and section is not None:
-                text = f"{name}: expected no such section with membrane.edges = 'fixed', got [{name}]"
-                raise ValueError(f"{text}; remove it, or set membrane.edges = 'cables'")
+            if not needed and section is not None:
+                text = f"{name}: expected no such section with membrane.edges = {edges!r}, got [{name}]"
+                other = "scalloped" if name == "edge_cords" else "cables"
+                raise ValueError(f"{text}; remove it, or set membrane.edges = {other!r}")
+        if edges == "scalloped" and has_file:
+            text = f"membrane.edges: expected 'cables' or 'fixed' beside mesh.file = {show(self.mesh.file)}"
+            raise ValueError(f"{text}, got 'scalloped'; cords of a mesh file are cables of it, remove one of the two")
+        return self
+
+    @model_validator(mode="after")
+    def _tensions_are_stated_once(self) -> Self:
+        """Tensions of cables are given, but those beside scalloped edges follow from the film's stress."""
+        if self.cables is None:
+            return self
+        scalloped = self.membrane.edges == "scalloped"
+        for name in ("pretension_x", "pretension_y", "distribution"):
+            value, field = getattr(self.cables, name), Cables.model_fields[name]
+            if scalloped and value != field.default:
+                text = f"cables.{name}: expected no value with membrane.edges = 'scalloped', got {show(value)}"
+                raise ValueError(f"{text}; remove it, tensions follow from membrane.stress_x, stress_y and the cut")
+            if not scalloped and value is None:
+                raise ValueError(f"cables.{name}: missing, expected the {meaning(name, field)}; add it")
         return self
 
     @model_validator(mode="after")
@@ -192,6 +212,15 @@ class Case(Section):
             if stress is None:
                 text = "membrane.stress_x: missing, membrane.edges = 'fixed' expects stress_x and stress_y [Pa]"
                 raise ValueError(f"{text}; add them under [membrane], for example 4000.0")
+            return self
+        if self.membrane.edges == "scalloped":
+            if mode != "equilibrium" or ratios is not None:
+                stated = f"mode = {mode!r}" if ratios is None else f"resultant_per_pretension = {list(ratios)}"
+                text = f"prestress: expected nothing stated with membrane.edges = 'scalloped', got {stated}"
+                raise ValueError(f"{text}; remove it, the edges are cut to carry membrane.stress_x and stress_y")
+            if stress is None:
+                text = "membrane.stress_x: missing, membrane.edges = 'scalloped' expects stress_x and stress_y [Pa]"
+                raise ValueError(f"{text}; add them under [membrane], for example 2e5")
             return self
         if mode == "uniform" and stress is None and ratios is None:
             text = "prestress.resultant_per_pretension: missing, mode = 'uniform' expects the membrane's tension"

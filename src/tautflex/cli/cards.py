@@ -44,6 +44,8 @@ def show_modes(case: Path, answer: Mapping[str, Any]) -> None:
     console.print(table)
     rows = _rows()
     _add_prestress(rows, answer["prestress"])
+    if "on_free_hub" in answer:
+        rows.add_row("on its free hub", ", ".join(f"{value:.4f}" for value in answer["on_free_hub"]) + " Hz")
     console.print(rows)
     list_files(answer["files"])
 
@@ -120,6 +122,16 @@ def show_authority(case: Path, answer: Mapping[str, Any]) -> None:
         Console().print(table)
     for remark in answer["remarks"]:
         say(f"note: {remark}")
+
+
+def show_training(case: Path, answer: Mapping[str, Any]) -> None:
+    """Print what a training came to."""
+    rows = _rows()
+    rows.add_row("cost", f"{answer['cost']:.4g} on episodes kept apart, {answer['start_cost']:.4g} of the law alone")
+    rows.add_row("iterations", f"{answer['iterations']}, {answer['skipped']} of them without a slope")
+    rows.add_row("policy", answer["digest"])
+    _card(f"{case.name}: trained", rows)
+    list_files(answer["files"])
 
 
 def show_evaluation(case: Path, answer: Mapping[str, Any]) -> None:

@@ -19,26 +19,29 @@ from tautflex.control.actuators.hub_torque import HubTorque
 from tautflex.control.authority import authority
 from tautflex.control.linear import LinearPlant
 from tautflex.control.linearize import linearize
+from tautflex.control.runs.full import FullPlantRun
+from tautflex.control.runs.reduced import ReducedPlantRun
+from tautflex.control.runs.run_of_plant import RunOfPlant
+from tautflex.control.runs.timing import steps_of
 from tautflex.control.sensors.sensor import SensedMotion, Sensor, SensorMemory, noise_of
 from tautflex.control.signals import Channel
-from tautflex.control.timing import steps_of
-from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.loads.inputs import TimeInput
+from tautflex.mechanics.loads.inputs import TimeInput, require_equipped
 from tautflex.mechanics.loads.prepared import LinearInput
 from tautflex.motion.attitude import attitude
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver
 from tautflex.motion.rotations import rotation_vector
 from tautflex.numeric import Array, within_arithmetic
+from tautflex.reduction.on_basis import OnBasis
 from tautflex.solvers.static.equip import equip
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.transient.free_hub.motion import HubMotion
+from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.generalized_alpha import GeneralizedAlpha
 from tautflex.solvers.transient.methods.scheme import Method
-from tautflex.solvers.transient.problem import SteppingModel, TransientProblem
+from tautflex.solvers.transient.problem import TransientProblem
 from tautflex.solvers.transient.restart.checkpoint import Checkpoint
-from tautflex.solvers.transient.simulate import FullRun
 from tautflex.solvers.transient.status import Run, Statistics, Status
 from tautflex.text import card, shown
 
@@ -78,7 +81,7 @@ class Plant:
     Parameters
     ----------
     state
-        Prestressed state; it is equipped for its actuators (`equip`).
+        Prestressed state, which is equipped for its actuators (`equip`), or a reduced model of one that is.
     hub
         Free hub; None: the motion is prescribed.
     actuators
@@ -90,7 +93,7 @@ class Plant:
     time_step
         Step of the integrator [s], a whole part of the interval; None is the largest one up to 5 ms.
     method
-        Integrator; None is `GeneralizedAlpha()`.
+        Integrator; None is `GeneralizedAlpha()`, or `CentralDifference()` of a reduced model.
     damping
         Any `Damping`; None is none.
     maneuver
@@ -105,7 +108,7 @@ class Plant:
     InputError
         If an argument is wrong, names clash, or the interval is no multiple of the step.
     UnsupportedError
-        If the plant is a reduced model.
+        If an actuator, input or method has no answer in a reduced model.
 
     Examples
     --------
@@ -117,7 +120,7 @@ class Plant:
 
     def __init__(
         self,
-        state: PrestressedState,
+        state: PrestressedState | OnBasis,
         hub: FreeHub | None = None,
         actuators: Mapping[str, Any] | None = None,
         sensors: Mapping[str, Sensor] | None = None,
@@ -130,11 +133,14 @@ class Plant:
         inputs: Sequence[TimeInput] = (),
         probes: Mapping[str, ArrayLike] | None = None,
     ) -> None:
-        if isinstance(state, SteppingModel):
-            raise UnsupportedError("state: expected a prestressed state, got a reduced model; give the state itself")
         checks.instance(
-            "state", state, PrestressedState, "a prestressed state", remedy="solve_prestress(model) gives one"
+            "state",
+            state,
+            (PrestressedState, OnBasis),
+            "a prestressed state or a reduced model",
+            remedy="solve_prestress(model) gives one",
         )
+        reduced = isinstance(state, OnBasis)
         self.hub: FreeHub | None = checks.instance("hub", hub, (FreeHub, type(None)), "a FreeHub(...), or None")
         self.maneuver = _maneuver(maneuver)
         self.actuators = checked_actuators(actuators, hub)
@@ -147,23 +153,26 @@ class Plant:
         for name in sorted({*self.actuators} & {*self.sensors}):
             raise InputError(f"sensors.{name}: expected a name of its own, got that of an actuator; choose another one")
         self.interval, self._steps = checks.positive("interval", interval), steps_of(interval, time_step)
-        checks.instance("method", method, (Method, type(None)), "an implicit method such as GeneralizedAlpha()")
+        known = (Method, CentralDifference, type(None)) if reduced else (Method, type(None))
+        checks.instance("method", method, known, "an implicit method such as GeneralizedAlpha()")
         given = checks.several("inputs", inputs, TimeInput, "NodalForce(...)")
-        self.state_of = equip(
-            state, [*given, *(each.effect for each in self.actuators.values() if isinstance(each, Actuator))]
-        )
+        effects = [*given, *(each.effect for each in self.actuators.values() if isinstance(each, Actuator))]
+        self._rom = state if isinstance(state, OnBasis) else None
+        self.state_of = state.state if isinstance(state, OnBasis) else equip(state, effects)
+        for each in effects if reduced else ():
+            require_equipped(each, self.state_of.system)
         self._prepared = {name: each.prepare(self.state_of, hub) for name, each in self.sensors.items()}
         self._looks = any(p.function is not None or p.rows is None or p.rows.stress for p in self._prepared.values())
         self._asked: dict[str, Any] = {
             "time_step": self.interval / self._steps,
-            "method": method or GeneralizedAlpha(),
+            "method": method or (CentralDifference() if reduced else GeneralizedAlpha()),
             "damping": damping,
             "probes": probes,
             "every": self._steps,
         }
         self._inputs = given
         self._problem([], interval)
-        self._run: FullRun | None = None
+        self._run: RunOfPlant | None = None
         self._bank = self._new_bank()
 
     def _new_bank(self) -> Bank:
@@ -184,7 +193,7 @@ class Plant:
     @property
     def time(self) -> float:
         """Where the plant has come to [s]."""
-        return self._at_work.at.time
+        return self._at_work.place.time
 
     @within_arithmetic()
     def reset(self, seed: int | None = None, options: Mapping[str, Any] | None = None) -> Array:
@@ -230,17 +239,19 @@ class Plant:
     ) -> TransientProblem:
         """What the integrator is asked."""
         asked = {**self._asked, "inputs": [*self._inputs, *driven], "end_time": end_time, "initial": initial}
-        return TransientProblem(self.state_of, self.hub if self.hub is not None else self.maneuver, **asked)
+        return TransientProblem(
+            self._rom or self.state_of, self.hub if self.hub is not None else self.maneuver, **asked
+        )
 
     def _begin(self, initial: Checkpoint | None) -> None:
         """Take up a run, from the start or a state."""
         problem = self._problem(self._bank.inputs, (self._intervals + _RESERVED) * self.interval, initial)
-        run = self._run = FullRun(problem)
-        self._bank.push(run)
+        run = self._run = (FullPlantRun if self._rom is None else ReducedPlantRun)(problem)
+        self._bank.push(run, problem.start_time)
         run.start()
 
     @property
-    def _at_work(self) -> FullRun:
+    def _at_work(self) -> RunOfPlant:
         if self._run is None:
             raise InputError("plant: expected reset before this, got none; call y = plant.reset(seed=0)")
         return self._run
@@ -271,34 +282,33 @@ class Plant:
         numbers = checks.float_array(
             "command", numbers.reshape(1) if numbers.ndim == 0 and size == 1 else numbers, (size,)
         )
-        if self._intervals and self._intervals % _RESERVED == 0 and run.at.time > run.problem.start_time:
+        before = run.place
+        if self._intervals and self._intervals % _RESERVED == 0 and before.time > run.problem.start_time:
             self._parts.append(run.result(Status.COMPLETED))
             self._begin(self._parts[-1].final)
             run = self._at_work
-        self._bank.command(run, numbers)
+        self._bank.command(run, before, numbers)
         for number in range(self._intervals * self._steps + 1, (self._intervals + 1) * self._steps + 1):
-            before = run.at
             if not run.advance(number):
                 raise NotConvergedError(
-                    f"t = {run.at.time:.6g} s: {Status.NOT_CONVERGED.message}",
+                    f"t = {run.place.time:.6g} s: {Status.NOT_CONVERGED.message}",
                     result=self.result(Status.NOT_CONVERGED),
                 )
-            self._bank.count(run, before)
+            reached = run.place
+            self._bank.count(run, before, reached)
+            before = reached
         self._intervals += 1
         return self._observe()
 
     def _exact(self) -> dict[str, Array]:
         """Exact readings of all sensors now."""
         run, prepared = self._at_work, self._prepared
-        at, turn, stress = run.at, np.zeros(3), list[Array]()
-        if isinstance(at, HubMotion):
-            turn = rotation_vector(at.hub.attitude)
+        place, turn, sight = run.place, np.zeros(3), run.look(self._looks)
+        if place.rigid.size:
+            turn = rotation_vector(place.rigid[:4])
         elif any(each.rows is not None and each.rows.rotation is not None for each in prepared.values()):
-            turn = rotation_vector(attitude(self.maneuver, [at.time])[0])
-        if self._looks:
-            run.strain_energy()
-            stress = run.equation.workspace.stress
-        seen = SensedMotion(at.q, at.v, turn, run.motion().angular_velocity, stress)
+            turn = rotation_vector(attitude(self.maneuver, [place.time])[0])
+        seen = SensedMotion(sight.q, sight.v, turn, sight.rate, sight.stress)
         return {name: each.read(seen) for name, each in prepared.items()}
 
     def _observe(self) -> Array:

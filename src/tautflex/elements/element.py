@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from typing import ClassVar, TypeVar
 
 from tautflex.elements.block import ElementBlock
+from tautflex.elements.linked import led
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup
@@ -72,14 +73,17 @@ def register_element(element: E) -> E:
 
 
 def element_blocks(model: Model) -> tuple[ElementBlock, ...]:
-    """Turn every element group of a model into data, in the order of ``model.groups``.
+    """Turn every element group of a model into data, in the order of ``model.element_groups``.
 
     Raises
     ------
     InputError
         If there is no element for a group's section and shape.
     """
-    return tuple(_element(group).declare(model.nodes, group, model.element_dofs(group)) for group in model.groups)
+    blocks = tuple(
+        _element(group).declare(model.nodes, group, model.element_dofs(group)) for group in model.element_groups
+    )
+    return tuple(led(block, model.constraints) for block in blocks) if model.links else blocks
 
 
 def _element(group: ElementGroup) -> type[Element]:

@@ -4,7 +4,7 @@ r"""What all membrane elements share: strains, plane stress, local axes and laws
    ``g = (u,1  u,2  v,1  v,2  w,1  w,2)`` [paper (6)-(7)].
 2. Strain, von Karman: ``e11 = u,1 + w,1^2/2``, ``e22 = v,2 + w,2^2/2``, ``g12 = u,2 + v,1 + w,1 w,2``
    [paper (26)]; Green-Lagrange adds the same products of u and v, which makes it objective.
-3. Stress: plane stress, initial stress added [paper (30)-(31)].
+3. Stress: plane stress (`Material.plane_stress`), initial stress added [paper (30)-(31)].
 """
 
 from __future__ import annotations
@@ -37,13 +37,6 @@ def membrane_section(group: ElementGroup) -> MembraneSection:
     return group.section
 
 
-def plane_stress(section: MembraneSection) -> Array:
-    """Plane-stress elastic matrix [Pa], shape (3, 3) [paper (30)]."""
-    nu = section.material.poisson_ratio
-    factor = section.material.youngs_modulus / (1.0 - nu**2)
-    return factor * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]])
-
-
 def membrane_block(
     group: ElementGroup,
     dofs: Indices,
@@ -68,7 +61,7 @@ def membrane_block(
         gradient=np.ascontiguousarray(gradient),
         linear=LINEAR,
         quadratic=QUADRATIC[section.strain],
-        elasticity=np.broadcast_to(plane_stress(section), (count, 3, 3)),
+        elasticity=np.broadcast_to(section.material.plane_stress, (count, 3, 3)),
         initial_stress=group.initial.copy() if owner is None else group.initial[owner],
         measure=area * section.thickness,
         size=np.full(count, section.thickness),

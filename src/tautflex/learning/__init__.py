@@ -13,6 +13,7 @@ if find_spec("gymnasium") is not None:
     for _task in TASKS:
         gymnasium.register(
             f"tautflex/{_task.capitalize()}-v0",
-            entry_point="tautflex.learning.env:AntennaEnv",
+            entry_point="tautflex.learning.environments.env:AntennaEnv",
+            vector_entry_point="tautflex.learning.environments.vector:VectorAntennaEnv",
             kwargs={"task": _task},
         )

@@ -8,7 +8,7 @@ from tautflex.control.law import ControlLaw
 from tautflex.control.signals import Reference
 from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
-from tautflex.learning.baselines import baseline
+from tautflex.learning.judging.baselines import baseline
 from tautflex.numeric import Array
 
 # Size of what a law is asked with: so small that no limit of it is met.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import time as clock
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -84,6 +85,7 @@ def train(
     case: Case | str | os.PathLike[str] | None = None,
     law: str | ControlLaw = "pd",
     iterations: int = 200,
+    seconds: float | None = None,
     seed: int = 0,
     layers: Sequence[int] = (32, 32),
     runs: int = 64,
@@ -113,6 +115,8 @@ def train(
         Linear law without memory that the network learns behind: a name as of `baseline`, or a law.
     iterations
         Steps of Adam.
+    seconds
+        Time after which training ends before that [s]; None is none. How far it comes depends on the machine.
     seed
         Decides everything that is drawn.
     layers
@@ -158,6 +162,8 @@ def train(
     ):  # fmt: skip
         checks.whole(name, value, least)
     units = [checks.whole("layers", size, 1) for size in checks.several("layers", layers, int, "(32, 32)")]
+    if seconds is not None:
+        checks.positive("seconds", seconds)
     checks.positive("learning_rate", learning_rate)
     checks.positive("clip", clip)
     if arena.steps % horizon:
@@ -175,9 +181,8 @@ def train(
     words = json.dumps([settings, hashlib.sha256(gain.tobytes()).hexdigest(), repr(arena.task), repr(arena.actuators)])
     training = _Training(twin, gain, settings, own, hashlib.sha256(words.encode()).hexdigest()[:16])
     with threadpool_limits(1, "blas"):
-        return training.train(
-            iterations, None if checkpoint is None else checks.path("checkpoint", checkpoint), progress
-        )
+        place = None if checkpoint is None else checks.path("checkpoint", checkpoint)
+        return training.train(iterations, place, progress, seconds)
 
 
 class _Training:
@@ -230,8 +235,11 @@ class _Training:
             cost
         )
 
-    def train(self, iterations: int, place: Path | None, progress: Progress | None) -> Trained:
-        """All iterations, from a checkpoint where there is one."""
+    def train(
+        self, iterations: int, place: Path | None, progress: Progress | None, seconds: float | None = None
+    ) -> Trained:
+        """All iterations that there is time for, from a checkpoint where there is one."""
+        end = np.inf if seconds is None else clock.monotonic() + seconds
         at, start = self._start()
         first, judged = 0, [(0, start)]
         if place is not None and place.exists():
@@ -243,7 +251,8 @@ class _Training:
                 at = at._replace(params=params, course=course)
             at, mean = self._iterate(at, number)
             done = number + 1
-            if done % every == 0 or done == iterations:
+            late = seconds is not None and clock.monotonic() > end
+            if done % every == 0 or done == iterations or late:
                 cost = self._judge(at.layers)
                 if float(cost) < float(at.best_cost):
                     at = at._replace(best=at.layers, best_cost=cost)
@@ -252,7 +261,12 @@ class _Training:
                 if place is not None and done % every == 0:
                     self._keep(place, at, done, judged)
                 if progress is not None:
-                    progress(done / iterations, f"cost {float(cost):.4g}, reward {float(mean):.4g}")
+                    part = done / iterations
+                    if seconds is not None:
+                        part = max(part, 1.0 - max(end - clock.monotonic(), 0.0) / seconds)
+                    progress(part, f"cost {float(cost):.4g}, reward {float(mean):.4g}")
+            if late:
+                break
         return self._result(at, judged)
 
     def _result(self, at: _Learner, judged: list[tuple[int, float]]) -> Trained:

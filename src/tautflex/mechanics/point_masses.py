@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tautflex.elements.block import InertiaPoints
+from tautflex.elements.linked import led_dofs, led_points
 from tautflex.numeric import Array, Indices, cross_matrix
 from tautflex.structure.masses import PointMass
 from tautflex.structure.model import Model
@@ -17,9 +18,9 @@ KIND = "mass"
 
 @dataclass(frozen=True)
 class BodyBlock:
-    """All bodies of a model: unknowns of their nodes, shape (body, 6), and their mass points, seven each.
+    """All bodies of a model: unknowns that move them, six of their node or more, and their mass points, seven each.
 
-    Rotations that a node does not have are the unknown after the last.
+    Unknowns that do not exist, rotations of many nodes, are the one after the last.
     """
 
     dofs: Indices
@@ -37,7 +38,9 @@ def body_block(model: Model) -> BodyBlock:
     interpolation[..., :3] = np.eye(3)
     interpolation[..., 3:] = [[-cross_matrix(arm) for arm in arms] for arms in place]
     nodes = model.nodes[[body.node for body in model.masses]]
-    return BodyBlock(dofs, InertiaPoints(mass, interpolation, nodes[:, None] + place))
+    dofs, weights = led_dofs(dofs, model.constraints)
+    points = InertiaPoints(mass, interpolation, nodes[:, None] + place)
+    return BodyBlock(dofs, points if weights is None else led_points(points, weights))
 
 
 def _points(body: PointMass) -> tuple[Array, Array]:

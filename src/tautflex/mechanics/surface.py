@@ -122,10 +122,12 @@ def _axes(second_moment: Array) -> Array:
 
 def _seen_across(model: Model, nodes: Indices, normal: Array) -> csr_array:
     """Displacement of nodes along a direction, from free unknowns, shape (node, size)."""
-    size = len(model.free_dofs)
-    places = model.free_places[model.translation_dofs[nodes]]
-    row, axis = np.nonzero((places < size) & (normal != 0.0))
-    return csr_array((normal[axis], (row, places[row, axis])), shape=(len(nodes), size))
+    row, axis = np.nonzero(np.broadcast_to(normal != 0.0, (len(nodes), 3)))
+    shape = (len(nodes), model.dof_count)
+    across = csr_array((normal[axis], (row, model.translation_dofs[nodes][row, axis])), shape=shape)
+    result = csr_array(across @ model.expansion)
+    result.sort_indices()
+    return result
 
 
 def _rows(matrix: csr_array) -> tuple[Indices, Places, Array]:

@@ -18,6 +18,7 @@ from tautflex.mechanics.inertia import InertiaOperator, WeighedMoments
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.point_masses import KIND as BODIES
 from tautflex.mechanics.point_masses import BodyBlock, body_block
+from tautflex.mechanics.springs import spring_block
 from tautflex.mechanics.store import build_store
 from tautflex.mechanics.surface import FilmSurface
 from tautflex.mechanics.workspace import Workspace
@@ -30,9 +31,9 @@ class StructuralSystem:
     """Elastic forces, tangents and inertia of a model on its free unknowns, as pure functions.
 
     What calls them over and over (a run, an iteration) takes a `workspace` of its own instead. ``blocks`` and
-    ``initial_stress``, the stresses at zero unknowns, shapes (row, strain), follow ``model.groups``; ``pattern`` holds
-    all square operators on the free unknowns, ``upper_slots`` the rows' places in its upper triangle, by block. Vectors
-    of free unknowns have shape (size,) in the order of ``model.free_dofs``.
+    ``initial_stress``, the stresses at zero unknowns, shapes (row, strain), follow ``model.element_groups``, springs
+    behind them; ``pattern`` holds all square operators on the free unknowns, ``upper_slots`` the rows' places in its
+    upper triangle, by block. Vectors of free unknowns have shape (size,) in the order of ``model.free_dofs``.
     """
 
     model: Model
@@ -47,9 +48,11 @@ class StructuralSystem:
     @classmethod
     def from_model(cls, model: Model) -> StructuralSystem:
         """Compile a model with the prestress given with it."""
-        blocks = element_blocks(model)
+        blocks = (*element_blocks(model), *([spring_block(model)] if model.springs else []))
         places = [model.free_places[block.dofs] for block in blocks]
-        pattern = SparsityPattern.from_elements(len(model.free_dofs), places)
+        # Bodies on linked nodes couple what no element does.
+        bodies = [model.free_places[body_block(model).dofs]] if model.masses and model.links else []
+        pattern = SparsityPattern.from_elements(len(model.free_dofs), [*places, *bodies])
         slots = [pattern.upper_slots(block.rows_of(own)) for block, own in zip(blocks, places, strict=True)]
         return cls(model, blocks, tuple(block.initial_stress for block in blocks), pattern, slots)
 
@@ -66,7 +69,7 @@ class StructuralSystem:
 
     @property
     def place(self) -> Indices:
-        """Free unknown of every unknown of the model, ``size`` where it is held, shape (dof,)."""
+        """Free unknown of every unknown of the model, ``size`` where it is held or linked, shape (dof + 1,)."""
         return self.model.free_places
 
     @cached_property
@@ -124,9 +127,8 @@ class StructuralSystem:
         return WeighedMoments(loads)
 
     def _inertia(self, blocks: Sequence[ElementBlock | BodyBlock]) -> InertiaOperator:
-        place = np.append(self.place, self.size)  # unknowns that do not exist are like held ones
         return InertiaOperator.from_blocks(
-            [block.inertia for block in blocks], [place[block.dofs] for block in blocks], self.pattern
+            [block.inertia for block in blocks], [self.place[block.dofs] for block in blocks], self.pattern
         )
 
     @cached_property
@@ -173,7 +175,18 @@ class StructuralSystem:
         """All unknowns of the model from the free ones, shape (..., dof)."""
         result = np.zeros((*q.shape[:-1], self.model.dof_count))
         result[..., self.model.free_dofs] = q
+        if self.model.links:
+            follows = self.model.constraints.dependent
+            result[..., follows] = (self.model.expansion[follows] @ q.reshape(-1, self.size).T).T.reshape(
+                *q.shape[:-1], len(follows)
+            )
         return result
+
+    def on_free(self, forces: Array) -> Array:
+        """Forces on all unknowns, shape (dof, ...), as they act on the free ones, shape (size, ...)."""
+        if self.model.links:
+            return np.asarray(self.model.expansion.T @ forces)
+        return forces[self.model.free_dofs]
 
     def translations(self, q: Array) -> Array:
         """Nodal displacements [m] from free unknowns, shape (..., node, 3)."""

@@ -19,6 +19,7 @@ from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion.kinematics import Maneuver
 from tautflex.numeric import Array, Indices
 from tautflex.structure.materials import BeamSection, MembraneSection
+from tautflex.structure.mesh import linked_pieces
 from tautflex.structure.model import Model
 
 PRESTRAIN = 0.01  # the reference shape stands for the unstressed one
@@ -70,6 +71,8 @@ def _thick_film(model: Model) -> list[str]:
 def _coincident_nodes(model: Model) -> list[str]:
     radius = _SAME_PLACE * float(np.ptp(model.nodes, axis=0).max())
     pairs = cKDTree(model.nodes).query_pairs(radius, output_type="ndarray")
+    piece = linked_pieces(len(model.nodes), model.linked_pairs)
+    pairs = pairs[piece[pairs[:, 0]] != piece[pairs[:, 1]]]
     if not len(pairs):
         return []
     a, b = pairs[np.lexsort(pairs.T[::-1])[0]].tolist()
@@ -149,16 +152,16 @@ class Reading(NamedTuple):
 
 
 def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
-    """Largest ``strain`` [-], ``slope`` [-] and ``rotation`` [rad] at free unknowns [m, rad], shape (size,).
+    """Largest ``strain`` [-], ``slope`` [-], ``rotation`` [rad] ... at free unknowns [m, rad], shape (size,).
 
     Strains are principal ones of film, axial ones of cables and beams, those of the prestress included. Slopes are
-    those of film and cables with von Karman strains, rotations those of beams' ends; both are relative to the floating
-    frame.
+    those of film and cables with von Karman strains, rotations those of beams' ends, turns those of rigidly
+    linked nodes; all are relative to the floating frame.
     """
     extended, first = np.append(q, 0.0), dict[str, int]()
-    worst = dict.fromkeys(("strain", "slope", "rotation"), Reading())
+    worst = dict.fromkeys(_REMEDY, Reading())
     for block, initial, places, group in zip(
-        system.blocks, system.initial_stress, system.row_places, system.model.groups, strict=True
+        system.blocks, system.initial_stress, system.row_places, system.model.element_groups, strict=False
     ):
         g = np.einsum("nij,nj->ni", block.gradient, extended[places])
         strain = g @ block.linear.T + 0.5 * np.einsum("ni,sij,nj->ns", g, block.quadratic, g)
@@ -167,10 +170,9 @@ def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
         modulus = block.material.youngs_modulus if block.kind == "cable" else block.elasticity[:, 0, 0]
         found = {"strain": np.abs(stress[:, 0]) / modulus}
         if block.kind == "membrane":
-            material, principal = block.material, principal_values(stress)
-            found["strain"] = (
-                np.abs(principal - material.poisson_ratio * principal[:, ::-1]).max(axis=1) / material.youngs_modulus
-            )
+            # Of the strain that the stress stands for; principal values of stresses have no factor 2 in the shear.
+            elastic = np.linalg.solve(block.elasticity, stress[:, :, None])[:, :, 0] * (1.0, 1.0, 0.5)
+            found["strain"] = np.abs(principal_values(elastic)).max(axis=1)
         if isinstance(group.section, BeamSection):
             if group.section.strain != "corotational":
                 found["rotation"] = np.linalg.norm(g[:, 3:9].reshape(-1, 2, 3), axis=2).max(axis=1)
@@ -183,6 +185,11 @@ def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
                 element = row if block.owner is None else int(block.owner[row])
                 worst[name] = Reading(float(values[row]), block.kind, start + element)
         first[block.kind] = start + len(block.dofs)
+    leading = np.array(sorted({node for link in system.model.links for node in link.turning}), dtype=np.int64)
+    if leading.size:
+        dofs = system.model.dof_offset[leading][:, None] + np.arange(3, 6)
+        turned = np.linalg.norm(system.full(q)[dofs], axis=1)
+        worst["turn of a link"] = Reading(float(turned.max()), "linked node", int(leading[turned.argmax()]))
     return worst
 
 
@@ -194,6 +201,11 @@ _REMEDY = {
     ),
     "slope": (SLOPE, ".2f", "von Karman strains hold up to slopes of 0.3; set strain = 'green-lagrange'"),
     "rotation": (ROTATION, ".2f", "these beams take rotations as small, up to 0.2 rad; stiffen them or move them less"),
+    "turn of a link": (
+        ROTATION,
+        ".2f",
+        "links take turns as small, up to 0.2 rad; stiffen or move it less",
+    ),
 }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,6 +42,13 @@ class ElementGroup:
     initial: Array
     orientation: Array
     __repr__ = brief
+
+    def part(self, first: int, last: int) -> ElementGroup:
+        """Elements in [first, last) as a group of their own."""
+        turned = self.orientation if self.orientation.ndim == 1 else self.orientation[first:last]
+        return replace(
+            self, connectivity=self.connectivity[first:last], initial=self.initial[first:last], orientation=turned
+        )
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,15 @@
-"""Isotropic materials and the cross-sections made of them."""
+"""Materials and the cross-sections made of them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, cast
+
+import numpy as np
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.numeric import Array
 
 STRAINS = ("von-karman", "green-lagrange")
 LAW_NAMES = {"membrane": ["elastic", "tension-field"], "cable": ["elastic", "slack"]}
@@ -46,6 +49,143 @@ class Material:
         """Shear modulus E / (2 (1 + nu)) [Pa]."""
         return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
 
+    @property
+    def isotropic(self) -> bool:
+        """Whether it is alike in all directions."""
+        return True
+
+    @property
+    def plane_stress(self) -> Array:
+        """Elastic matrix of a film [Pa], for (e11, e22, g12), shape (3, 3) [paper (30)]."""
+        nu = self.poisson_ratio
+        factor = self.youngs_modulus / (1.0 - nu**2)
+        return factor * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]])
+
+
+@dataclass(frozen=True)
+class OrthotropicMaterial(Material):
+    """Linear elastic material of a film with two principal directions: a fabric, a ply, a stretched foil.
+
+    Parameters
+    ----------
+    youngs_modulus
+        Young's modulus along direction 1 [Pa], > 0.
+    density
+        Mass density [kg/m^3], > 0.
+    poisson_ratio
+        Contraction along 2 under tension along 1, nu_12 [-]; ``nu_12^2 < E_1 / E_2``.
+    youngs_modulus_2
+        Young's modulus along direction 2 [Pa], > 0.
+    shear_modulus_12
+        Shear modulus [Pa], > 0.
+    angle
+        From the film's local x axis to direction 1, about its normal [rad].
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    youngs_modulus_2: float = field(kw_only=True)
+    shear_modulus_12: float = field(kw_only=True)
+    angle: float = field(default=0.0, kw_only=True)
+
+    def __post_init__(self) -> None:
+        for name in ("youngs_modulus", "youngs_modulus_2", "shear_modulus_12", "density"):
+            checks.positive(name, getattr(self, name))
+        checks.finite("angle", self.angle)
+        limit = float(np.sqrt(self.youngs_modulus / self.youngs_modulus_2))
+        if not abs(checks.finite("poisson_ratio", self.poisson_ratio)) < limit:
+            raise InputError(
+                f"poisson_ratio: expected nu_12 between -{limit:.4g} and {limit:.4g}, the square root of E_1 / E_2, "
+                f"got {self.poisson_ratio:g}; no stable material has more"
+            )
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether it is alike in all directions."""
+        return False
+
+    @property
+    def plane_stress(self) -> Array:
+        """Elastic matrix of a film [Pa], for (e11, e22, g12) in its local axes, shape (3, 3) [Jones 1999, 2.6]."""
+        e1, e2, nu = self.youngs_modulus, self.youngs_modulus_2, self.poisson_ratio
+        own = np.linalg.inv([[1 / e1, -nu / e1, 0.0], [-nu / e1, 1 / e2, 0.0], [0.0, 0.0, 1 / self.shear_modulus_12]])
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        # Strains along 1 and 2 from those along the film's axes.
+        turned = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]])
+        return np.asarray(turned.T @ own @ turned)
+
+
+@dataclass(frozen=True)
+class _Smeared(Material):
+    """Layers as one material: their stiffness per thickness; made by `laminate`."""
+
+    stiffness: tuple[tuple[float, ...], ...] = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        checks.positive("density", self.density)
+
+    @property
+    def isotropic(self) -> bool:
+        return False
+
+    @property
+    def plane_stress(self) -> Array:
+        return np.array(self.stiffness)
+
+
+def laminate(*layers: MembraneSection) -> MembraneSection:
+    """Film of several layers that strain together: a coated foil, a fabric between foils, crossed plies.
+
+    Its membrane stiffness and mass are the layers' sums; a stress of it is the resultant over the whole thickness.
+    Films have no bending stiffness, so that the order of the layers does not matter.
+
+    Parameters
+    ----------
+    layers
+        One section for each; all with one strain measure and one law.
+
+    Returns
+    -------
+    MembraneSection
+
+    Raises
+    ------
+    InputError
+        If there are none, they differ in strain measure or law, or a law needs equal stiffness in all directions.
+
+    Examples
+    --------
+    >>> film = MembraneSection(Material(3e9, 1420.0, 0.34), 25e-6)
+    >>> coating = MembraneSection(Material(70e9, 2700.0, 0.34), 1e-7)
+    >>> laminate(film, coating, coating).thickness
+    2.52e-05
+    """
+    checks.several("layers", layers, MembraneSection, "MembraneSection(...)")
+    if not layers:
+        raise InputError("layers: expected one or more sections, got none; write laminate(film, coating)")
+    first = layers[0]
+    if len(layers) == 1:
+        return first
+    for layer in layers:
+        if (layer.strain, layer.law) != (first.strain, first.law):
+            raise InputError(
+                f"layers: expected one strain measure and one law, got {first.strain!r} with {first.law!r} and "
+                f"{layer.strain!r} with {layer.law!r}; make them alike"
+            )
+    thickness = sum(layer.thickness for layer in layers)
+    parts = [layer.thickness / thickness * layer.material.plane_stress for layer in layers]
+    stiffness = np.sum(parts, axis=0)
+    density = sum(layer.mass_per_measure for layer in layers) / thickness
+    compliance = np.linalg.inv(stiffness)
+    young, nu = float(1.0 / compliance[0, 0]), float(-compliance[0, 1] / compliance[0, 0])
+    alike = all(layer.material.isotropic for layer in layers)
+    rows = tuple(tuple(map(float, row)) for row in stiffness)
+    material = Material(young, density, nu) if alike else _Smeared(young, density, nu, stiffness=rows)
+    return MembraneSection(material, thickness, first.strain, first.law)
+
 
 @dataclass(frozen=True)
 class MembraneSection:
@@ -54,7 +194,8 @@ class MembraneSection:
     Parameters
     ----------
     material
-        Material of the film.
+        Material of the film: `Material`, or `OrthotropicMaterial` along its local axes; `laminate` makes sections of
+        several layers.
     thickness
         Thickness [m], > 0.
     strain
@@ -73,6 +214,11 @@ class MembraneSection:
 
     def __post_init__(self) -> None:
         _check(self, "thickness")
+        if self.law != "elastic" and not self.material.isotropic:
+            raise InputError(
+                f"law: expected 'elastic' of a film that is not alike in all directions, got {self.law!r}; the "
+                "criterion of wrinkling films is that of isotropic ones"
+            )
 
     @property
     def mass_per_measure(self) -> float:
@@ -160,6 +306,8 @@ Section = MembraneSection | CableSection | BeamSection
 
 def _check(section: Section, *sizes: str) -> None:
     checks.instance("material", section.material, Material, "a Material", remedy="write Material(3.5e9, 1530.0, 0.34)")
+    if section.kind != "membrane" and not section.material.isotropic:
+        raise InputError(f"material: expected an isotropic Material of a {section.kind}, got {section.material!r}")
     for name in sizes:
         checks.positive(name, getattr(section, name))
     checks.one_of("strain", section.strain, STRAINS)

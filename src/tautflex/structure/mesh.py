@@ -164,12 +164,15 @@ def blend_by_direction(nodes: Array, lines: Indices, along_x: float, across: flo
     return along_x * weight + across * (1.0 - weight)
 
 
-def connected_pieces(node_count: int, connectivities: list[Indices]) -> Indices:
-    """Number of the connected piece that each node belongs to, shape (node,); MeshError if it belongs to none."""
+def connected_pieces(node_count: int, connectivities: list[Indices], linked: Indices | None = None) -> Indices:
+    """Number of the connected piece that each node belongs to, shape (node,); MeshError if it belongs to none.
+
+    ``linked`` are pairs of nodes that links join, shape (pair, 2).
+    """
     pairs = [np.stack([c[:, 0], c[:, k]]) for c in connectivities for k in range(1, c.shape[1]) if len(c)]
     if not pairs:
         raise MeshError("mesh: expected at least one element, got none; give triangles, cables or beams")
-    rows, columns = np.concatenate(pairs, axis=1)
+    rows, columns = np.concatenate(pairs if linked is None else [*pairs, linked.T], axis=1)
     used = np.zeros(node_count, dtype=bool)
     used[rows] = used[columns] = True
     if not used.all():
@@ -178,5 +181,10 @@ def connected_pieces(node_count: int, connectivities: list[Indices]) -> Indices:
             f"nodes: node {int(loose[0])} belongs to no element ({loose.size} such node(s)); "
             "remove unused nodes or connect them"
         )
-    graph = coo_array((np.ones(rows.size), (rows, columns)), shape=(node_count, node_count))
+    return linked_pieces(node_count, np.stack([rows, columns], axis=1))
+
+
+def linked_pieces(node_count: int, pairs: Indices) -> Indices:
+    """Number of the piece that each node belongs to, shape (node,), of those that pairs (pair, 2) join."""
+    graph = coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(node_count, node_count))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

@@ -13,15 +13,19 @@ from tautflex import checks
 from tautflex.errors import InputError, MeshError
 from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup, Support
+from tautflex.structure.links.link import Link
 from tautflex.structure.masses import PointMass
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, require_section
 from tautflex.structure.mesh import blend_by_direction, check_elements, check_joints, connected_pieces
 from tautflex.structure.numbering import Numbering
 from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6, Shape, surface_shape
+from tautflex.structure.springs import Spring
 from tautflex.text import card, count
 
 _SUPPORT = "Support.clamped([0])"
 _MASS = "PointMass(node, mass=2.5)"
+_LINK = "RigidLink(reference=0, nodes=(5,))"
+_SPRING = "Spring((0, 5), stiffness=100.0)"
 PRESTRESS_MODES = ("equilibrium", "uniform", "initial-strain")
 
 
@@ -34,7 +38,6 @@ class Model(Numbering):
 
     prestress_mode: str = "uniform"
     prestress_stated: bool = True
-    masses: tuple[PointMass, ...] = ()
 
     @classmethod
     def from_mesh(
@@ -56,6 +59,8 @@ class Model(Numbering):
         beam_orientation: ArrayLike = (0.0, 0.0, 1.0),
         supports: Sequence[Support] = (),
         masses: Sequence[PointMass] = (),
+        links: Sequence[Link] = (),
+        springs: Sequence[Spring] = (),
         prestress_mode: str | None = None,
     ) -> Model:
         """Build a model from any film elements, cables and beams in space.
@@ -88,6 +93,10 @@ class Model(Numbering):
             Held nodes.
         masses
             Rigid bodies at nodes.
+        links
+            Displacements that follow others: `RigidLink`, `Tie`, `DistributingLink`, `Attachment`, `LinkEquation`.
+        springs
+            Springs between nodes or to the floating frame.
         prestress_mode
             ``"uniform"``: the given stresses are the state, their imbalance carried by the reference;
             ``"equilibrium"``: cable tensions are final, film and beams respond; ``"initial-strain"``: cables
@@ -127,24 +136,47 @@ class Model(Numbering):
             direction = _directions("beam_orientation", orientation, len(elements))
             groups.append(ElementGroup(require_section(name, given, kind), LINE2, elements, values, direction))
         held, stated = checks.several("supports", supports, Support, _SUPPORT), prestress_mode is not None
-        bodies = checks.several("masses", masses, PointMass, _MASS)
-        return cls(points, tuple(groups), held, "uniform" if prestress_mode is None else prestress_mode, stated, bodies)
+        return cls(
+            points,
+            tuple(groups),
+            held,
+            "uniform" if prestress_mode is None else prestress_mode,
+            stated,
+            masses=checks.several("masses", masses, PointMass, _MASS),
+            links=checks.several("links", links, Link, _LINK),
+            springs=checks.several("springs", springs, Spring, _SPRING),
+        )
 
     def __post_init__(self) -> None:
         checks.one_of("prestress_mode", self.prestress_mode, PRESTRESS_MODES)
         checks.several("supports", self.supports, Support, _SUPPORT)
         checks.several("masses", self.masses, PointMass, _MASS)
+        checks.several("links", self.links, Link, _LINK)
+        checks.several("springs", self.springs, Spring, _SPRING)
         checks.several("groups", self.groups, ElementGroup, "those that Model.from_mesh makes")
         checks.float_array("nodes", self.nodes, (None, 3), error=MeshError)
         for group in self.groups:
             name = f"{group.section.kind if group.shape.dimension == 1 else group.shape.domain}s"
             check_elements(name, group.shape, self.nodes, group.connectivity)
         check_joints([(group.shape, group.connectivity) for group in self.surfaces])
-        pieces = connected_pieces(len(self.nodes), [group.connectivity for group in self.groups])
+        checks.indices("masses", [body.node for body in self.masses], len(self.nodes), error=MeshError)
+        for name in ("links", "springs"):
+            for number, one in enumerate(getattr(self, name)):
+                checks.indices(f"{name}[{number}]", one.joined, len(self.nodes), error=MeshError)
         for support in self.supports:
             checks.indices("supports", support.nodes, len(self.nodes), error=MeshError)
+        connectivity = [group.connectivity for group in self.groups]
+        pieces = connected_pieces(len(self.nodes), connectivity, self.linked_pairs)
         self._require_held(pieces)
-        checks.indices("masses", [body.node for body in self.masses], len(self.nodes), error=MeshError)
+        for number, spring in enumerate(self.springs):
+            spring.axes_at(self.nodes)
+            still = [node for node in spring.joined if self.dof_offset[node + 1] - self.dof_offset[node] < 6]
+            still = [node for node in still if not np.isin(self.translation_dofs[node], self.fixed_dofs).all()]
+            if spring.turns and still:
+                raise MeshError(
+                    f"springs[{number}]: expected nodes that turn, got node {still[0]}, which no beam or rigid link "
+                    "turns; leave out stiffnesses about axes, and place"
+                )
         for body in self.masses:
             if body.turns and self.dof_offset[body.node + 1] - self.dof_offset[body.node] < 6:
                 raise MeshError(
@@ -175,6 +207,10 @@ class Model(Numbering):
         held = count(np.unique(np.concatenate([[], *(support.nodes for support in self.supports)])), "node")
         carried = sum(body.mass for body in self.masses)
         bodies = {"masses": f"{carried:.4g} kg in {len(self.masses)} of its nodes"} if self.masses else {}
+        if self.links:
+            bodies["links"] = f"{count(self.links, 'link')}, {len(self.constraints.dependent)} unknowns follow"
+        if self.springs:
+            bodies["springs"] = str(len(self.springs))
         lines = {
             "nodes": len(self.nodes),
             "unknowns": len(self.free_dofs),
@@ -186,6 +222,18 @@ class Model(Numbering):
             "prestress": self.prestress_mode,
         }
         return card(self, lines)
+
+    @property
+    def linked_pairs(self) -> Indices:
+        """Pairs of nodes that links and springs join, shape (pair, 2)."""
+        joined = [(spring.nodes[0], node) for spring in self.springs for node in spring.nodes[1:]]
+        owner = np.repeat(np.arange(len(self.nodes)), np.diff(self.dof_offset))
+        if not self.links:
+            return np.reshape(joined, (-1, 2)).astype(np.int64)
+        follows = self.constraints.dependent
+        leads = self.constraints.matrix[follows].tocoo()
+        pairs = np.stack([owner[follows][leads.row], owner[leads.col]], axis=1)
+        return np.concatenate([pairs, np.reshape(joined, (-1, 2)).astype(np.int64)])
 
     @property
     def surfaces(self) -> tuple[ElementGroup, ...]:
@@ -232,7 +280,12 @@ class Model(Numbering):
         return np.concatenate([np.zeros((0, 2), dtype=np.int64), *found])
 
     def centre(self, kind: str, element: int) -> Array:
-        """Mean of an element's nodes [m], shape (3,); elements are numbered through all groups of their kind."""
+        """Mean of an element's nodes [m], shape (3,); elements are numbered through all groups of their kind.
+
+        The place of a node, if the kind is ``"linked node"``.
+        """
+        if kind == "linked node":
+            return np.asarray(self.nodes[element])
         for group in self.groups:
             if group.section.kind == kind:
                 if element < len(group.connectivity):

@@ -2,25 +2,41 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
+from scipy.linalg import qr
+from scipy.sparse import csr_array
 
 from tautflex.numeric import Array, Indices, Mask
+from tautflex.structure.constraints import Constraints, constraints_of
 from tautflex.structure.groups import DIRECTIONS, ElementGroup, Support
+from tautflex.structure.links.link import Joined, Link
+from tautflex.structure.masses import PointMass
+from tautflex.structure.springs import Spring
+
+_ROUND_OFF = 1e-9
+# Elements without links between two with them stay with these: a block of its own costs about as much.
+_GAP = 64
 
 
 @dataclass(frozen=True)
 class Numbering:
-    """Nodes, groups of elements and supports, and the unknowns that follow from them.
+    """Nodes and all that stands on them, and the unknowns that follow from it.
 
-    Unknowns are numbered node by node: three translations, then three rotations at nodes that carry beams.
+    Unknowns are numbered node by node: three translations, then three rotations at nodes that carry beams, belong to
+    rigid links, or carry a body that turns and are linked.
     """
 
     nodes: Array
     groups: tuple[ElementGroup, ...]
     supports: tuple[Support, ...] = ()
+    masses: tuple[PointMass, ...] = field(default=(), kw_only=True)
+    links: tuple[Link, ...] = field(default=(), kw_only=True)
+    springs: tuple[Spring, ...] = field(default=(), kw_only=True)
 
     @cached_property
     def dof_offset(self) -> Indices:
@@ -29,6 +45,9 @@ class Numbering:
         for group in self.groups:
             if group.section.rotational:
                 per_node[group.connectivity] = 6
+        joined = {node for link in self.links for node in link.joined}
+        per_node[[node for link in self.links for node in link.turning]] = 6
+        per_node[[body.node for body in self.masses if body.turns and body.node in joined]] = 6
         return np.concatenate([[0], np.cumsum(per_node)])
 
     @property
@@ -61,14 +80,72 @@ class Numbering:
         return np.array(sorted(fixed), dtype=np.int64)
 
     @cached_property
+    def constraints(self) -> Constraints:
+        """What the links make follow."""
+        return constraints_of(self.links, Joined(self.nodes, self.groups, self.dof_offset), self.fixed_dofs)
+
+    @cached_property
+    def expansion(self) -> csr_array:
+        """All unknowns from the free ones, shape (dof, size)."""
+        result = csr_array(self.constraints.matrix[:-1][:, self.free_dofs])
+        result.sort_indices()
+        return result
+
+    @cached_property
+    def element_groups(self) -> tuple[ElementGroup, ...]:
+        """`groups`, cut where elements at linked nodes begin and end, so that others stay as slim as they are."""
+        if not self.links:
+            return self.groups
+        return tuple(part for group in self.groups for part in self._cut(group))
+
+    def _cut(self, group: ElementGroup) -> Iterator[ElementGroup]:
+        linked = np.flatnonzero(self.constraints.follows[self.element_dofs(group)].any(axis=1))
+        ends = np.flatnonzero(np.diff(linked) > _GAP)
+        cuts = np.stack([linked[np.append(0, ends + 1)], linked[np.append(ends, -1)] + 1]) if linked.size else linked
+        places = np.unique(np.concatenate([[0], cuts.T.ravel(), [len(group.connectivity)]])).astype(int)
+        for first, last in pairwise(places.tolist()):
+            yield group.part(first, last)
+
+    @cached_property
+    def _idle_dofs(self) -> Indices:
+        """Rotations that move nothing, as that of two linked nodes about their line: they may as well be held."""
+        felt = np.zeros(self.dof_count, dtype=bool)
+        for group in self.groups:
+            felt[self.element_dofs(group)] = True
+        ends = [(body.node, body.turns) for body in self.masses]
+        ends += [(node, spring.turns) for spring in self.springs for node in spring.joined]
+        for node, turns in ends:
+            felt[np.arange(*self.dof_offset[node : node + 2])[: 6 if turns else 3]] = True
+        alone = ~felt
+        alone[self.constraints.dependent] = alone[self.fixed_dofs] = False
+        seen, found = self.constraints.matrix[:-1][felt].tocsc(), list[int]()
+        for first in self.dof_offset[:-1][np.diff(self.dof_offset) == 6]:
+            own = first + np.arange(3, 6)
+            own = own[alone[own]]
+            if own.size:
+                moved = seen[:, own]
+                rows = moved[np.unique(moved.indices)].toarray()
+                triangle, order = qr(rows, mode="r", pivoting=True) if len(rows) else (rows, np.arange(own.size))
+                sizes = np.abs(np.diag(triangle[:, : own.size]))
+                rank = int(np.sum(sizes > _ROUND_OFF * sizes.max(initial=0.0)))
+                found += own[order[rank:]].tolist()
+        return np.array(sorted(found), dtype=np.int64)
+
+    @cached_property
     def free_dofs(self) -> Indices:
-        """Unknowns that can move, sorted."""
-        return np.setdiff1d(np.arange(self.dof_count), self.fixed_dofs)
+        """Unknowns that can move and follow no other, sorted."""
+        bound = self.fixed_dofs
+        if self.links:
+            bound = np.concatenate([bound, self.constraints.dependent, self._idle_dofs])
+        return np.setdiff1d(np.arange(self.dof_count), bound)
 
     @cached_property
     def free_places(self) -> Indices:
-        """Place of every unknown in `free_dofs`, their number where it is held, shape (dof,)."""
-        places = np.full(self.dof_count, len(self.free_dofs), dtype=np.int64)
+        """Place of every unknown in `free_dofs`, and of one that does not exist behind them, shape (dof + 1,).
+
+        Their number where it is held or follows others.
+        """
+        places = np.full(self.dof_count + 1, len(self.free_dofs), dtype=np.int64)
         places[self.free_dofs] = np.arange(len(self.free_dofs))
         return places
 
@@ -98,5 +175,8 @@ class Numbering:
         motions = self.rigid_motions / max(1.0, float(np.abs(self.nodes).max()))
         own = np.repeat(nodes, np.diff(self.dof_offset))
         held = motions[self.fixed_dofs[own[self.fixed_dofs]]]
+        if self.links:
+            misfit = self.constraints.misfit(motions)
+            held = np.concatenate([held, misfit[own[self.constraints.dependent]]])
         rank = int(np.linalg.matrix_rank(held, tol=1e-9)) if held.size else 0
         return int(np.linalg.matrix_rank(motions[own], tol=1e-9)) - rank

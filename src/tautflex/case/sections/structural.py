@@ -9,6 +9,7 @@ from pydantic import (
     Field,
     SerializerFunctionWrapHandler,
     Strict,
+    ValidationInfo,
     field_validator,
     model_serializer,
     model_validator,
@@ -31,28 +32,59 @@ def _inside_elastic_range(value: float) -> float:
     return value
 
 
+class FilmLayer(Section):
+    """Isotropic layer on the film that strains with it: a coating, a second foil."""
+
+    thickness: Positive = key("thickness of the layer [m]", 1e-7)
+    youngs_modulus: Positive = key("Young's modulus of the layer [Pa]", 70e9)
+    poisson_ratio: Number = key("Poisson's ratio of the layer", 0.34)
+    density: Positive = key("mass density of the layer [kg/m^3]", 2700.0)
+
+    _poisson = field_validator("poisson_ratio")(_inside_elastic_range)
+
+
 class Membrane(Section):
     """Rectangular film, centred at the origin, x along ``length``.
 
+    With ``youngs_modulus_y`` and ``shear_modulus`` it is orthotropic, ``youngs_modulus`` that along x and
+    ``poisson_ratio`` the contraction along y under tension along x. ``[[membrane.layers]]`` add coatings.
+
     ``law = "tension-field"`` lets the film wrinkle and go slack; ``"elastic"`` carries any compression.
-    ``stress_x`` and ``stress_y`` [Pa] state a given uniform stress (``prestress.mode = "uniform"``).
+    ``stress_x`` and ``stress_y`` [Pa] state a given uniform stress (``prestress.mode = "uniform"``, and scalloped
+    edges, which are cut so that the whole film has it).
     """
 
     length: Positive | None = key("side along x [m]", 2.0, None)
     width: Positive | None = key("side along y [m]", 1.0, None)
     thickness: Positive = key("film thickness [m]", 1e-4)
     youngs_modulus: Positive = key("Young's modulus of the film [Pa]", 3.5e9)
+    youngs_modulus_y: Positive | None = key("that along y of an orthotropic film [Pa]", 3.0e9, None)
+    shear_modulus: Positive | None = key("shear modulus of an orthotropic film [Pa]", 1.2e9, None)
     poisson_ratio: Number = key("Poisson's ratio of the film", 0.34)
     density: Positive = key("mass density of the film [kg/m^3]", 1530.0)
+    layers: tuple[FilmLayer, ...] = key("layers on the film, [[membrane.layers]] sections", default=())
     strain: Literal["von-karman", "green-lagrange"] = key(
         "strain measure of film, cables and frame", default="von-karman"
     )
     law: MembraneLaw = key("material law of the film", "tension-field", "elastic")
-    edges: Literal["cables", "fixed"] = key("what holds the edges of the film", default="cables")
+    edges: Literal["cables", "fixed", "scalloped"] = key(
+        "what holds the edges of the film; 'scalloped': cords in edges cut along arcs, and cables between these",
+        default="cables",
+    )
     stress_x: Number | None = key("given stress along x [Pa]", 4170.0, None)
     stress_y: Number | None = key("given stress along y [Pa]", 5470.0, None)
 
-    _poisson = field_validator("poisson_ratio")(_inside_elastic_range)
+    @field_validator("poisson_ratio")
+    @classmethod
+    def _poisson(cls, value: float, info: ValidationInfo) -> float:
+        return value if info.data.get("youngs_modulus_y") else _inside_elastic_range(value)
+
+    @model_validator(mode="after")
+    def _both_moduli(self) -> Self:
+        if (self.youngs_modulus_y is None) != (self.shear_modulus is None):
+            lacking = "youngs_modulus_y" if self.youngs_modulus_y is None else "shear_modulus"
+            raise ValueError(f"{lacking}: missing, expected both moduli of an orthotropic film [Pa] or none; add it")
+        return self
 
     @model_validator(mode="after")
     def _both_stresses(self) -> Self:
@@ -64,30 +96,55 @@ class Membrane(Section):
 
 
 class Cables(Section):
-    """Cables from the film's edges straight to the frame, evenly spaced, the outer ones at its corners."""
+    """Cables from the film's edges straight to the frame, evenly spaced, the outer ones at its corners.
+
+    Between scalloped edges they stand where two arcs meet, and their tensions follow from the film's stress.
+    """
 
     per_long_edge: EdgeCount | None = key("number of cables on each edge along x, at least 2", 11, None)
     per_short_edge: EdgeCount | None = key("number of cables on each edge along y, at least 2", 6, None)
     youngs_modulus: Positive = key("Young's modulus of the cables [Pa]", 133e9)
     area: Positive = key("cross-sectional area of one cable [m^2]", 3.14e-6)
     density: Positive = key("mass density of the cables [kg/m^3]", 1440.0)
-    pretension_x: Number = key("tension per cable pulling along x [N]", 0.59)
-    pretension_y: Number = key("tension per cable pulling along y [N]", 1.0)
+    segments: Count = key("elements of each cable; of several, it can swing by itself", default=1)
+    pretension_x: Number | None = key("tension per cable pulling along x [N]", 0.59, None)
+    pretension_y: Number | None = key("tension per cable pulling along y [N]", 1.0, None)
     distribution: Literal["equal", "tributary"] = key(
         "'equal' tensions, or 'tributary': corner cables carry half", default="equal"
     )
     slack: Flag = key("choice true or false: a cable goes slack instead of pushing", True, False)
     law: CableLaw = key("material law of the cables; 'slack' is slack = true", "slack", "elastic")
 
+    @property
+    def pretensions(self) -> tuple[float, float]:
+        """Tensions per cable along x and y [N]; zeros beside scalloped edges, where they follow from other things."""
+        return self.pretension_x or 0.0, self.pretension_y or 0.0
+
     @field_validator("pretension_x", "pretension_y")
     @classmethod
-    def _taut(cls, value: float) -> float:
+    def _taut(cls, value: float | None) -> float | None:
         if value == 0.0:
             remedy = "singular: a membrane without tension has no transverse stiffness, give a tension [N]"
             raise problem("a number > 0", value, remedy)
-        if value < 0.0:
+        if value is not None and value < 0.0:
             raise problem("a number > 0", value, "a cable cannot push, give its tension [N]")
         return value
+
+
+class EdgeCords(Section):
+    """Cords in scalloped edges (``membrane.edges = "scalloped"``).
+
+    Their tensions follow from the film's stress and the cut. With ``corners = "diagonal"`` the short edges are cut so
+    that the straps at the corners point to those of the frame.
+    """
+
+    sag: Positive = key("depth of an arc over its span", 0.1)
+    corners: Literal["straight", "diagonal"] = key(
+        "at each corner two cables along x and y, or one strap to the frame's corner", default="straight"
+    )
+    youngs_modulus: Positive = key("Young's modulus of the cords [Pa]", 133e9)
+    area: Positive = key("cross-sectional area of a cord [m^2]", 7.85e-7)
+    density: Positive = key("mass density of the cords [kg/m^3]", 1440.0)
 
 
 class Frame(Section):

@@ -20,8 +20,8 @@ def init(
     template: Annotated[
         str,
         Parameter(
-            help="m2, the antenna that could be built; m2-paper or m2-nearest-node, readings of the paper; control, "
-            "a slew under closed-loop control."
+            help="m2, the antenna that could be built; m2-paper or m2-nearest-node, readings of the paper; "
+            "scalloped, a film cut along arcs with cords in its edges; control, a slew under closed-loop control."
         ),
     ] = "m2",
     force: Force = False,

@@ -57,6 +57,8 @@ def modes(
     with about(case):
         state = build_state(loaded)
         found = solve_modes(state, n=count)
+        if loaded.hub is not None:
+            extra["on_free_hub"] = solve_modes(state, n=count, hub=loaded.hub.build()).frequencies
         if request.rate is not None:
             extra["spinning"] = spinning.solve_single(loaded, state, request, count)
         table = spinning.solve_table(loaded, state, request, count) if request.rates is not None else None

@@ -43,9 +43,9 @@ def tune(
         text = f"--frequency, --mode: expected one or two pairs, got {len(frequency)} and {len(numbers)}"
         raise CaseError(f"{text}; give one --mode per --frequency")
     loaded = load(case, override)
-    if loaded.cables is None:
+    if loaded.cables is None or loaded.edge_cords is not None:
         text = f"{case}: membrane.edges: expected 'cables', got {loaded.membrane.edges!r}"
-        raise CaseError(f"{text}; tuning scales cable tensions, for a fixed film choose membrane.stress_x and stress_y")
+        raise CaseError(f"{text}; tuning scales cable tensions, here choose membrane.stress_x and stress_y")
     if output is not None:
         require_new_file(output, force=force)
 
@@ -86,11 +86,9 @@ def _mode(text: str) -> int | tuple[int, int]:
 def _scaled(case: Case, scale_x: float, scale_y: float) -> Case:
     """Scale the tensions of a case, and with them a film stress that the case states by itself."""
     assert case.cables is not None
+    pull_x, pull_y = case.cables.pretensions
     changes: dict[str, dict[str, Any]] = {
-        "cables": {
-            "pretension_x": case.cables.pretension_x * scale_x,
-            "pretension_y": case.cables.pretension_y * scale_y,
-        }
+        "cables": {"pretension_x": pull_x * scale_x, "pretension_y": pull_y * scale_y}
     }
     if case.membrane.stress_x is not None and case.membrane.stress_y is not None:
         changes["membrane"] = {

@@ -56,11 +56,11 @@ def evaluate(
     from tautflex.control.laws.policy import PolicyLaw
     from tautflex.files import netcdf
     from tautflex.learning.arena import Arena
-    from tautflex.learning.baselines import baseline
-    from tautflex.learning.evaluate import evaluate as judge
-    from tautflex.learning.evaluate import summary
-    from tautflex.learning.scenarios import scenarios_of
-    from tautflex.learning.tune import tune_law
+    from tautflex.learning.judging.baselines import baseline
+    from tautflex.learning.judging.evaluate import evaluate as judge
+    from tautflex.learning.judging.evaluate import summary
+    from tautflex.learning.judging.scenarios import scenarios_of
+    from tautflex.learning.judging.tune import tune_law
 
     laws: dict[str, Any] = {}
     with about(case), progress_bar() as progress:

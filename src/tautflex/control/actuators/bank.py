@@ -12,6 +12,7 @@ from tautflex import checks
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.drive import Drive, DriveMemory, memory_copy
 from tautflex.control.actuators.hub_torque import HubTorque
+from tautflex.control.runs.run_of_plant import Place, RunOfPlant
 from tautflex.control.signals import Channel
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import Effect, TimeInput
@@ -21,10 +22,7 @@ from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion import rotations
 from tautflex.motion.hub import FreeHub
 from tautflex.numeric import Array
-from tautflex.solvers.transient.free_hub.equation import HubEquation
-from tautflex.solvers.transient.free_hub.motion import HubMotion
-from tautflex.solvers.transient.simulate import FullRun
-from tautflex.solvers.transient.state import MotionState
+from tautflex.solvers.transient.free_hub.balance import rigid_parts
 from tautflex.text import shown
 
 
@@ -148,21 +146,21 @@ class Bank:
         """What acts in this interval, shape (size,)."""
         return np.concatenate([np.zeros(0), *(item.value for item in self.items)])
 
-    def push(self, run: FullRun) -> None:
-        """Give the torques of wheels to a run."""
-        if isinstance(run.equation, HubEquation):
-            torque = [i.value @ i.drive.rows for i in self.items if isinstance(i.drive, HubTorque)]
-            run.equation.commanded = np.concatenate([np.zeros(3), np.sum(torque, axis=0) if torque else np.zeros(3)])
+    def push(self, run: RunOfPlant, time: float) -> None:
+        """Give the torques of wheels to a run from an instant [s] on."""
+        torque = [i.value @ i.drive.rows for i in self.items if isinstance(i.drive, HubTorque)]
+        if torque:
+            run.push(np.concatenate([np.zeros(3), np.sum(torque, axis=0)]), time)
 
-    def command(self, run: FullRun, numbers: Array) -> None:
-        """Let a command act from the present instant of a run on."""
-        first, changed, time = 0, False, run.at.time
+    def command(self, run: RunOfPlant, place: Place, numbers: Array) -> None:
+        """Let a command act from the present place of a run on."""
+        first, changed, time = 0, False, place.time
         for item in self.items:
             own = numbers[first : first + item.channel.size]
             first += item.channel.size
             item.memory, value = item.drive.act(item.memory, own, self._interval)
             if isinstance(item.drive, HubTorque):
-                value = item.drive.within(value, item.drive.rows @ self._in_hub_axes(run.at, item), self._interval)
+                value = item.drive.within(value, item.drive.rows @ self._in_hub_axes(place, item), self._interval)
             elif item.bound is not None:
                 value = np.maximum(value, item.bound.lowest)
             if np.array_equal(value, item.value):
@@ -175,35 +173,31 @@ class Bank:
             else:
                 item.held.hold(value, time)
         if changed:
-            self.push(run)
+            self.push(run, time)
             run.renew()
 
-    def count(self, run: FullRun, before: MotionState) -> None:
-        """Take in one step from a state to the present one."""
-        at = run.at
+    def count(self, run: RunOfPlant, before: Place, at: Place) -> None:
+        """Take in one step from a place to the present one."""
         for item in self.items:
             if not item.value.any():
                 continue
             if isinstance(item.drive, HubTorque):
                 torque, mean = item.value @ item.drive.rows, np.zeros(3)
-                for end in (before, at):
-                    assert isinstance(end, HubMotion)
-                    mean += 0.5 * rotations.matrix(end.hub.attitude) @ torque
-                    item.work += 0.5 * (at.time - before.time) * float(torque @ end.hub.twist[3:])
+                for hub in (rigid_parts(before.rigid), rigid_parts(at.rigid)):
+                    mean += 0.5 * rotations.matrix(hub.attitude) @ torque
+                    item.work += 0.5 * (at.time - before.time) * float(torque @ hub.twist[3:])
                 item.stored -= (at.time - before.time) * mean
             elif isinstance(item.bound, PatternLoad):
                 load = item.bound.pattern @ item.value
                 item.work += float(load @ (at.q - before.q))
-                if isinstance(run.equation, HubEquation) and not item.bound.internal:
+                if at.rigid.size and not item.bound.internal:
                     held = item.bound.held @ item.value
                     for end in (before, at):
-                        assert isinstance(end, HubMotion)
-                        wrench = held + run.equation.wrench_of(load, end.q)
-                        item.work += 0.5 * (at.time - before.time) * float(wrench @ end.hub.twist)
+                        wrench = held + run.wrench_of(load, end)
+                        item.work += 0.5 * (at.time - before.time) * float(wrench @ rigid_parts(end.rigid).twist)
 
-    def _in_hub_axes(self, at: MotionState, item: Driven) -> Array:
-        assert isinstance(at, HubMotion)
-        stored: Array = rotations.matrix(at.hub.attitude).T @ item.stored
+    def _in_hub_axes(self, place: Place, item: Driven) -> Array:
+        stored: Array = rotations.matrix(rigid_parts(place.rigid).attitude).T @ item.stored
         return stored
 
     @property

@@ -15,9 +15,9 @@ from tautflex.control.compiled.addresses import table_of
 from tautflex.control.compiled.drives import drives_of
 from tautflex.control.compiled.parts import DRAWN, FAILED, INTERVALS, Drives, LoopState, Sensing
 from tautflex.control.compiled.sensing import sensing_of
+from tautflex.control.runs.timing import steps_of
 from tautflex.control.sensors.sensor import Sensor, noise_of
 from tautflex.control.signals import Channel
-from tautflex.control.timing import steps_of
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.motion.hub import FreeHub

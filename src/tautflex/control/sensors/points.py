@@ -49,7 +49,5 @@ def point_rows(system: StructuralSystem, points: ArrayLike, component: str) -> c
                 f"points.{number}: expected a point of the film or the place of a node, got {point.tolist()}; the "
                 f"nearest is node {node} at ({place}) m"
             )
-        slot = int(system.place[model.translation_dofs[node, axis]])
-        free = slot < system.size
-        rows.append(csr_array(([1.0] * free, ([0] * free, [slot] * free)), shape=(1, system.size)))
+        rows.append(model.expansion[[model.translation_dofs[node, axis]]])
     return csr_array(vstack(rows))

@@ -165,7 +165,7 @@ class Policy(ControlLaw):
         if source.stat().st_size > _LARGEST_FILE:
             raise InputError(f"{source}: expected {expected}, got a file of more than 100 MB; choose another one")
         try:
-            with np.load(source, allow_pickle=False) as file:
+            with source.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
                 words = json.loads(str(file["words"]))
                 arrays = {name: np.asarray(file[name], dtype=float) for name in file.files if name != "words"}
             if words["format"] != _FORMAT:

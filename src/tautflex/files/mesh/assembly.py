@@ -11,11 +11,14 @@ from tautflex.errors import InputError, MeshError
 from tautflex.files.mesh import roles
 from tautflex.files.mesh.mesh_data import MeshData
 from tautflex.files.mesh.raw import KINDS, RawGroup, RawMesh, shorten
+from tautflex.files.mesh.raw_links import attached, finished
 from tautflex.numeric import Indices
 from tautflex.structure.groups import DIRECTIONS, Support
+from tautflex.structure.links.link import Link
 from tautflex.structure.masses import PointMass
 from tautflex.structure.mesh import check_elements
 from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6
+from tautflex.structure.springs import Spring
 
 DEFAULT_ORIENTATION = (0.0, 0.0, 1.0)  # that of Model.from_mesh
 _CHOICES = {"triangles": ("membrane",), "quads": ("membrane",), "lines": ("cable", "beam")}
@@ -144,6 +147,7 @@ def _collect(
         if copies:
             raise MeshError(f"{part}: {copies} element(s) join the same nodes as another one; remove the copies")
     used = np.unique(np.concatenate([connectivity.ravel() for connectivity in elements.values()]))
+    links, used = attached(raw.links, used)
     if not used.size:
         raise MeshError("mesh: expected triangles, cables or beams, got none; put the elements into named groups")
     new = {part: _renumbering(rows, len(raw.elements[_PARTS[part][0]])) for part, rows in chosen.items()}
@@ -157,7 +161,17 @@ def _collect(
     supports = _supports([(name, new["nodes"][rows], directions) for name, rows, directions in held])
     groups = _selections(raw, new)
     masses = tuple(_bodies(raw, new["nodes"], unit_length, unit_mass))
-    return MeshData(nodes, **parts, supports=supports, groups=groups, beam_orientation=orientation, masses=masses)
+    joined = list(finished(links, new["nodes"], unit_length, unit_mass))
+    return MeshData(
+        nodes,
+        **parts,
+        supports=supports,
+        groups=groups,
+        beam_orientation=orientation,
+        masses=masses,
+        links=tuple(one for one in joined if isinstance(one, Link)),
+        springs=tuple(one for one in joined if isinstance(one, Spring)),
+    )
 
 
 def _bodies(raw: RawMesh, new: Indices, unit_length: float, unit_mass: float | None) -> Iterator[PointMass]:

@@ -11,8 +11,8 @@ from tautflex.files.mesh.raw import Numbering, integers
 from tautflex.files.mesh.second_order import WIDTHS
 from tautflex.numeric import Indices
 
-SHAPES = {**WIDTHS, "point1": 1}
-"""Number of nodes of the shapes that text files hold: those of meshes, and points, which have masses."""
+SHAPES = {**WIDTHS, "point1": 1, "spring1": 1, "spring2": 2}
+"""Number of nodes of the shapes that text files hold: those of meshes, points, which have masses, and springs."""
 UNSTATED = (np.nan, np.nan, np.nan)
 """Orientation of a beam about which the file says nothing."""
 

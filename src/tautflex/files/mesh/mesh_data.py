@@ -12,9 +12,11 @@ from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import Support
+from tautflex.structure.links.link import Link
 from tautflex.structure.masses import PointMass
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection
 from tautflex.structure.model import Model
+from tautflex.structure.springs import Spring
 from tautflex.text import brief
 
 ELEMENTS = ("triangles", "quads", "cables", "beams")
@@ -40,6 +42,8 @@ class MeshData:
         states none, that of `Model.from_mesh`.
     masses
         Rigid bodies at nodes.
+    links, springs
+        What joins nodes beside elements.
     """
 
     nodes: Array
@@ -51,6 +55,8 @@ class MeshData:
     quads: Indices = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
     beam_orientation: Array | None = None
     masses: tuple[PointMass, ...] = ()
+    links: tuple[Link, ...] = ()
+    springs: tuple[Spring, ...] = ()
     __repr__ = brief
 
     def values(self, kind: str, by_group: Mapping[str, float]) -> Array:
@@ -105,8 +111,8 @@ class MeshData:
         membrane, cable, beam
             Section of each kind that the mesh has.
         **given
-            Prestress, orientations, prestress mode; ``supports``, ``masses`` and ``beam_orientation``
-            replace those of the file.
+            Prestress, orientations, prestress mode; ``supports``, ``masses``, ``links``, ``springs`` and
+            ``beam_orientation`` replace those of the file.
 
         Raises
         ------
@@ -126,5 +132,6 @@ class MeshData:
             cable=cable,
             beams=self.beams,
             beam=beam,
-            **{"supports": self.supports, "masses": self.masses, **given},
+            **{name: getattr(self, name) for name in ("supports", "masses", "links", "springs") if name not in given},
+            **given,
         )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import MeshError
+from tautflex.files.mesh.raw_links import RawLink
 from tautflex.numeric import Array, Indices
 
 CORNERS = {"triangles": 3, "quads": 4, "lines": 2}
@@ -70,6 +71,8 @@ class RawMesh:
         Whether the format's element types decide about roles (Abaqus, Nastran) or its names do (Gmsh).
     masses
         Rigid bodies at nodes.
+    links
+        Links and springs between nodes.
     """
 
     nodes: Array
@@ -79,6 +82,7 @@ class RawMesh:
     groups: tuple[RawGroup, ...]
     typed: bool
     masses: tuple[RawMass, ...] = ()
+    links: tuple[RawLink, ...] = ()
 
 
 class Numbering:

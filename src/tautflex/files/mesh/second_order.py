@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.raw import CORNERS, KINDS, RawGroup, RawMass, RawMesh
+from tautflex.files.mesh.raw_links import RawLink
 from tautflex.numeric import Array, Indices
 
 WIDTHS = {"line2": 2, "line3": 3, "triangle3": 3, "triangle6": 6, "quad4": 4, "quad8": 8, "quad9": 9}
@@ -27,6 +28,7 @@ def simplified(
     groups: Iterable[RawGroup],
     typed: bool,
     masses: Iterable[RawMass] = (),
+    links: Iterable[RawLink] = (),
 ) -> RawMesh:
     """Mesh of triangles, quads and lines from the shapes of `WIDTHS`.
 
@@ -50,6 +52,8 @@ def simplified(
         Whether the format's element types decide about roles.
     masses
         Rigid bodies at nodes.
+    links
+        Links and springs between nodes.
 
     Raises
     ------
@@ -95,7 +99,7 @@ def simplified(
         moved.append(
             RawGroup(group.name, {k: np.concatenate(parts) for k, parts in rows.items()}, group.directions, group.doubt)
         )
-    return RawMesh(nodes, found, role, np.concatenate(split), tuple(moved), typed, tuple(masses))
+    return RawMesh(nodes, found, role, np.concatenate(split), tuple(moved), typed, tuple(masses), tuple(links))
 
 
 def _halved(nodes: Array, quads: Indices) -> tuple[Array, Indices]:

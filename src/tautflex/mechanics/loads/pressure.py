@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tautflex import checks
+from tautflex.elements.linked import led_dofs
 from tautflex.errors import InputError
 from tautflex.mechanics.system import HasSystem, StructuralSystem, system_of
 from tautflex.numeric import Array, Places
@@ -45,7 +46,7 @@ def nodal_load(system: StructuralSystem, forces: ArrayLike) -> Array:
     values = checks.float_array("forces", forces, (len(model.nodes), 3))
     full = np.zeros(model.dof_count)
     full[model.translation_dofs] = values
-    return full[model.free_dofs]
+    return system.on_free(full)
 
 
 class PressureLoad:
@@ -82,10 +83,9 @@ class PressureLoad:
             raise InputError("pressure: expected a model with a film, got none; give triangles and a membrane section")
         self.pressure, self._system = checks.spread("pressure", pressure, model.membrane_count), system
         sign = facing(model.nodes, model.surfaces)
-        ends = np.cumsum([len(group.connectivity) for group in model.surfaces])[:-1]
-        self._patches = [
-            _Patch(system, group, own) for group, own in zip(model.surfaces, np.split(sign, ends), strict=True)
-        ]
+        films = [group for group in model.element_groups if group.shape.dimension == 2]
+        ends = np.cumsum([len(group.connectivity) for group in films])[:-1]
+        self._patches = [_Patch(system, group, own) for group, own in zip(films, np.split(sign, ends), strict=True)]
 
     def __repr__(self) -> str:
         return f"PressureLoad({span(self.pressure, 'Pa')} on {count(self.pressure, 'film element')})"
@@ -112,7 +112,7 @@ class PressureLoad:
         """Force on the free unknowns [N], shape (size,): ``p n`` weighted with each node's interpolation function."""
         force, extended = np.zeros(self._system.size + 1), np.append(q, 0.0)
         for patch, pressure in self._parts():
-            np.add.at(force, patch.dofs, patch.forces(pressure, extended))
+            np.add.at(force, patch.dofs, patch.led(patch.forces(pressure, extended)))
         return force[:-1]
 
     @_QUIETLY
@@ -145,7 +145,9 @@ class _Patch:
 
     def __init__(self, system: StructuralSystem, group: ElementGroup, sign: Array) -> None:
         self.count, self._sign = len(sign), sign
-        self.dofs = system.place[system.model.translation_dofs[group.connectivity]]
+        dofs = system.model.translation_dofs[group.connectivity].reshape(len(sign), -1)
+        dofs, self._shares = led_dofs(dofs, system.model.constraints)
+        self.dofs = system.place[dofs]
         self._reference = system.model.nodes[group.connectivity]
         self._system, shape = system, group.shape
         points, weights = shape.product_rule
@@ -156,13 +158,20 @@ class _Patch:
 
     @cached_property
     def slots(self) -> Places:
-        """Place of every entry of the elements' matrices in the pattern, shape (element, 3 node, 3 node)."""
-        flat = self.dofs.reshape(len(self.dofs), -1)
-        return self._system.pattern.slots(flat[:, :, None], flat[:, None, :])
+        """Place of every entry of the elements' matrices in the pattern, shape (element, dof, dof)."""
+        return self._system.pattern.slots(self.dofs[:, :, None], self.dofs[:, None, :])
 
     def places(self, extended: Array) -> Array:
         """Where the nodes are [m], shape (element, node, 3)."""
-        return np.asarray(self._reference + extended[self.dofs])
+        moved = extended[self.dofs]
+        if self._shares is not None:
+            moved = np.einsum("nij,nj->ni", self._shares, moved)
+        return np.asarray(self._reference + moved.reshape(self._reference.shape))
+
+    def led(self, forces: Array) -> Array:
+        """Nodal forces (element, node, 3) as they act on what leads the nodes, shape (element, dof)."""
+        flat = forces.reshape(self.count, -1)
+        return flat if self._shares is None else np.einsum("nij,ni->nj", self._shares, flat)
 
     def _levers(self, pressure: Array, places: Array) -> Array:
         """Of nodes i, j: the force on i is the sum over j of x_j x lever [N/m], shape (element, i, j, 3)."""
@@ -174,7 +183,9 @@ class _Patch:
         return np.cross(places[:, None], self._levers(pressure, places)).sum(axis=2)
 
     def derivative(self, pressure: Array, extended: Array) -> Array:
-        """Of the nodal forces by the displacements [N/m], shape (element, 3 node, 3 node)."""
+        """Of the forces by the displacements [N/m], shape (element, dof, dof)."""
         # A motion d of node j changes both factors, each by the same: it turns into d x (2 lever).
         blocks = np.cross(np.eye(3), 2.0 * self._levers(pressure, self.places(extended))[:, :, :, None, :])
-        return blocks.transpose(0, 1, 4, 2, 3).reshape(self.slots.shape)
+        width = 3 * self._reference.shape[1]
+        matrices = blocks.transpose(0, 1, 4, 2, 3).reshape(self.count, width, width)
+        return matrices if self._shares is None else self._shares.swapaxes(1, 2) @ matrices @ self._shares

@@ -130,12 +130,13 @@ def model_case(model: str, variant: str = "published", divisions: tuple[int, int
     assert base.cables is not None
     tension = {row["model"]: (row["pretension_x"], row["pretension_y"]) for row in published.table(4)}
     ratio_x, ratio_y = (wanted / own for wanted, own in zip(tension[model], tension["M2"], strict=True))
+    pull_x, pull_y = base.cables.pretensions
     cells = base.mesh.divisions if divisions is None else divisions
     cables: dict[str, Any]
     if variant == "published":
         cables = {
-            "pretension_x": _rounded(base.cables.pretension_x * ratio_x),
-            "pretension_y": _rounded(base.cables.pretension_y * ratio_y),
+            "pretension_x": _rounded(pull_x * ratio_x),
+            "pretension_y": _rounded(pull_y * ratio_y),
         }
         if divisions is None:
             return base.replaced(cables=cables)
@@ -147,8 +148,8 @@ def model_case(model: str, variant: str = "published", divisions: tuple[int, int
         raise InputError(f"{text}; refine both directions alike")
     spacing = base.mesh.divisions[0] / cells[0]
     cables = {
-        "pretension_x": _rounded(base.cables.pretension_x * ratio_x * spacing),
-        "pretension_y": _rounded(base.cables.pretension_y * ratio_y * spacing),
+        "pretension_x": _rounded(pull_x * ratio_x * spacing),
+        "pretension_y": _rounded(pull_y * ratio_y * spacing),
     }
     if divisions is None:
         return base.replaced(cables=cables)

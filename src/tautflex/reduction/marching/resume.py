@@ -31,30 +31,26 @@ def resume(run: ReducedRun) -> bool:
     run.books.recall(memory["books"])
     run.before, run.largest, run.first = run.work.counts.copy(), memory["largest"], Energies(**memory["energies"])
     run.first_stored = memory["first_stored"]
-    forces, frame = run.forces_now()
+    run.meet(memory)
     if run.rom.in_elements:
         run.books.work[STRESS] += run.stored_now() - memory["stored"]
-    run.take_up(forces - memory["balance"], frame)
     return True
 
 
 def final(run: ReducedRun, whole: bool) -> Checkpoint | None:
-    """State to go on from; where not all steps were taken, the last one that was stored.
-
-    This one, and any on a free hub, has no memory.
-    """
+    """State to go on from; where not all steps were taken, the last one that was stored, which has no memory."""
     time, eta, rate, memory = run.time, run.work.q, run.work.v, Memory()
-    if whole and not run.on_hub:
+    if whole:
         memory = {
             "work": copied({name: getattr(run.work, name) for name in _KEPT}),
             "books": run.books.memory(),
-            "balance": run.forces_now()[0],
             "stored": run.stored_now(),
             "first_stored": run.first_stored,
             "energies": copied(run.first),
             "largest": run.largest,
+            **run.pushed(),
         }
-    elif not whole:
+    else:
         last = int(np.searchsorted(run.stored, run.reached, side="right")) - 1
         if last < 0:
             return run.problem.initial

@@ -18,11 +18,12 @@ from tautflex.reduction.marching.beginning import Beginning
 from tautflex.reduction.marching.books import ReducedBooks, Start
 from tautflex.reduction.marching.dispatch import internal_force, tangent
 from tautflex.reduction.marching.frame_terms import BLOCK, Span, frame_at, frame_terms, sample
-from tautflex.reduction.marching.schedule import Stretch, stretches
+from tautflex.reduction.marching.schedule import Stretch, segment_numbers, stretches
 from tautflex.reduction.marching.steps import march, march_explicit
 from tautflex.reduction.marching.work import LOOKED, StageNumbers, Work, new_work, stage_numbers
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import FrameTerms, derivative_forces, energies, rows_from, total_force
+from tautflex.solvers.remembering import Memory
 from tautflex.solvers.transient.accuracy.between import doubts_about_inputs
 from tautflex.solvers.transient.accuracy.books import STRESS
 from tautflex.solvers.transient.accuracy.energy import Energies, energy_balance, frame_twist
@@ -174,28 +175,41 @@ class ReducedRun:
         reached = self.time * (1.0 + 1e-12)
         return min(sum(segment.end <= reached for segment in self.segments), len(self.segments) - 1)
 
-    def forces_now(self) -> tuple[Array, FrameTerms]:
+    def pushed(self) -> Memory:
+        """What acts where the steps have come to."""
+        return {"balance": self._forces_now()[0]}
+
+    def meet(self, memory: Memory) -> None:
+        """Let accelerations take up what acts else than where another run stood."""
+        forces, frame = self._forces_now()
+        self._take_up(forces - memory["balance"], frame)
+
+    def _forces_now(self) -> tuple[Array, FrameTerms]:
         """All forces but inertia where the steps have come to, shape (r,), and their frame terms."""
         force = np.empty(self.rom.size)
         frame = self._frame(self.segments[self._current], self.time)
         total_force(self.arrays, frame, 0, self._work.q, self._work.v, force)
         return force, frame
 
-    def march(self, progress: Progress) -> bool:
-        """Take all steps; whether the end was reached."""
+    def advance(self, number: int, progress: Progress = None) -> bool:
+        """Take the steps to an instant of the grid; whether it was reached."""
         problem, segments, current = self.problem, self.segments, self._current
-        begin, count = problem.begin, problem.count
-        for stretch in stretches(segments, problem.time_step, begin, count, problem.shift):
+        for stretch in stretches(segments, problem.time_step, self.reached, number, problem.shift):
             while current < stretch.segment:
-                self._jump(current, float(stretch.starts[0]))
+                self._jump(segments[current], segments[current + 1], float(stretch.starts[0]))
                 current += 1
             if not self._march_stretch(segments[current], stretch):
                 return False
             if progress is not None:
-                progress((self.reached - begin) / (count - begin), f"t = {self.time:.3g} s")
+                progress((self.reached - problem.begin) / (problem.count - problem.begin), f"t = {self.time:.3g} s")
         if current < self._current:
-            self._jump(current, self.time)
+            self._jump(segments[current], segments[current + 1], self.time)
         return True
+
+    def renew(self) -> None:
+        """Meet a change of inputs that were set anew where the steps have come to."""
+        segment = self.segments[self._current]
+        self._jump(segment, segment, self.time)
 
     def _march_stretch(self, segment: Segment, stretch: Stretch) -> bool:
         """Steps of equal size; those that fail are halved."""
@@ -317,20 +331,19 @@ class ReducedRun:
                 "use a smaller one, or an implicit method"
             )
 
-    def _jump(self, current: int, time: float) -> None:
-        """Let the rigid motion jump behind a segment; the acceleration takes up the change of the forces."""
-        work, segments = self._work, self.segments
+    def _jump(self, ended: Segment, begun: Segment, time: float) -> None:
+        """Let the rigid motion and inputs jump; the acceleration takes up the change of the forces."""
+        work = self._work
         work.counts[LOOKED] = 0
         before, after = np.empty(self.rom.size), np.empty(self.rom.size)
-        frame, at = self._frame(segments[current + 1], time), np.array([time])
-        total_force(self.arrays, self._frame(segments[current], time, time), 0, work.q, work.v, before)
+        frame, at = self._frame(begun, time), np.array([time])
+        total_force(self.arrays, self._frame(ended, time, time), 0, work.q, work.v, before)
         total_force(self.arrays, frame, 0, work.q, work.v, after)
-        change = after - before
-        if change.any():
+        if np.any(after != before):
             self._restress(work.q[None], at, at, np.inf, time)
-            self.take_up(change, frame)
+            self._take_up(after - before, frame)
 
-    def take_up(self, change: Array, frame: FrameTerms) -> None:
+    def _take_up(self, change: Array, frame: FrameTerms) -> None:
         """Let the acceleration take up a change of the forces, which are those of a frame now."""
         work = self._work
         if change.any():
@@ -344,12 +357,12 @@ class ReducedRun:
 
     def frame_now(self, time: float) -> FrameTerms:
         """Terms of the moving frame and inputs at a sample."""
-        return self._frame(self.segments[int(_place(self.segments, np.array([time]))[0])], time)
+        return self._frame(self.segments[int(segment_numbers(self.segments, np.array([time]))[0])], time)
 
     def motions(self, times: Array) -> Array:
         """Angular velocity, angular acceleration and origin acceleration at instants, shape (time, 9)."""
         result = np.empty((len(times), 9))
-        place, step = _place(self.segments, times), self.problem.every * self.problem.time_step
+        place, step = segment_numbers(self.segments, times), self.problem.every * self.problem.time_step
         block = np.floor((times - self.problem.shift) / (BLOCK * step) + 1e-9).astype(np.int64)
         for number, which in np.unique(np.stack([place, block]), axis=1).T:
             here, segment = (place == number) & (block == which), self.segments[number]
@@ -385,9 +398,3 @@ class ReducedRun:
     def hub_at(self, time: float, eta: Array, rate: Array) -> Array:
         """Free hub at a stored instant or where the steps have come to, shape (31,); (0,): there is none."""
         return np.zeros(0)
-
-
-def _place(segments: tuple[Segment, ...], times: Array) -> Indices:
-    """Number of the segment of each instant; a limit belongs to the segment after it."""
-    slack = 1e-9 * np.maximum(1.0, times)
-    return np.searchsorted([segment.start for segment in segments], times + slack, side="right") - 1

@@ -41,6 +41,12 @@ class Stretch(NamedTuple):
     grid: Indices
 
 
+def segment_numbers(segments: tuple[Segment, ...], times: Array) -> Indices:
+    """Number of the segment of each instant [s]; a limit belongs to the segment after it."""
+    slack = 1e-9 * np.maximum(1.0, times)
+    return np.searchsorted([segment.start for segment in segments], times + slack, side="right") - 1
+
+
 def stretches(
     segments: tuple[Segment, ...], step: float, begin: int, count: int, shift: float = 0.0
 ) -> Iterator[Stretch]:

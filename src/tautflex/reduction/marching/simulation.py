@@ -24,6 +24,11 @@ from tautflex.solvers.transient.status import Run, Status
 from tautflex.solvers.variables import OF_SURFACE, REDUCED_RUN, SCALARS, described
 
 
+def new_run(rom: OnBasis, problem: TransientProblem) -> ReducedRun:
+    """Run of a problem, before its start."""
+    return (HubRun if isinstance(problem.maneuver, FreeHub) else ReducedRun)(rom, problem)
+
+
 def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = None) -> Run:
     """Integrate the equation of motion of a reduced model.
 
@@ -31,18 +36,24 @@ def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = 
     instants of ``check_time`` (the largest motion of each of a few windows) and are NaN between them. Raises as
     `ReducedRun`, and InputError if the step of an explicit method is not stable.
     """
-    run = (HubRun if isinstance(problem.maneuver, FreeHub) else ReducedRun)(rom, problem)
+    run = new_run(rom, problem)
     began = clock.perf_counter()
     status = Status.COMPLETED
     try:
         if not resume(run):
             run.start()
-        if not run.march(progress):
+        if not run.advance(problem.count, progress):
             status = Status.NOT_CONVERGED
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
+    return result_of(run, status, clock.perf_counter() - began)
+
+
+def result_of(run: ReducedRun, status: Status, seconds: float) -> Run:
+    """What a run leaves, whose steps took some seconds."""
+    problem = run.problem
     statistics = run.statistics
-    statistics.seconds = clock.perf_counter() - began
+    statistics.seconds = seconds
     ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
     data, balance = _dataset(run).assign_attrs(ended), run.balance()
     accuracy = judge(problem, run.books.errors, balance, run.largest, problem.time_step)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, eigsh
@@ -11,6 +12,7 @@ from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization, linear_solver
+from tautflex.solvers.linear.low_rank import LowRankUpdate
 
 
 def resolution(pattern: SparsityPattern, stiffness: Array, mass: Array) -> float:
@@ -43,20 +45,30 @@ def _counted(pattern: SparsityPattern, values: Array) -> tuple[SymmetricFactoriz
     return factor, factor.negative_pivots()
 
 
-def lowest_eigenpairs(pattern: SparsityPattern, stiffness: Array, mass: Array, n: int) -> tuple[Array, Array]:
+def lowest_eigenpairs(
+    pattern: SparsityPattern, stiffness: Array, mass: Array, n: int, carried: tuple[Array, Array] | None = None
+) -> tuple[Array, Array]:
     """The ``n`` lowest eigenpairs, 1 to size, of ``K phi = l M phi`` with a positive definite M.
 
-    Matrices are values in a pattern, shape (entries,). Eigenvalues [rad^2/s^2] in rising order, shape (n,), and
-    vectors, ``phi' M phi = 1``, shape (n, size). NotConvergedError if the eigensolver fails.
+    Matrices are values in a pattern, shape (entries,). Of M the product ``L' A L`` is taken away where the rows L,
+    shape (r, size), and the matrix A, shape (r, r), are given: what a base that gives way spares. Eigenvalues
+    [rad^2/s^2] in rising order, shape (n,), and vectors, ``phi' M phi = 1``, shape (n, size). NotConvergedError if the
+    eigensolver fails.
     """
-    size, masses = pattern.size, pattern.symmetric_matrix(mass)
+    size, own = pattern.size, pattern.symmetric_matrix(mass)
+    rows, core = (np.zeros((0, size)), np.zeros((0, 0))) if carried is None else carried
     if size <= 3 * n + 20:
         from scipy.linalg import eigh
 
-        dense = eigh(pattern.matrix(stiffness).toarray(), masses.toarray())
+        dense = eigh(pattern.matrix(stiffness).toarray(), own.toarray() - rows.T @ core @ rows)
         return dense[0][:n], dense[1][:, :n].T
     factor, shift = _factorize_below(pattern, stiffness, mass)
-    inverse = LinearOperator((size, size), matvec=factor.solve, dtype=float)
+    update = LowRankUpdate(factor)
+    update.correct(rows, -shift * core)
+    inverse = LinearOperator((size, size), matvec=update.solve, dtype=float)
+    masses: Any = own
+    if len(rows):
+        masses = LinearOperator((size, size), matvec=lambda x: own @ x - rows.T @ (core @ (rows @ x)), dtype=float)
     start = np.random.default_rng(0).standard_normal(size)
     try:
         values, vectors = eigsh(pattern.matrix(stiffness), n, masses, sigma=-shift, OPinv=inverse, v0=start)
@@ -64,7 +76,8 @@ def lowest_eigenpairs(pattern: SparsityPattern, stiffness: Array, mass: Array, n
         raise NotConvergedError(f"modes: the eigensolver failed ({error}); ask for fewer modes") from error
     order = np.argsort(values)
     vectors = vectors[:, order]
-    norms = np.sqrt(np.einsum("in,in->n", vectors, masses @ vectors))
+    spared = rows @ vectors
+    norms = np.sqrt(np.einsum("in,in->n", vectors, own @ vectors) - np.einsum("rn,rn->n", spared, core @ spared))
     return values[order], (vectors / norms).T
 
 

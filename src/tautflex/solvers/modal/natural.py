@@ -7,13 +7,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.numeric import Array, within_arithmetic
+from tautflex.mechanics.inertia import InertiaOperator
+from tautflex.motion.hub import FreeHub
+from tautflex.numeric import Array, cross_matrix, within_arithmetic
 from tautflex.solvers.linear.eigenpairs import lowest_eigenpairs
 from tautflex.solvers.modal.labels import FilmSampler, half_wave_labels, symmetry_class
-from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads
+from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads, rigid_mass
 from tautflex.solvers.static.prestress import PrestressedState, in_short, require_state
 from tautflex.solvers.variables import COMPONENTS, MODES, described, mesh_variables
 from tautflex.text import card, span
@@ -98,7 +101,9 @@ class Modes:
 
 
 @within_arithmetic()
-def solve_modes(state: PrestressedState, n: int = 10) -> Modes:
+def solve_modes(
+    state: PrestressedState, n: int = 10, *, about: ArrayLike | None = None, hub: FreeHub | None = None
+) -> Modes:
     """Lowest natural modes by sparse shift-invert Lanczos.
 
     Parameters
@@ -107,15 +112,22 @@ def solve_modes(state: PrestressedState, n: int = 10) -> Modes:
         Prestressed state.
     n
         Number of modes, at least 1 and below the number of unknowns.
+    about
+        Free unknowns of a loaded state that the motion is about [m, rad], shape (size,), as `solve_static` gives them;
+        None is the reference. Its loads are dead: the stiffness of a pressure that follows the film is left out.
+    hub
+        Hub that is free to move and carries the supports; None: they rest. Motion and momentum of both balance, shapes
+        are relative to the hub, rigid motion is left out [Likins 1970, NASA TR 32-1329].
 
     Returns
     -------
     Modes
+        On a hub ``phi' M phi = 1`` counts the motion of the hub too.
 
     Raises
     ------
     InputError
-        If ``n`` is out of range.
+        If ``n`` is out of range, or ``about`` has another shape.
     NotConvergedError
         If the eigensolver fails.
     """
@@ -123,13 +135,28 @@ def solve_modes(state: PrestressedState, n: int = 10) -> Modes:
     system = state.system
     if not 1 <= checks.whole("n", n, 0) < system.size:
         raise InputError(f"n: expected 1 to {system.size - 1} modes, got {n}; refine the mesh for more")
-    values, vectors = lowest_eigenpairs(system.pattern, state.tangent_entries, system.inertia.mass_entries, n)
+    stiffness = state.tangent_entries
+    if about is not None:
+        stiffness = system.tangent(checks.float_array("about", about, (system.size,)))
+    checks.instance("hub", hub, (FreeHub, type(None)), "a FreeHub(...), or None")
+    carried = None if hub is None else _carried(system.inertia, hub)
+    values, vectors = lowest_eigenpairs(system.pattern, stiffness, system.inertia.mass_entries, n, carried)
     frequencies = np.sign(values) * np.sqrt(np.abs(values)) / (2.0 * np.pi)
     translations = system.translations(vectors)
     flat = translations.reshape(n, -1)
     vectors = vectors * np.sign(flat[np.arange(n), np.abs(flat).argmax(axis=1)])[:, None]
     labels, symmetry = describe_shapes(state, system.translations(vectors))
     return Modes(state, frequencies, vectors, labels, symmetry, (vectors @ rigid_loads(system.inertia).T) ** 2)
+
+
+def _carried(inertia: InertiaOperator, hub: FreeHub) -> tuple[Array, Array]:
+    """Rows of the free rigid accelerations, and the inverse of the mass that resists them."""
+    origin, center = np.zeros(3), np.asarray(hub.center, dtype=float)
+    turn = hub.mass * cross_matrix(center)
+    tensor = hub.tensor + hub.mass * (center @ center * np.eye(3) - np.outer(center, center))
+    whole = rigid_mass(inertia, origin) + np.block([[hub.mass * np.eye(3), -turn], [turn, tensor]])
+    free = np.flatnonzero(hub.freedom)
+    return rigid_loads(inertia)[free], np.linalg.inv(whole[np.ix_(free, free)])
 
 
 def describe_shapes(state: PrestressedState, shapes: Array) -> tuple[list[tuple[int, int] | None], list[str]]:

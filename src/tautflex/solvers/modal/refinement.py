@@ -11,7 +11,6 @@ from tautflex.numeric import Array
 from tautflex.solvers.modal.natural import Modes, solve_modes
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.structure.groups import Support
-from tautflex.structure.model import Model
 from tautflex.structure.shapes import TRIANGLE3, TRIANGLE6
 
 
@@ -32,9 +31,12 @@ def mesh_errors(modes: Modes, chosen: list[int]) -> Array:
 
 
 def with_quadratic_triangles(state: PrestressedState) -> PrestressedState | None:
-    """The same stresses on nodes in the middle of all sides too; None unless all film elements are linear triangles."""
+    """The same stresses on nodes in the middle of all sides too; None unless all film elements are linear triangles.
+
+    None with links as well: what those in the middle of linked sides follow, no one says.
+    """
     model = state.model
-    if not model.surfaces or any(group.shape != TRIANGLE3 for group in model.surfaces):
+    if not model.surfaces or model.links or any(group.shape != TRIANGLE3 for group in model.surfaces):
         return None
     sides = np.concatenate([group.shape.sides(group.connectivity) for group in model.surfaces])
     ends, number = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
@@ -51,7 +53,8 @@ def with_quadratic_triangles(state: PrestressedState) -> PrestressedState | None
         held = len(model.nodes) + np.flatnonzero(np.isin(ends, support.nodes).all(axis=1))
         supports.append(Support((*support.nodes, *held.tolist()), support.directions))
     nodes = np.concatenate([model.nodes, model.nodes[ends].mean(axis=1)])
-    system = StructuralSystem.from_model(Model(nodes, tuple(groups), tuple(supports), "uniform", masses=model.masses))
+    finer = replace(model, nodes=nodes, groups=tuple(groups), supports=tuple(supports), prestress_mode="uniform")
+    system = StructuralSystem.from_model(finer)
     stress = [block.rows_of(given) for block, given in zip(system.blocks, state.system.initial_stress, strict=True)]
     system = system.with_initial_stress(stress)
     return PrestressedState(system, system.force(np.zeros(system.size))[0], 0.0, 0.0, 0)

@@ -90,14 +90,12 @@ def rotation_operator(system: StructuralSystem, nodes: Indices) -> csr_array:
     np.add.at(normal, own, np.eye(3) - arm[:, :, None] * arm[:, None, :] / square)
     cross = np.tensordot(arm, _CROSS_MATRICES, 1)
     weight = np.linalg.pinv(normal, rcond=_SINGULAR, hermitian=True)[own] @ cross / square
-    place = system.place[model.translation_dofs]
     rows = np.broadcast_to((3 * own[:, None] + np.arange(3))[:, :, None], weight.shape)
-    columns = [np.broadcast_to(place[pairs[:, end], None, :], weight.shape) for end in (1, 0)]
+    columns = [np.broadcast_to(model.translation_dofs[pairs[:, end], None, :], weight.shape) for end in (1, 0)]
     values = np.concatenate([weight.ravel(), -weight.ravel()])
     row, column = np.concatenate([rows.ravel()] * 2), np.concatenate([part.ravel() for part in columns])
-    used = column < system.size
-    operator = csr_array((values[used], (row[used], column[used])), shape=(3 * count, system.size))
-    operator.sum_duplicates()
+    operator = csr_array(csr_array((values, (row, column)), shape=(3 * count, model.dof_count)) @ model.expansion)
+    operator.sort_indices()
     operator.data[np.abs(operator.data) <= 1e-12 * np.abs(operator.data).max(initial=0.0)] = 0.0
     operator.eliminate_zeros()
     return operator

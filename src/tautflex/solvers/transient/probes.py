@@ -85,15 +85,12 @@ def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], read
         else:
             nodes, weights = np.array([_nearest_node(model, name, point, reading)]), np.ones(1)
         positions.append(weights @ model.nodes[nodes])
-        for node, weight in zip(nodes, weights, strict=True):
-            for axis in range(3):
-                slot = int(system.place[model.translation_dofs[node, axis]])
-                if slot < system.size:
-                    rows.append(3 * number + axis)
-                    columns.append(slot)
-                    values.append(float(weight))
-    shape = (3 * len(probes), system.size)
-    matrix = csr_array((values, (rows, columns)), shape=shape)
+        for axis in range(3):
+            rows += [3 * number + axis] * len(nodes)
+            columns += model.translation_dofs[nodes, axis].tolist()
+            values += weights.tolist()
+    matrix = csr_array((values, (rows, columns)), shape=(3 * len(probes), model.dof_count)) @ model.expansion
+    matrix.sort_indices()
     return ProbeSet(tuple(probes), np.array(positions).reshape(-1, 3), matrix)
 
 

@@ -12,14 +12,17 @@ from tautflex.errors import MeshError
 from tautflex.files.mesh.abaqus.conditions import Steps, held_groups
 from tautflex.files.mesh.abaqus.instances import Placement
 from tautflex.files.mesh.abaqus.keywords import WORDS
+from tautflex.files.mesh.abaqus.links import Joints
 from tautflex.files.mesh.abaqus.masses import body
 from tautflex.files.mesh.abaqus.scope import Scope
 from tautflex.files.mesh.abaqus.sections import beam_directions, node_axes
 from tautflex.files.mesh.abaqus.sets import Names
+from tautflex.files.mesh.abaqus.springs import spring
 from tautflex.files.mesh.abaqus.text import Block, blocks
 from tautflex.files.mesh.gathered import SHAPES, UNSTATED
 from tautflex.files.mesh.include import Folder
 from tautflex.files.mesh.raw import Budget, RawGroup, RawMass, RawMesh, integers, require_coordinates, shorten
+from tautflex.files.mesh.raw_links import RawLink
 from tautflex.files.mesh.second_order import simplified
 from tautflex.numeric import Array, Indices
 
@@ -172,7 +175,43 @@ class _Whole:
         ]
         roles = {name: np.array(own, dtype="<U8") for name, own in self.roles.items()}
         masses = list(self._masses(shape, row, elements["point1"]))
-        return simplified(self.nodes, elements, roles, orientation, groups, True, masses)
+        links = [*self._links(shape, row, elements, axes), *self._springs(shape, row, elements)]
+        return simplified(self.nodes, elements, roles, orientation, groups, True, masses, links)
+
+    def _links(
+        self, shape: Indices, row: Indices, elements: dict[str, Indices], axes: dict[int, Array]
+    ) -> Iterator[RawLink]:
+        """Links of all scopes."""
+        shapes = list(SHAPES)
+
+        def corners(found: Indices) -> tuple[Indices, Indices]:
+            beams, others = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+            for place in np.unique(shape[found]).tolist():
+                rows = row[found[shape[found] == place]]
+                turning = np.array(self.roles[shapes[place]], dtype=object)[rows] == "beam"
+                beams.append(elements[shapes[place]][rows[turning]].ravel())
+                others.append(elements[shapes[place]][rows[~turning]].ravel())
+            return np.concatenate(beams), np.concatenate(others)
+
+        for placement, nodes, names in zip(self._placements, self._node_names, self._element_names, strict=True):
+            yield from Joints(placement.blocks("links"), nodes, names, corners, axes).links()
+
+    def _springs(self, shape: Indices, row: Indices, elements: dict[str, Indices]) -> Iterator[RawLink]:
+        """Springs of all scopes; MeshError if an element has no SPRING, or another kind has one."""
+        places = {list(SHAPES).index(name): name for name in ("spring1", "spring2")}
+        left = {(name, k) for name in places.values() for k in range(len(elements[name]))}
+        for placement, names in zip(self._placements, self._element_names, strict=True):
+            for block in placement.blocks("springs"):
+                for one in names.find(block.option("ELSET"), block.where).tolist():
+                    name, k = places.get(int(shape[one]), ""), int(row[one])
+                    if not name:
+                        raise MeshError(f"{block.where}: expected spring elements, got others; correct the set")
+                    left.discard((name, k))
+                    found = spring(block, self.roles[name][k], elements[name][k])
+                    if found is not None:
+                        yield found
+        if left:
+            raise MeshError(f"expected *SPRING of every spring element, got none of {len(left)}; add it")
 
     def _masses(self, shape: Indices, row: Indices, points: Indices) -> Iterator[RawMass]:
         """Bodies of all point elements; MeshError if one has none, or another kind than its type says."""

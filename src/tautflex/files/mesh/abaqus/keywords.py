@@ -15,6 +15,11 @@ WORDS = Words(
         "parts, placed as often as there are instances": "PART END_PART ASSEMBLY END_ASSEMBLY INSTANCE END_INSTANCE",
         "direction of the cross-section": "BEAM_SECTION BEAM_GENERAL_SECTION",
         "point masses and principal inertias": "MASS ROTARY_INERTIA",
+        "multipoint constraints BEAM, TIE and PIN, and equations": "MPC EQUATION",
+        "rigid bodies, and couplings of nodes or of surfaces that list nodes": (
+            "RIGID_BODY KINEMATIC_COUPLING COUPLING KINEMATIC DISTRIBUTING SURFACE"
+        ),
+        "stiffness of SPRINGA, SPRING1 and SPRING2": "SPRING",
         "directions of supports": "TRANSFORM",
         "supports of the chosen step, OP=NEW included": "BOUNDARY STEP END_STEP FREQUENCY",
         "text": "INCLUDE HEADING",
@@ -42,7 +47,6 @@ WORDS = Words(
             "SECTION_FILE MONITOR PREPRINT PRINT RESTART FILE_FORMAT FILE_OUTPUT INTEGRATED_OUTPUT "
             "INTEGRATED_OUTPUT_SECTION INCREMENTATION_OUTPUT DIAGNOSTICS FILTER PHYSICAL_CONSTANTS"
         ),
-        "surfaces, which only loads, contact and constraints use": "SURFACE",
         "contact properties": "SURFACE_INTERACTION SURFACE_BEHAVIOR FRICTION",
     },
     refused={
@@ -51,14 +55,13 @@ WORDS = Words(
             _LIST,
         ),
         "links and constraints between nodes": (
-            "MPC EQUATION RIGID_BODY COUPLING KINEMATIC_COUPLING KINEMATIC DISTRIBUTING DISTRIBUTING_COUPLING TIE "
-            "EMBEDDED_ELEMENT RELEASE FASTENER FASTENER_PROPERTY SHELL_TO_SOLID_COUPLING DISPLAY_BODY "
-            "CYCLIC_SYMMETRY_MODEL NETWORK_MPC SUBMODEL",
+            "DISTRIBUTING_COUPLING TIE EMBEDDED_ELEMENT RELEASE FASTENER FASTENER_PROPERTY SHELL_TO_SOLID_COUPLING "
+            "DISPLAY_BODY CYCLIC_SYMMETRY_MODEL NETWORK_MPC SUBMODEL",
             _JOIN,
         ),
         "masses of other kinds": ("NONSTRUCTURAL_MASS", "add the mass to the density of the section"),
         "springs, dashpots and connectors": (
-            "SPRING DASHPOT CONNECTOR_SECTION CONNECTOR_BEHAVIOR CONNECTOR_ELASTICITY CONNECTOR_DAMPING "
+            "DASHPOT CONNECTOR_SECTION CONNECTOR_BEHAVIOR CONNECTOR_ELASTICITY CONNECTOR_DAMPING "
             "CONNECTOR_MOTION CONNECTOR_STOP CONNECTOR_LOAD JOINT JOINTED_MATERIAL GAP",
             _JOIN,
         ),

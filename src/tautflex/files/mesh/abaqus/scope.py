@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from tautflex.errors import MeshError
+from tautflex.files.mesh.abaqus.links import LINKS
 from tautflex.files.mesh.abaqus.text import Block, fields
 from tautflex.files.mesh.gathered import SHAPES, Gathered
 from tautflex.files.mesh.numerals import natural, real
@@ -34,9 +35,11 @@ TYPES = {
     **dict.fromkeys(("B31", "B31H", "B33", "B33H"), Layout("line2", "beam")),
     "MASS": Layout("point1", "mass"),
     "ROTARYI": Layout("point1", "inertia"),
+    "SPRINGA": Layout("spring2", "springa"),
+    "SPRING2": Layout("spring2", "spring2"),
+    "SPRING1": Layout("spring1", "spring1"),
 }
 _REFUSED = {
-    "SPRING": "springs are not read here; join the nodes by stiff beams",
     "DASHPOT": "dashpots are not read here; state the damping in the case",
     "CONN": "connectors are not read here; join the nodes by stiff beams",
 }
@@ -53,9 +56,11 @@ class Scope(Gathered):
     sections: list[Block] = field(default_factory=list)
     transforms: list[Block] = field(default_factory=list)
     bodies: list[Block] = field(default_factory=list)
+    links: list[Block] = field(default_factory=list)
+    springs: list[Block] = field(default_factory=list)
 
     def read(self, block: Block) -> None:
-        """Read a block of nodes, elements, sets, beam sections, transformed directions or masses."""
+        """Read a block of nodes, elements, sets, beam sections, transformed directions, masses, links or springs."""
         if block.keyword == "NODE":
             self._read_nodes(block)
         elif block.keyword == "ELEMENT":
@@ -66,6 +71,10 @@ class Scope(Gathered):
             self.transforms.append(block)
         elif block.keyword in ("MASS", "ROTARY INERTIA"):
             self.bodies.append(block)
+        elif block.keyword in LINKS:
+            self.links.append(block)
+        elif block.keyword == "SPRING":
+            self.springs.append(block)
         else:
             self.sections.append(block)
 

@@ -17,11 +17,17 @@ WORDS = Words(
             "CTRIA3 CTRIAR CQUAD4 CQUADR CTRIA6 CQUAD8 PSHELL PCOMP PCOMPG"
         ),
         "cables": "CROD CONROD CTUBE",
-        "beams with their orientation, `BAROR` and `BEAMOR` for blank fields": "CBAR CBEAM BAROR BEAMOR",
+        "beams with orientation, offsets and pin flags, `BAROR` and `BEAMOR` for blank fields": (
+            "CBAR CBEAM BAROR BEAMOR"
+        ),
         "supports: the set that the case control selects": "SPC SPC1 SPCADD",
         "point masses and inertias; of the parameters only their factor WTMASS": (
             "CONM1 CONM2 CMASS1 CMASS2 PMASS PARAM"
         ),
+        "rigid links; RBAR and RBE1 with one point that leads": "RBE1 RBE2 RBAR",
+        "averages of points, whose components 123 lead": "RBE3",
+        "multipoint constraints: the set that the case control selects": "MPC MPCADD",
+        "springs between the same directions of two points, or of one": "CELAS1 CELAS2 PELAS CBUSH PBUSH",
         "text": "INCLUDE ENDDATA",
     },
     idle={
@@ -30,7 +36,7 @@ WORDS = Words(
             "MATT2 MATT8 MATT9 MATHP MATPOR CREEP SNORM"
         ),
         "properties of elements that are refused themselves": (
-            "PELAS PELAST PBUSH PBUSH1D PBUSHT PGAP PDAMP PDAMP5 PDAMPT PVISC PSOLID PSHEAR PBEAM3 PBEND PFAST "
+            "PELAST PBUSH1D PBUSHT PGAP PDAMP PDAMP5 PDAMPT PVISC PSOLID PSHEAR PBEAM3 PBEND PFAST "
             "PWELD PLSOLID PLPLANE PCOMPS"
         ),
         "loads and temperatures are yours to state": (
@@ -66,12 +72,12 @@ WORDS = Words(
             "mesh their walls with film, their edges with beams, or leave them out",
         ),
         "rigid links, splines and couplings": (
-            "RBE1 RBE2 RBE3 RBAR RBAR1 RROD RTRPLT RTRPLT1 RSPLINE RSSCON RJOINT MPC MPCADD MPCAX",
-            _JOIN,
+            "RBAR1 RROD RTRPLT RTRPLT1 RSPLINE RSSCON RJOINT MPCAX",
+            "write them as RBE2, RBE3 or MPC",
         ),
         "springs, gaps and fasteners": (
-            "CELAS1 CELAS2 CELAS3 CELAS4 CBUSH CBUSH1D CBUSH2D CGAP CFAST CWELD CSEAM CINTC",
-            _JOIN,
+            "CELAS3 CELAS4 CBUSH1D CBUSH2D CGAP CFAST CWELD CSEAM CINTC",
+            "join the points by CBUSH, or merge them",
         ),
         "dampers": ("CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CVISC", "leave them out and state the damping in the case"),
         "masses of other kinds": (

@@ -1,4 +1,4 @@
-"""What the case control of a Nastran deck says about supports."""
+"""What the case control of a Nastran deck says about supports and multipoint constraints."""
 
 from __future__ import annotations
 
@@ -10,17 +10,21 @@ from tautflex.errors import MeshError
 from tautflex.files.mesh.include import Line
 
 _SUBCASE = re.compile(r"\s*(?:SUBCASE|SUBCOM|SYMCOM|SYM|REPCASE|STEP)\b\s*=?\s*(\d{1,9})?", re.IGNORECASE)
-_CHOICE = re.compile(r"\s*SPC\s*(?:\([^)]*\))?\s*=\s*(\w+)", re.IGNORECASE)
+_CHOICE = {word: re.compile(rf"\s*{word}\s*(?:\([^)]*\))?\s*=\s*(\w+)", re.IGNORECASE) for word in ("SPC", "MPC")}
 _BEGIN = re.compile(r"\s*BEGIN\b[\s,=]*BULK\b", re.IGNORECASE)
 _END = re.compile(r"\s*CEND\b", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class Selection:
-    """Constraint set of the chosen subcase, None if it names none; ``stated`` if the deck has a case control."""
+    """Constraint set of the chosen subcase, None if it names none; ``stated`` if the deck has a case control.
+
+    ``equations`` is the set of multipoint constraints, likewise.
+    """
 
     number: int | None
     stated: bool
+    equations: int | None = None
 
 
 def bulk_and_selection(lines: Iterable[Line], step: int | None) -> tuple[list[Line], Selection]:
@@ -35,25 +39,27 @@ def bulk_and_selection(lines: Iterable[Line], step: int | None) -> tuple[list[Li
     begin = next((k for k, (_, line) in enumerate(everything) if _BEGIN.match(line)), -1)
     control = everything[: max(begin, 0)]
     end = next((k for k, (_, line) in enumerate(control) if _END.match(line)), None)
-    return everything[begin + 1 :], Selection(_selected(control[(end or 0) :], step), end is not None)
+    control = control[(end or 0) :]
+    chosen = [_selected(control, step, word) for word in ("SPC", "MPC")]
+    return everything[begin + 1 :], Selection(chosen[0], end is not None, chosen[1])
 
 
-def _selected(control: list[Line], step: int | None) -> int | None:
+def _selected(control: list[Line], step: int | None, word: str) -> int | None:
     overall: int | None = None
     subcases: list[tuple[int, int | None]] = []
     for where, line in control:
-        begun, choice = _SUBCASE.match(line), _CHOICE.match(line.partition("$")[0])
+        begun, choice = _SUBCASE.match(line), _CHOICE[word].match(line.partition("$")[0])
         if begun:
             subcases.append((int(begun[1] or len(subcases) + 1), overall))
         elif choice:
             if not choice[1].isdigit() or len(choice[1]) > 9:
-                raise MeshError(f"{where}: expected SPC = number, got {choice[1][:20]!r}; correct the line")
+                raise MeshError(f"{where}: expected {word} = number, got {choice[1][:20]!r}; correct the line")
             number = int(choice[1])
             if subcases:
                 subcases[-1] = subcases[-1][0], number
             else:
                 overall = number
-    listed = ", ".join(f"{number}: SPC = {chosen}" for number, chosen in subcases[:20])
+    listed = ", ".join(f"{number}: {word} = {chosen}" for number, chosen in subcases[:20])
     if step is not None:
         found = [chosen for number, chosen in subcases or [(1, overall)] if number == step]
         if len(found) != 1:

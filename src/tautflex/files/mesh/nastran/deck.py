@@ -12,7 +12,9 @@ from tautflex.files.mesh.nastran.cards import WORDS
 from tautflex.files.mesh.nastran.case_control import bulk_and_selection
 from tautflex.files.mesh.nastran.coordinates import Systems
 from tautflex.files.mesh.nastran.elements import Elements
+from tautflex.files.mesh.nastran.links import LINKS, Links
 from tautflex.files.mesh.nastran.masses import MASSES, Masses
+from tautflex.files.mesh.nastran.springs import SPRINGS, Springs
 from tautflex.files.mesh.nastran.supports import Supports, components, held_groups
 from tautflex.files.mesh.nastran.text import Card, cards, included
 from tautflex.files.mesh.numerals import natural, vector
@@ -52,9 +54,14 @@ def read_nastran(text: str, folder: Folder | None = None, step: int | None = Non
     deck.elements.finish()
     points, nodes = deck.positions(), deck.elements.nodes("grid point")
     connectivity = deck.elements.connectivity(nodes)
+    links = [
+        *deck.links.links(selection, nodes, deck.axes),
+        *deck.springs.springs(nodes, deck.point, deck.axes, deck.systems),
+    ]
+    joined = [connectivity[shape].ravel() for shape in connectivity] + [integers(one.link.joined) for one in links]
     groups = [
         *deck.elements.groups(),
-        *held_groups("grid", deck.held_points(connectivity), nodes, deck.axes),
+        *held_groups("grid", deck.held_points(np.concatenate(joined)), nodes, deck.axes),
         *deck.supports.groups(selection, nodes, deck.axes),
     ]
     roles = {shape: np.array(own, dtype="<U8") for shape, own in deck.elements.roles.items()}
@@ -63,7 +70,9 @@ def read_nastran(text: str, folder: Folder | None = None, step: int | None = Non
         replace(body, node=int(nodes.rows(integers([number]), body.where)[0]))
         for number, body in deck.masses.bodies(deck.systems, deck.point, deck.axes)
     ]
-    return simplified(points, connectivity, roles, orientation, groups, True, masses)
+    connectivity["line2"], ends = deck.elements.moved_ends(points, connectivity["line2"], orientation, deck.turned)
+    points = np.reshape(ends.points, (-1, 3))
+    return simplified(points, connectivity, roles, orientation, groups, True, masses, [*ends.links, *links])
 
 
 @dataclass
@@ -73,6 +82,8 @@ class _Deck:
     elements: Elements = field(default_factory=Elements)
     supports: Supports = field(default_factory=Supports)
     masses: Masses = field(default_factory=Masses)
+    links: Links = field(default_factory=Links)
+    springs: Springs = field(default_factory=Springs)
     grid: dict[int, Card] = field(default_factory=dict)
     point_defaults: Card | None = None
 
@@ -97,6 +108,10 @@ class _Deck:
             self.supports.read(card)
         elif card.name in MASSES:
             self.masses.read(card)
+        elif card.name in LINKS:
+            self.links.read(card)
+        elif card.name in SPRINGS:
+            self.springs.read(card)
         else:
             self.elements.read(card)
 
@@ -136,9 +151,9 @@ class _Deck:
         axes = self.axes(number)
         return vector if axes is None else np.asarray(vector @ axes)
 
-    def held_points(self, connectivity: dict[str, Indices]) -> dict[int, set[int]]:
-        """Permanent constraints of points that belong to an element."""
-        used = set(np.unique(np.concatenate([rows.ravel() for rows in connectivity.values()])).tolist())
+    def held_points(self, joined: Indices) -> dict[int, set[int]]:
+        """Permanent constraints of points that belong to an element or a link, given their rows."""
+        used = set(joined.tolist())
         held = {}
         for row, number in enumerate(self.elements.node_numbers):
             card = self.grid[number]

@@ -11,10 +11,11 @@ import numpy as np
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.gathered import UNSTATED, Gathered
+from tautflex.files.mesh.nastran.ends import ENDS, MovedEnds, Turned, offset
 from tautflex.files.mesh.nastran.text import Card
 from tautflex.files.mesh.numerals import natural, vector
 from tautflex.files.mesh.raw import RawGroup, integers, shorten
-from tautflex.numeric import Array
+from tautflex.numeric import Array, Indices
 
 _INTEGER = re.compile(r"\+?\d{1,19}")
 _OFFSET_FLAG = re.compile(r"[GB][GO][GO]", re.IGNORECASE)
@@ -80,10 +81,10 @@ class Elements(Gathered):
                         self.roles[shape][row] = "shell"
 
     def _element(self, card: Card, layout: Layout) -> None:
-        """Read one element; pin flags, offsets, thicknesses and whatever else is filled is refused by its field."""
+        """Read one element; thicknesses and whatever else is filled is refused by its field."""
         beam = layout.role == "beam"
         own = (1,) if card.name == "CONROD" else (1, 2)
-        card.require_only(*own, *layout.nodes, *layout.idle, *(ORIENTATION if beam else ()))
+        card.require_only(*own, *layout.nodes, *layout.idle, *((*ORIENTATION, *ENDS) if beam else ()))
         numbers = [natural(card.get(place), card.where) for place in (1, *layout.nodes)]
         shape, row = self.add(layout.shape, layout.role, numbers, card.name)
         default = self.defaults.get(_DEFAULTS.get(card.name, ""))
@@ -120,7 +121,8 @@ class Elements(Gathered):
                 raise MeshError(f"{card.where}: expected GGG or BGG in field 9, got {shorten(given[3])}; correct it")
             if not any(given[:3]):
                 continue
-            along = point(second, card.where) - point(first, card.where)
+            along = point(second, card.where) + offset(card, 1, second, turned)
+            along -= point(first, card.where) + offset(card, 0, first, turned)
             if _INTEGER.fullmatch(given[0]) and not any(given[1:3]):
                 side = point(natural(given[0], card.where), card.where) - point(first, card.where)
             else:
@@ -132,3 +134,14 @@ class Elements(Gathered):
                     f"{card.where}: expected an orientation vector across the beam, got one along it; correct it"
                 )
         return result
+
+    def moved_ends(
+        self, points: Array, lines: Indices, orientation: Array, turned: Turned
+    ) -> tuple[Indices, MovedEnds]:
+        """Rows of nodes of the lines, with new ones for offset and pinned ends, and these."""
+        moved, lines = MovedEnds(list(points)), lines.copy()
+        for row, card in self.beams:
+            if any(card.get(place) for place in ENDS):
+                numbers = [natural(card.get(place), card.where) for place in (3, 4)]
+                lines[row] = moved.place(card, lines[row], numbers, orientation[row], turned)
+        return lines, moved

@@ -46,7 +46,7 @@ def free_strain(owner: str, system: StructuralSystem, strain: float, region: Reg
     if region is None:
         return columns
     for index in blocks:
-        inside = _inside(system.model.nodes[system.model.groups[index].connectivity].mean(axis=1), region)
+        inside = _inside(system.model.nodes[system.model.element_groups[index].connectivity].mean(axis=1), region)
         columns[index] *= system.blocks[index].rows_of(inside)[:, None, None]
     if not any(column.any() for column in columns.values()) and strain:
         raise InputError(

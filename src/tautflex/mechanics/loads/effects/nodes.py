@@ -35,13 +35,25 @@ def unit_vector(name: str, vector: Sequence[float]) -> Array:
 
 def nodal_pattern(system: StructuralSystem, nodes: Indices, share: Array) -> tuple[Array, Array]:
     """Force on free unknowns and wrench of the others (`PatternLoad`) along x, y, z, where each node gets its share."""
-    pattern, held = np.zeros((system.size + 1, 3)), np.zeros((6, 3))
-    for node, part in zip(nodes, share, strict=True):
-        place = system.place[system.model.translation_dofs[node]]
-        pattern[place, range(3)] += part
-        forces = part * np.diag(place == system.size)
-        held += np.concatenate([forces, np.cross(system.model.nodes[node], forces).T])
-    return pattern[:-1], held
+    forces = np.zeros((system.model.dof_count, 3))
+    forces[system.model.translation_dofs[nodes], range(3)] += np.reshape(share, (-1, 1))
+    return bound_forces(system, forces)
+
+
+def bound_forces(system: StructuralSystem, forces: Array) -> tuple[Array, Array]:
+    """Forces on all unknowns, shape (dof, n), as those on the free ones and the wrench of the held ones."""
+    model = system.model
+    if model.links:
+        forces = model.constraints.matrix[:-1, :-1].T @ forces
+    held, offset = np.zeros((6, forces.shape[1])), model.dof_offset
+    bound = np.where(system.place[:-1, None] == system.size, forces, 0.0)
+    loaded = np.flatnonzero(bound.any(axis=1))
+    for node in np.unique(np.searchsorted(offset, loaded, side="right") - 1):
+        own = bound[offset[node] : offset[node + 1]]
+        held[:3] += own[:3]
+        held[3:] += np.cross(model.nodes[node], own[:3].T).T
+        held[3:] += own[3:].reshape(-1, *held[3:].shape).sum(axis=0)
+    return forces[model.free_dofs], held
 
 
 def shared_force(

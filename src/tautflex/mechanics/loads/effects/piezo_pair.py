@@ -10,6 +10,7 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.mechanics.loads.effects.nodes import bound_forces
 from tautflex.mechanics.loads.inputs import Effect
 from tautflex.mechanics.loads.prepared import PatternLoad, PreparedInput
 from tautflex.mechanics.loads.signals import Signal
@@ -58,9 +59,7 @@ class PiezoPair(Effect):
         if not chosen.size or len(np.unique(chosen)) < chosen.size:
             raise InputError(f"beams: expected at least one beam, every one once, got {chosen.tolist()}")
         about = np.concatenate([system.blocks[index].axes[:, "xyz".index(self.axis)] for index in found])[chosen]
-        pattern, held = np.zeros(system.size + 1), np.zeros(6)
+        moments = np.zeros((model.dof_count, 1))
         for nodes, turn in ((model.beams[chosen, 0], -about), (model.beams[chosen, 1], about)):
-            place = system.place[model.dof_offset[nodes][:, None] + np.arange(3, 6)]
-            np.add.at(pattern, place, turn)
-            held[3:] += np.where(place == system.size, turn, 0.0).sum(axis=0)
-        return PatternLoad(self.moment, "moment", ("moment [N m]",), -np.inf, pattern[:-1, None], held[:, None])
+            np.add.at(moments[:, 0], model.dof_offset[nodes][:, None] + np.arange(3, 6), turn)
+        return PatternLoad(self.moment, "moment", ("moment [N m]",), -np.inf, *bound_forces(system, moments))

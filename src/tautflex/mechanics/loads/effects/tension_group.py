@@ -211,5 +211,7 @@ def _joined_alone(model: Model, chosen: Indices) -> Indices:
     ends, every = np.bincount(model.cables[chosen].ravel(), minlength=len(model.nodes)), np.zeros(len(model.nodes))
     for group in model.groups:
         every += np.bincount(group.connectivity.ravel(), minlength=len(model.nodes))
+    every[[node for link in model.links for node in link.joined]] += 1
+    every[[node for spring in model.springs for node in spring.joined]] += 1
     free = np.all(model.free_places[model.translation_dofs] < len(model.free_dofs), axis=1)
     return np.flatnonzero((ends == 2) & (every == 2) & free)

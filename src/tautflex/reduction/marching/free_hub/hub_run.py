@@ -10,6 +10,7 @@ import xarray as xr
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.loads.inputs import earlier
 from tautflex.mechanics.loads.prepared import PreparedInput
+from tautflex.mechanics.loads.signals import Held
 from tautflex.motion import rotations
 from tautflex.motion.hub import FreeHub, HubState
 from tautflex.motion.kinematics import AtRest, RigidMotion, Segment, split_segments
@@ -24,11 +25,14 @@ from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.work import StageNumbers
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.forces import FrameTerms
+from tautflex.solvers.remembering import Memory, copied
 from tautflex.solvers.transient.accuracy.energy import Energies
 from tautflex.solvers.transient.free_hub.balance import rigid_parts
 from tautflex.solvers.transient.free_hub.record import check_coupling, hub_variables, steady_motion
 from tautflex.solvers.transient.problem import TransientProblem
 
+# What of the hub's work the next step depends on.
+_KEPT = ("rigid", "balanced", "own", "now", "marks", "given", "last")
 # Turns in which a torque that depends on the motion and the motion agree.
 _MOST_TURNS = 50
 
@@ -37,6 +41,11 @@ class HubRun(ReducedRun):
     """State and record of a run on a free hub; see `ReducedRun`.
 
     Raises UnsupportedError for an input whose wrench on the hub follows the motion.
+
+    Attributes
+    ----------
+    commanded
+        Wrench on the hub that whoever drives holds, shape (6,); None: nobody does.
     """
 
     on_hub: ClassVar[bool] = True
@@ -56,6 +65,7 @@ class HubRun(ReducedRun):
         self.books.work = self.ride.work
         self.rigid, self.outside = np.zeros((len(self.stored), 31)), np.zeros(len(self.stored))
         self._trace = np.empty((0, 3, rom.size))
+        self.commanded: Held | None = None
         self._refuse_followers()
         self._levers()
 
@@ -108,7 +118,10 @@ class HubRun(ReducedRun):
 
     def inputs_at(self, times: Array, before: float) -> HubInputs:
         """What acts at instants but for feedback; a jump at ``before`` is not met yet."""
-        rom, wrench = self.rom, np.zeros((1, 6)) if self.free.feedback else self.free.wrench()[None]
+        rom, instants = self.rom, [earlier(float(time), before) for time in times]
+        wrench = np.zeros((1, 6)) if self.free.feedback else self.free.wrench()[None]
+        if self.commanded is not None:
+            wrench = wrench + np.array([self.commanded(instant) for instant in instants])
         r, none = rom.size, (np.zeros((1, rom.size)), np.zeros((1, 0)))
         if not self.inputs:
             return HubInputs(none[0], np.zeros((1, self.ride.given.size)), *none, wrench, np.zeros((1, 3, r)))
@@ -117,7 +130,7 @@ class HubRun(ReducedRun):
         if self.inputs.columns and not rom.in_elements:
             pulled = self.inputs.stresses(times, before)
             inside = pulled @ self.inputs.beta, pulled @ self.inputs.stress
-        given, instants = self.inputs.given, [earlier(float(time), before) for time in times]
+        given = self.inputs.given
         outside = np.array([given.outside_load(instant) for instant in instants])
         held = np.array([given.held_wrench(instant) for instant in instants])
         arms = (outside @ self.to_arms).reshape(-1, 3, r)
@@ -155,6 +168,20 @@ class HubRun(ReducedRun):
     def _rest(self, frame: Any, first: int) -> Any:
         """Inputs from one instant on."""
         return tuple(inputs_from(inputs, first) for inputs in frame)
+
+    def pushed(self) -> Memory:
+        """What the hub's next step depends on, and what acts from outside now."""
+        kept = {name: copied(getattr(self.ride, name)) for name in _KEPT}
+        return {"ride": kept, "outside": copied(self._at(self.time, np.inf, self.ride.rigid))}
+
+    def meet(self, memory: Memory) -> None:
+        """Go on with the hub of another run; accelerations take up what acts else than there."""
+        for name, part in memory["ride"].items():
+            getattr(self.ride, name)[:] = part
+        # The steps enter their works themselves.
+        self.ride.work[:], self.books.work = self.books.work, self.ride.work
+        before, after = HubInputs(**memory["outside"]), self._at(self.time, np.inf, self.ride.rigid)
+        hub_steps.jump(self.arrays, self.hub, before, 0, after, 0, self._work, self.ride, self._explicit)
 
     def _keep(self, row: int) -> None:
         """Store the present state."""
@@ -247,8 +274,8 @@ class HubRun(ReducedRun):
             work.counts[0] = before[-1][0]
         return False
 
-    def _jump(self, current: int, time: float) -> None:
-        """Let what acts from outside jump behind a segment."""
+    def _jump(self, ended: Segment, begun: Segment, time: float) -> None:
+        """Let what acts from outside jump."""
         before, after = (self._at(time, limit, self.ride.rigid) for limit in (time, np.inf))
         work, ride, at = self._work, self.ride, np.array([time])
         if hub_steps.jump(self.arrays, self.hub, before, 0, after, 0, work, ride, self._explicit):

@@ -25,8 +25,8 @@ from tautflex.control.loop import start_law
 from tautflex.control.tasks.written import written
 from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
-from tautflex.learning.bodies import KINDS
-from tautflex.learning.scenarios import METRICS, Scenario, disturbed, play, scenarios_of, tensioned
+from tautflex.learning.environments.bodies import KINDS
+from tautflex.learning.judging.scenarios import METRICS, Scenario, disturbed, play, scenarios_of, tensioned
 
 Progress = Callable[[float, str], None]
 _DRAWS = 2000  # of the bootstrap

@@ -14,7 +14,7 @@ from tautflex.case.schema import Case
 from tautflex.control.law import ControlLaw, law_of
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.learning.arena import Arena
-from tautflex.learning.scenarios import Scenario, play
+from tautflex.learning.judging.scenarios import Scenario, play
 from tautflex.numeric import Array
 from tautflex.text import card
 

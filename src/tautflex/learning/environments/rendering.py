@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from tautflex.control.sensors.sensor import hub_rows
-from tautflex.learning.loops import Loops
+from tautflex.learning.environments.loops import Loops
 from tautflex.motion.rotations import exponential, matrix
 from tautflex.plot.surface import VIEW, Wireframe, draw_surface, wireframe
 from tautflex.solvers.variables import mesh_variables

@@ -14,9 +14,9 @@ from tautflex.control.sensors.sensor import Sensor
 from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
 from tautflex.learning.cases import case_of
-from tautflex.learning.gym import gymnasium
-from tautflex.learning.loops import Loops
-from tautflex.learning.rendering import MODES, Screen
+from tautflex.learning.environments.gym import gymnasium
+from tautflex.learning.environments.loops import Loops
+from tautflex.learning.environments.rendering import MODES, Screen
 from tautflex.numeric import Array
 
 

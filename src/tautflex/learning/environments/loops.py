@@ -9,9 +9,9 @@ import numpy as np
 
 from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
-from tautflex.learning.bodies import bodies_of
-from tautflex.learning.judge import Rules, command_rows, finish_rows, see_rows
-from tautflex.learning.references import reference_table
+from tautflex.learning.environments.bodies import bodies_of
+from tautflex.learning.environments.judge import Rules, command_rows, finish_rows, see_rows
+from tautflex.learning.environments.references import reference_table
 from tautflex.numeric import Array
 
 # What an episode's instant is paid for, in `Loops.terms`.

@@ -1,0 +1,1 @@
+"""Runs of plants: of the full structure, and of reduced models."""
