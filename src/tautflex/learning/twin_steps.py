@@ -11,8 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from tautflex.batch.library import jax
+from tautflex.batch.steps.products import Monomials
 from tautflex.learning.twin_constants import TwinConstants
-from tautflex.learning.twin_products import TwinProducts
 from tautflex.reduction.polynomial.monomials import pair_table
 
 Array = jax.Array
@@ -81,7 +81,7 @@ class TwinSteps:
             return None if value is None else jnp.asarray(value, dtype=kind)
 
         r = len(c.squares)
-        self._c, self.monomials, self.kind = c, TwinProducts(r), kind
+        self._c, self.monomials, self.kind, self._place = c, Monomials(r), kind, pair_table(r)
         names = (
             "cubic", "viscous", "quadratic", "reach", "reach_follow", "spin", "spin_follow", "pull", "pull_follow",
             "square", "square_follow", "squares", "damping",
@@ -91,7 +91,7 @@ class TwinSteps:
         acting = [c.load, c.stress, c.torque[:, None], *([c.arms] if self._pushed else [])]
         self._acting = taken(np.concatenate(acting, axis=1).T)
         # A centrifugal force of the coordinates alone is linear in them.
-        slope = c.pull_follow[pair_table(r)]
+        slope = c.pull_follow[self._place]
         self._pull = taken(c.square + slope + np.diag(slope.diagonal()))
 
     def rest(self, runs: int) -> Motion:
@@ -106,16 +106,25 @@ class TwinSteps:
         return tuple(self._split(part) for part in _twice(self._acting, value, value - before))  # type: ignore[return-value]
 
     def _split(self, rows: Array) -> Given:
-        r, m = len(self._c.squares), self.monomials.count
+        r, m = len(self._c.squares), len(self.monomials.first)
         arms = rows[r + m + 1 :] if self._pushed else None
         return Given(rows[:r], rows[r : r + m], rows[r + m], arms)
 
     def jump(self, at: Motion, change: Given) -> Motion:
         """Accelerations take up what acts anew."""
-        force = change.load + self.monomials.force(change.stress, at.q)
+        force = change.load + self._force(change.stress, at.q)
         torque = self._torque(change, at.q) + _dot(at.coupling, force)
         rate = torque / (at.inertia - _dot(at.coupling, at.coupling))
         return at._replace(a=at.a - force - rate * at.coupling, acceleration=at.acceleration + rate)
+
+    def _force(self, stress: Array, q: Array) -> Array:
+        """Force on the coordinates of stresses that work on the monomials, shape (r, n)."""
+        both = stress[self._place]
+        # The derivative of a square counts twice; numbers of one type stay so.
+        total = stress[self._place.diagonal()] * q
+        for j in range(len(q)):
+            total = total + both[:, j] * q[j]
+        return total
 
     def _torque(self, given: Given, q: Array) -> Array:
         return given.torque if given.arms is None else given.torque + _dot(given.arms, q)
@@ -125,7 +134,7 @@ class TwinSteps:
 
         Factors of linear stiffness and of damping have shape (n,).
         """
-        c, of, h, force = self._c, self._of, self._c.step, self.monomials.force
+        c, of, h, force = self._c, self._of, self._c.step, self._force
         half = at.v + 0.5 * h * at.a
         q = at.q + h * half
         v = half + 0.5 * h * at.a
