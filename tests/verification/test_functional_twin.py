@@ -15,7 +15,7 @@ from tautflex.learning.arena import Arena
 from tautflex.learning.cases import task_case
 from tautflex.learning.functional import FunctionalTwin
 from tautflex.learning.gain import linear_gain
-from tautflex.learning.references import reference_table
+from tautflex.learning.environments.references import reference_table
 from tautflex.learning.rollout import Rollouts, start_layers
 from tautflex.learning.train import train
 

@@ -10,8 +10,8 @@ from tautflex.control.actuators.bank import Bank
 from tautflex.control.compiled.drives import drives_of
 from tautflex.control.compiled.parts import WHEEL
 from tautflex.control.compiled.sensing import sensing_of
-from tautflex.control.tasks.slew import SlewTask
 from tautflex.control.runs.timing import steps_of
+from tautflex.control.tasks.slew import SlewTask
 from tautflex.errors import UnsupportedError
 from tautflex.learning.arena import Arena
 from tautflex.motion.kinematics import unit_axis
