@@ -87,6 +87,7 @@ from .files.netcdf import load as load
 from .files.netcdf import load_run as load_run
 from .files.netcdf import save as save
 from .files.vtu import write_vtu as write_vtu
+from .learning.functional import FunctionalTwin as FunctionalTwin
 from .learning.judging.evaluate import evaluate as evaluate
 from .learning.judging.scenarios import Scenario as Scenario
 from .learning.judging.tune import Tuned as Tuned

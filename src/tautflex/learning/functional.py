@@ -6,6 +6,7 @@ the run as last axis (fast), or be those of one run, for `jax.vmap`.
 
 from __future__ import annotations
 
+from os import PathLike
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -13,8 +14,10 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.batch.library import jax
+from tautflex.case.schema import Case
 from tautflex.control.tasks.slew import SlewTask
 from tautflex.learning.arena import Arena
+from tautflex.learning.cases import case_of
 from tautflex.learning.twin_constants import TwinConstants
 from tautflex.learning.twin_steps import Motion, TwinSteps
 
@@ -62,9 +65,9 @@ class FunctionalTwin:
     Parameters
     ----------
     arena
-        Case and task.
+        Structure, loop and task; or the case, or its file, that has them; None is ``tautflex/Slew-v0``.
     precision
-        ``"double"``, or ``"single"``: faster, and less exact, see docs/learning.md.
+        ``"double"``, or ``"single"``: faster, and less exact, see docs/batch.md.
 
     Attributes
     ----------
@@ -79,10 +82,12 @@ class FunctionalTwin:
         If JAX is not installed.
     """
 
-    def __init__(self, arena: Arena, precision: str = "double") -> None:
+    def __init__(self, arena: Arena | Case | str | PathLike[str] | None = None, precision: str = "double") -> None:
         checks.one_of("precision", precision, PRECISIONS)
         kind = jnp.float64 if precision == "double" else jnp.float32
-        self.arena, self.steps, self.kind = checks.instance("arena", arena, Arena, "an Arena(case)"), arena.steps, kind
+        if not isinstance(arena, Arena):
+            arena = Arena(case_of(arena, "slew"))
+        self.arena, self.steps, self.kind = arena, arena.steps, kind
         c = self._constants = TwinConstants.of(arena)
         assert isinstance(arena.task, SlewTask)
         self._task, self._moving = arena.task, TwinSteps(c, kind)

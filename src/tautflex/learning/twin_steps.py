@@ -120,7 +120,7 @@ class TwinSteps:
     def _force(self, stress: Array, q: Array) -> Array:
         """Force on the coordinates of stresses that work on the monomials, shape (r, n)."""
         both = stress[self._place]
-        # The derivative of a square counts twice.
+        # The derivative of a square counts twice; numbers of one type stay so.
         total = stress[self._place.diagonal()] * q
         for j in range(len(q)):
             total = total + both[:, j] * q[j]
