@@ -13,9 +13,9 @@ import pytest
 import tautflex as tf
 from tautflex.learning.arena import Arena
 from tautflex.learning.cases import task_case
+from tautflex.learning.environments.references import reference_table
 from tautflex.learning.functional import FunctionalTwin
 from tautflex.learning.gain import linear_gain
-from tautflex.learning.environments.references import reference_table
 from tautflex.learning.rollout import Rollouts, start_layers
 from tautflex.learning.train import train
 
