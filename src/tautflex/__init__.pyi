@@ -1,6 +1,7 @@
 """Public names of tautflex, each with its place, once: a new name is one line here."""
 
 from . import errors as errors
+from . import plot as plot
 from ._version import __version__ as __version__
 from .analysis import amplitude as amplitude
 from .analysis import dominant_frequency as dominant_frequency
@@ -99,17 +100,17 @@ from .mechanics.dampings.damping import LinearStructure as LinearStructure
 from .mechanics.dampings.matrix import DampingMatrix as DampingMatrix
 from .mechanics.dampings.modal import Modal as Modal
 from .mechanics.dampings.rayleigh import Rayleigh as Rayleigh
-from .mechanics.loads.effects.cable_temperature import CableTemperature as CableTemperature
 from .mechanics.loads.effects.cable_tension import CableTension as CableTension
 from .mechanics.loads.effects.edge_force import EdgeForce as EdgeForce
 from .mechanics.loads.effects.film_pressure import Pressure as Pressure
-from .mechanics.loads.effects.frame_temperature import FrameTemperature as FrameTemperature
-from .mechanics.loads.effects.membrane_temperature import MembraneTemperature as MembraneTemperature
 from .mechanics.loads.effects.nodal_force import NodalForce as NodalForce
 from .mechanics.loads.effects.piezo_film import PiezoFilm as PiezoFilm
 from .mechanics.loads.effects.piezo_pair import PiezoPair as PiezoPair
 from .mechanics.loads.effects.solar_pressure import SolarPressure as SolarPressure
 from .mechanics.loads.effects.stay_cable import StayCable as StayCable
+from .mechanics.loads.effects.temperature.cables import CableTemperature as CableTemperature
+from .mechanics.loads.effects.temperature.frame import FrameTemperature as FrameTemperature
+from .mechanics.loads.effects.temperature.membrane import MembraneTemperature as MembraneTemperature
 from .mechanics.loads.effects.tension_group import ReeledCables as ReeledCables
 from .mechanics.loads.effects.tension_group import TensionGroup as TensionGroup
 from .mechanics.loads.inputs import Effect as Effect

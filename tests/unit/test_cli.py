@@ -69,6 +69,11 @@ def answer(capsys):
     return run
 
 
+def test_package_runs_as_a_module():
+    done = subprocess.run([sys.executable, "-m", "tautflex", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == tf.__version__
+
+
 def test_check_counts_nodes_and_weighs(film, answer):
     code, found = answer("check", film)
     assert code == 0

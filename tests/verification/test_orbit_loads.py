@@ -150,8 +150,8 @@ def test_modes_on_a_free_hub_are_those_of_the_whole_spacecraft(verification_row)
     on_hub = tf.solve_modes(held, 8, hub=tf.FreeHub(3.0, inertia, center=tuple(place))).frequencies
     free = tf.solve_prestress(frame_with((), (tf.PointMass(node, 3.0, inertia),)))
     wanted = tf.solve_modes(free, 14).frequencies[6:]
-    # Sections of linear beams resist turning as a whole, not bending: 1e-4 of the frequencies.
-    assert on_hub == pytest.approx(wanted, rel=3e-4)
+    # The hub turns beams with their sections, whose turning in bending linear beams leave out: 4e-4 of a frequency.
+    assert on_hub == pytest.approx(wanted, rel=6e-4)
     assert on_hub[0] > 1.001 * tf.solve_modes(held, 8).frequencies[0]
     heavy = tf.solve_modes(held, 8, hub=tf.FreeHub(1e9, (1e9, 1e9, 1e9))).frequencies
     assert heavy == pytest.approx(tf.solve_modes(held, 8).frequencies, rel=1e-6)

@@ -38,6 +38,7 @@ app = App(
 )
 for one in (init, check, keys, modes, tune, run, control, authority, train, evaluate, reproduce, export):
     app.command(one)
+app.register_install_completion_command(add_to_startup=False)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
