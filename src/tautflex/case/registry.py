@@ -209,9 +209,9 @@ def register(cls: Class) -> Class:
     """Make a class of yours known: to case files, and an element or a constitutive law to models.
 
     May stand as a decorator. What the class is, is seen from its base: `Element`, `Law`, `Maneuver`, `Method`,
-    `TimeInput`, `Damping`, `Basis`, `Link`, `Sensor`, `ControlLaw` or `Task`. Its name in a case file is that of the class
-    in small letters with hyphens, or its attribute ``kind``; its fields are the keys, its docstring is their help, and
-    an `InputError` of its ``__post_init__`` is the message about a wrong value.
+    `TimeInput`, `Damping`, `Basis`, `Link`, `Sensor`, `ControlLaw` or `Task`. Its name in a case file is that of
+    the class in small letters with hyphens, or its attribute ``kind``; its fields are the keys, its docstring is their
+    help, and an `InputError` of its ``__post_init__`` is the message about a wrong value.
 
     Parameters
     ----------
