@@ -35,6 +35,7 @@ from .control.laws.lqg import LQG as LQG
 from .control.laws.lqr import LQR as LQR
 from .control.laws.mpc import MPC as MPC
 from .control.laws.pd import PD as PD
+from .control.laws.policy import PolicyLaw as PolicyLaw
 from .control.laws.ppf import PositivePositionFeedback as PositivePositionFeedback
 from .control.laws.shaped_reference import ShapedReference as ShapedReference
 from .control.laws.stiffness_switching import StiffnessSwitching as StiffnessSwitching
@@ -58,6 +59,11 @@ from .control.sensors.velocity import Velocity as Velocity
 from .control.signals import Channel as Channel
 from .control.signals import LoopSpec as LoopSpec
 from .control.signals import Reference as Reference
+from .control.tasks.hold import HoldTask as HoldTask
+from .control.tasks.policy import Policy as Policy
+from .control.tasks.slew import SlewTask as SlewTask
+from .control.tasks.stop import StopTask as StopTask
+from .control.tasks.task import Task as Task
 from .elements import Element as Element
 from .elements import ElementBlock as ElementBlock
 from .elements import InertiaPoints as InertiaPoints
@@ -83,6 +89,13 @@ from .files.netcdf import load as load
 from .files.netcdf import load_run as load_run
 from .files.netcdf import save as save
 from .files.vtu import write_vtu as write_vtu
+from .learning.functional import FunctionalTwin as FunctionalTwin
+from .learning.judging.evaluate import evaluate as evaluate
+from .learning.judging.scenarios import Scenario as Scenario
+from .learning.judging.tune import Tuned as Tuned
+from .learning.judging.tune import tune_law as tune_law
+from .learning.train import Trained as Trained
+from .learning.train import train as train
 from .mechanics.dampings.damping import Damping as Damping
 from .mechanics.dampings.damping import LinearStructure as LinearStructure
 from .mechanics.dampings.matrix import DampingMatrix as DampingMatrix

@@ -87,6 +87,32 @@ def test_plant_method_and_maneuver_must_have_a_batched_form(state):
         batch.response(**GRID)({"maneuver.rate": 1.0})
 
 
+def test_hubs_and_inputs_must_have_a_batched_form(state):
+    body = {"mass": 20.0, "inertia": (4.0, 5.0, 6.0)}
+    with pytest.raises(UnsupportedError, match=r"prescribed motion for the full model .*, got FreeHub"):
+        tf.Batch(state).simulate({}, tf.FreeHub(**body, axes="x"), **GRID)
+    batch = tf.Batch(tf.reduce(state, tf.ModalBasis(directions=("rx",), count=1)))
+    explicit = {"method": tf.CentralDifference(), **GRID}
+    with pytest.raises(UnsupportedError, match="axes = 'free'"):
+        batch.simulate({}, tf.FreeHub(**body), **explicit)
+    with pytest.raises(UnsupportedError, match="torque of three numbers"):
+        batch.simulate({}, tf.FreeHub(**body, axes="x", torque=lambda time, state: (0, 0, 0)), **explicit)
+    with pytest.raises(UnsupportedError, match=r"method: expected CentralDifference\(\) on a free hub"):
+        batch.simulate({}, tf.FreeHub(**body, axes="x"), method=tf.Newmark(), **GRID)
+    with pytest.raises(InputError, match=r"'hub.inertia' > 0 kg m\^2, got -1\.0"):
+        batch.simulate({"hub.inertia": -1.0}, tf.FreeHub(**body, axes="x"), **explicit)
+    with pytest.raises(UnsupportedError, match=r"inputs: expected inputs that are linear.*MembranePressure"):
+        batch.simulate({}, inputs=[tf.MembranePressure(1.0)], **explicit)
+    wave = tf.NodalForce([0], lambda time: np.sin(float(time)), direction=(0, 0, 1))
+    with pytest.raises(UnsupportedError, match=r"function of jax\.numpy .* NodalForce number 1"):
+        batch.simulate({}, inputs=[wave], **explicit)
+    pull = [tf.CableTension(1.0, [0])]
+    with pytest.raises(UnsupportedError, match=r"none that changes the stiffness .*, got tension_x"):
+        batch.simulate({"tension_x": 1.1}, inputs=pull, **explicit)
+    with pytest.raises(InputError, match=r"expected names among.*inputs\.1, inputs\.1\.values, got 'inputs\.2'"):
+        batch.simulate({"inputs.2": 1.1}, inputs=pull, **explicit)
+
+
 def test_nonlinear_laws_are_refused():
     film = tf.MembraneSection(tf.Material(3.5e9, 1530.0, 0.34), 1e-4, law="tension-field")
     nodes = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0.4, 0.4, 0]]

@@ -23,7 +23,7 @@ def check_names(
 ) -> None:
     """Raise InputError on a name that nothing answers to."""
     factors = *_FACTORS, *(f"{name}.{kind}" for name in _BY_KIND for kind in kinds)
-    known = *factors, *damping, *(f"maneuver.{name}" for name in history.numbers)
+    known = *factors, *damping, *history.numbers
     for name in names:
         if name not in known:
             raise InputError(f"parameters: expected names among {', '.join(known)}, got {name!r}")
@@ -40,7 +40,7 @@ def checked_numbers(
     if not isinstance(given, Mapping):
         raise InputError(f"parameters: expected a mapping such as {{'tension_x': [0.9, 1.0]}}, got {given!r}")
     check_names(given, kinds, history, damping)
-    own = {**damping, **{f"maneuver.{name}": value for name, value in history.numbers.items()}}
+    own = {**damping, **history.numbers}
     arrays, axes, runs = {}, {}, 1
     for name, value in given.items():
         array = checks.numbers(f"parameters: {name!r}", value)

@@ -15,6 +15,7 @@ from tautflex.batch.chunks import ChunkRunner, usual_chunk
 from tautflex.batch.damping import BatchDamping
 from tautflex.batch.equations.equation import STORED, EachRun
 from tautflex.batch.equations.full import FullPlant
+from tautflex.batch.equations.inputs import BatchInputs
 from tautflex.batch.equations.rate_history import rate_history
 from tautflex.batch.equations.reduced import ReducedPlant
 from tautflex.batch.equations.stability import full_fall, instability_text
@@ -23,11 +24,16 @@ from tautflex.batch.output.dataset import to_dataset
 from tautflex.batch.output.response import March, Response, response_function
 from tautflex.batch.parameters import check_names, checked_numbers, each_row
 from tautflex.batch.steps.explicit import ExplicitMarch
+from tautflex.batch.steps.hub import HubMarch
 from tautflex.batch.steps.implicit import ImplicitMarch
-from tautflex.errors import NotConvergedError, UnsupportedError
+from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex.mechanics.loads.inputs import InputSet
+from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import Maneuver
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.solvers.static.prestress import PrestressedState, in_short
+from tautflex.solvers.transient.accuracy.between import doubts_about_inputs
+from tautflex.solvers.transient.free_hub.record import check_coupling
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import TransientProblem
@@ -35,11 +41,11 @@ from tautflex.solvers.transient.status import Status
 from tautflex.text import shown
 
 # Keywords of `tautflex.simulate` that ask for what a batch does not do.
-_NOT_IN_A_BATCH = frozenset({"adaptive", "every", "fields", "initial_imperfection", "inputs", "max_halvings"})
+_NOT_IN_A_BATCH = frozenset({"adaptive", "every", "fields", "initial", "initial_imperfection", "max_halvings"})
 
 
 class Batch:
-    """Runs of one structure with other tensions, moduli, densities, damping and maneuvers, all at once.
+    """Runs of one structure with other tensions, moduli, densities, damping, maneuvers, hubs and inputs, all at once.
 
     Parameters
     ----------
@@ -67,7 +73,7 @@ class Batch:
         return f"Batch({shown(self._model) if isinstance(self._model, ReducedModel) else in_short(self._model)})"
 
     def response(
-        self, maneuver: Maneuver | None = None, *, store: Sequence[str] = STORED, **question: Any
+        self, maneuver: Maneuver | FreeHub | None = None, *, store: Sequence[str] = STORED, **question: Any
     ) -> Callable[[Mapping[str, Any]], Response]:
         """One run as a pure function of its parameters, for `jax.grad`, `jax.jit` and `jax.vmap`.
 
@@ -112,7 +118,7 @@ class Batch:
     def simulate(
         self,
         parameters: Mapping[str, ArrayLike],
-        maneuver: Maneuver | None = None,
+        maneuver: Maneuver | FreeHub | None = None,
         *,
         store: Sequence[str] = STORED,
         chunk: int | None = None,
@@ -128,9 +134,12 @@ class Batch:
             (``.cable``, ``.beam``) and ``"density.membrane"`` are factors of the state; the numbers of the damping
             (``"damping.alpha"``, ``"damping.beta"``; ``"damping.ratio"``) and of the maneuver, such as
             ``"maneuver.rate"``, replace those of the arguments. Proportional damping follows the factors of the state,
-            the vectors of modal damping are those of the state as given.
+            the vectors of modal damping are those of the state as given. Of a hub ``"hub.torque"`` [N m],
+            ``"hub.angular_velocity"`` [rad/s] and ``"hub.inertia"`` (about its axis through the origin) [kg m^2]; of
+            input number k a factor ``"inputs.k"``, and ``"inputs.k.values"``, its constant numbers or the rows of its
+            table.
         maneuver
-            Prescribed rigid motion; None is none.
+            Prescribed rigid motion, or for a reduced model a `FreeHub` of one axis; None is none.
         store
             What the result holds, of ``"displacement"``, ``"velocity"`` and ``"energy"``.
         chunk
@@ -138,14 +147,14 @@ class Batch:
         throw
             Raise when a run fails; False returns all, failed ones labelled and NaN from where they failed.
         question
-            As for `tautflex.simulate`: ``time_step``, ``end_time``, ``method``, ``damping``, ``coupling``, ``probes``,
-            ``probe_reading``, ``initial_velocity``, ``tolerance``.
+            As for `tautflex.simulate`: ``time_step``, ``end_time``, ``method``, ``damping``, ``coupling``, ``inputs``,
+            ``probes``, ``probe_reading``, ``initial_velocity``, ``tolerance``.
 
         Returns
         -------
         xarray.Dataset
             Variables of `tautflex.simulate` with a dimension ``run``, and ``status`` of each run; ``attrs["warnings"]``
-        says whether starts are unstable.
+            says whether starts are unstable. On a hub ``angle``, ``attitude`` and ``angular_velocity`` too.
 
         Raises
         ------
@@ -163,6 +172,11 @@ class Batch:
         for row in each_row("maneuver.", arrays, axes, runs):
             # The maneuver itself refuses numbers that are out of range.
             replace(problem.maneuver, **row)  # type: ignore[type-var]
+        if "hub.inertia" in arrays and arrays["hub.inertia"].min() <= 0.0:
+            raise InputError(
+                f"parameters: expected 'hub.inertia' > 0 kg m^2, got {float(arrays['hub.inertia'].min())!r}"
+            )
+        asked.inputs.check(each_row("inputs.", arrays, axes, runs))
         of_damping, rows = damping.of_rows(arrays, axes, runs)
         others = {name: array for name, array in arrays.items() if name not in damping.defaults}
         fixed = {name: np.asarray(value, dtype=float) for name, value in asked.defaults.items()}
@@ -173,14 +187,19 @@ class Batch:
         record = self._run(asked.function, asked.key, numbers, differ, runs, at_once)
         data = to_dataset(record, arrays, axes, runs, problem)
         falls = _full_falls(self._plant, problem, arrays, axes, runs) if record.fall is None else record.fall
-        data.attrs["warnings"] = [*problem.doubts, *instability_text(np.asarray(falls))]
+        data.attrs["warnings"] = [*problem.doubts, *asked.doubts, *instability_text(np.asarray(falls))]
         failed = int(np.sum(data["status"].values != Status.COMPLETED.value))
         if failed and throw:
             raise NotConvergedError(f"{failed} of {runs} runs: {Status.NOT_CONVERGED.message}", result=data)
         return data
 
-    def _problem(self, maneuver: Maneuver | None, question: Mapping[str, Any]) -> TransientProblem:
+    def _problem(self, maneuver: Maneuver | FreeHub | None, question: Mapping[str, Any]) -> TransientProblem:
         """The question that all runs answer; UnsupportedError for what a batch does not do."""
+        if isinstance(maneuver, FreeHub) and isinstance(self._plant, FullPlant):
+            raise UnsupportedError(
+                "maneuver: expected a prescribed motion for the full model in a batch, got FreeHub(...); "
+                "Batch(reduce(state)) takes it, or simulate one by one"
+            )
         for name in _NOT_IN_A_BATCH & question.keys():
             raise UnsupportedError(f"{name}: expected no such keyword in a batch, got it; simulate runs one by one")
         return TransientProblem.asked(self._model, maneuver, question)
@@ -205,14 +224,18 @@ class _Asked:
         store = checks.several("store", store, str, repr(STORED[0]))
         for name in store:
             checks.one_of("store", name, STORED)
-        self.history = history = rate_history(problem.maneuver)
+        self.inputs = inputs = BatchInputs(InputSet(plant.state.system, problem.inputs))
+        self.history = history = inputs.driving(rate_history(problem.maneuver))
         velocity = problem.velocity
         if isinstance(plant, ReducedPlant):
             velocity = plant.rom.coordinates(velocity)
             plant.rom.arrays(problem.damping)  # refuses what no reduced model can do
-        self.function = response_function(plant, problem, history, velocity, store, march_of)
+        if history.hub is not None:
+            check_coupling(problem.coupling)
+        self.function = response_function(plant, problem, history, inputs, velocity, store, march_of)
+        self.doubts = _doubts(plant, problem, inputs) if inputs else []
         self.damping = BatchDamping(problem.damping, plant.state.linear)
-        self.defaults = {f"maneuver.{name}": value for name, value in history.numbers.items()}
+        self.defaults = history.numbers
         # What tells the compiled function from others.
         self.key: Hashable = (
             history.key,
@@ -229,6 +252,17 @@ class _Asked:
         )
 
 
+def _doubts(plant: FullPlant | ReducedPlant, problem: TransientProblem, inputs: BatchInputs) -> list[str]:
+    """What to know about inputs, in words, as in a single run with the signals that were given."""
+    found = doubts_about_inputs(inputs.given, problem)
+    if not isinstance(problem.maneuver, FreeHub):
+        found += inputs.given.idle()
+    if isinstance(plant, ReducedPlant):
+        beta = float(problem.damping.matrix(plant.state.linear).stiffness)
+        found += plant.of_inputs(inputs).doubts(problem.count * problem.time_step, beta)
+    return found
+
+
 def _march_of(plant: FullPlant | ReducedPlant, problem: TransientProblem) -> Callable[[Any], March]:
     """What makes the steps of an equation."""
     method, step = problem.method, problem.time_step
@@ -238,7 +272,12 @@ def _march_of(plant: FullPlant | ReducedPlant, problem: TransientProblem) -> Cal
                 "method: expected an implicit method for the full model in a batch, got CentralDifference(), whose "
                 "stable step is thousands of times smaller; Batch(reduce(state)) takes it"
             )
-        return lambda equation: ExplicitMarch(equation, step)
+        hub = isinstance(problem.maneuver, FreeHub)
+        return lambda equation: (HubMarch if hub else ExplicitMarch)(equation, step)
+    if isinstance(problem.maneuver, FreeHub):
+        raise UnsupportedError(
+            f"method: expected CentralDifference() on a free hub in a batch, got {method!r}; simulate one by one"
+        )
     if not isinstance(method, Method) or method.average_stress:
         raise UnsupportedError(
             "method: expected Newmark, HHT, GeneralizedAlpha, WilsonTheta, Bathe or, for a reduced model, "

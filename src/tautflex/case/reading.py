@@ -89,7 +89,7 @@ def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case"
         reason = one_line(str(error))[:120]
         raise CaseError(f"{source}: not readable as TOML: {reason}; start from `tautflex init`") from None
     _require_shallow(values, source)
-    for section in ("maneuver", "mesh", "inputs"):
+    for section in ("maneuver", "mesh", "inputs", "controller"):
         _place_files(values.get(section), directory)
     for override in overrides:
         _apply(values, override)

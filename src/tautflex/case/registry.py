@@ -164,6 +164,7 @@ CONTROLLERS = Registry(
         "lqr": "control.laws.lqr:LQR",
         "lqg": "control.laws.lqg:LQG",
         "mpc": "control.laws.mpc:MPC",
+        "policy": "control.laws.policy:PolicyLaw",
         "positive-position-feedback": "control.laws.ppf:PositivePositionFeedback",
         "independent-modal-control": "control.laws.imsc:IndependentModalControl",
         "tension-damping": "control.laws.tension_damping:TensionDamping",
@@ -190,7 +191,16 @@ ACTUATORS = _Driven(
     ("control.actuators.hub_torque:HubTorque",),
     {"hub-torque": "control.actuators.hub_torque:HubTorque"},
 )
-_ALL = (MANEUVERS, METHODS, INPUTS, DAMPINGS, BASES, LINKS, SENSORS, CONTROLLERS)
+TASKS = Registry(
+    "task",
+    ("control.tasks.task:Task",),
+    {
+        "slew": "control.tasks.slew:SlewTask",
+        "stop": "control.tasks.stop:StopTask",
+        "hold": "control.tasks.hold:HoldTask",
+    },
+)
+_ALL = (MANEUVERS, METHODS, INPUTS, DAMPINGS, BASES, LINKS, SENSORS, CONTROLLERS, TASKS)
 # Classes for models, which keep their own lists.
 _PARTS = {"elements:Element": "elements:register_element", "elements:Law": "elements:register_law"}
 
@@ -199,9 +209,9 @@ def register(cls: Class) -> Class:
     """Make a class of yours known: to case files, and an element or a constitutive law to models.
 
     May stand as a decorator. What the class is, is seen from its base: `Element`, `Law`, `Maneuver`, `Method`,
-    `TimeInput`, `Damping`, `Basis`, `Link`, `Sensor` or `ControlLaw`. Its name in a case file is that of the class in
-    small letters with hyphens, or its attribute ``kind``; its fields are the keys, its docstring is their help, and an
-    `InputError` of its ``__post_init__`` is the message about a wrong value.
+    `TimeInput`, `Damping`, `Basis`, `Link`, `Sensor`, `ControlLaw` or `Task`. Its name in a case file is that of
+    the class in small letters with hyphens, or its attribute ``kind``; its fields are the keys, its docstring is their
+    help, and an `InputError` of its ``__post_init__`` is the message about a wrong value.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from tautflex.case import memory
 from tautflex.case.loop_rules import loop_contradictions
 from tautflex.case.messages import meaning, require_names, show
 from tautflex.case.section import Section, key
-from tautflex.case.sections.control import Actuator, Controller, Hub, Loop, Sensor
+from tautflex.case.sections.control import Actuator, Controller, Hub, Loop, Sensor, Task
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
 from tautflex.case.sections.links import Link, Spring
@@ -91,6 +91,7 @@ class Case(Section):
         SerializeAsAny[Controller] | tuple[SerializeAsAny[Controller], ...] | None,
         BeforeValidator(Controller.one_or_more),
     ] = key("[controller] section, or [[controller]] sections", None, None)
+    task: Annotated[SerializeAsAny[Task] | None, BeforeValidator(Task.from_table)] = key("[task] section", None, None)
     loop: Loop = key("[loop] section", default=Loop())
     output: Output = key("[output] section", default=Output())
     reduction: Annotated[SerializeAsAny[Reduction] | None, BeforeValidator(Reduction.from_table)] = key(

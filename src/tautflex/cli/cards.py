@@ -124,6 +124,40 @@ def show_authority(case: Path, answer: Mapping[str, Any]) -> None:
         say(f"note: {remark}")
 
 
+def show_training(case: Path, answer: Mapping[str, Any]) -> None:
+    """Print what a training came to."""
+    rows = _rows()
+    rows.add_row("cost", f"{answer['cost']:.4g} on episodes kept apart, {answer['start_cost']:.4g} of the law alone")
+    rows.add_row("iterations", f"{answer['iterations']}, {answer['skipped']} of them without a slope")
+    rows.add_row("policy", answer["digest"])
+    _card(f"{case.name}: trained", rows)
+    list_files(answer["files"])
+
+
+def show_evaluation(case: Path, answer: Mapping[str, Any]) -> None:
+    """Print how laws did, best first."""
+    table = Table(title=f"{case.name}: {answer['scenarios']} episodes", title_style="bold")
+    columns = "law", "cost", "95 %", "worst", "gap", "settles [s]", "rms [µm]", "failed"
+    for name in columns:
+        table.add_column(name, justify="left" if name == "law" else "right")
+    for name, one in sorted(answer["laws"].items(), key=lambda item: item[1]["cost"]):
+        settles, rms, gap = one["settling_time"], one["surface_rms"], one["gap"]
+        table.add_row(
+            name,
+            f"{one['cost']:.3f}",
+            "{:.3f} to {:.3f}".format(*one["interval"]),
+            f"{one['worst_cost']:.3f}",
+            "-" if gap is None else f"{gap:+.3f}",
+            "-" if settles is None else f"{settles:.2f}",
+            "-" if rms is None else f"{rms * 1e6:.3g}",
+            f"{one['failures']}",
+        )
+    Console().print(table)
+    for failure in answer["failures"]:
+        say(f"failed: {failure}")
+    list_files(answer["files"])
+
+
 def _reading(reading: Mapping[str, Any]) -> str:
     if reading["amplitude"] is None:
         return "too few samples"

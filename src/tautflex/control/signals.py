@@ -174,12 +174,15 @@ class Reference(NamedTuple):
         [s].
     attitude, rate, acceleration
         Rotation vector [rad], angular velocity [rad/s] and acceleration [rad/s^2] about the hub's axes, shapes (axes,).
+    goal
+        Attitude at the end of the maneuver [rad]; None where it has none.
     """
 
     time: float
     attitude: Array
     rate: Array
     acceleration: Array
+    goal: Array | None = None
 
     @property
     def numbers(self) -> Array:

@@ -124,6 +124,8 @@ LOOP: Variables = {
 _OF_RUN = [*(n + suffix for suffix in ("", "_velocity") for n in "uvw"), "kinetic_energy", "strain_energy"]
 BATCH: Variables = {
     **{name: RUN[name]._replace(dims=("run", *RUN[name].dims)) for name in _OF_RUN},
+    **{name: HUB[name]._replace(dims=("run", *HUB[name].dims)) for name in ("attitude", "angular_velocity")},
+    "angle": _of("run time", "rad", "angle that a hub of one axis has turned through"),
     "status": _of("run", "", ""),
     "iterations": _of("run", "1", "nonlinear iterations"),
     "maneuver_end": _of("run", "s", "end of the maneuver"),

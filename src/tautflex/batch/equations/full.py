@@ -17,10 +17,12 @@ from jax.scipy.sparse.linalg import cg
 from scipy.linalg import eigh
 
 from tautflex.batch.equations.equation import EachRun, Forces, Sample, damping_kinds
+from tautflex.batch.equations.inputs import BatchInputs
 from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin
 from tautflex.batch.gather import collect, gather_table, multiply, shared_rows
 from tautflex.batch.library import jax
 from tautflex.errors import UnsupportedError
+from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import unit_axis
 from tautflex.numeric import cross_matrix
@@ -79,10 +81,22 @@ class FullPlant:
         return {kind: tuple(np.sum(phi * (matrix(one) @ phi), axis=0) for one in pair) for kind, pair in parts.items()}
 
     def equation(
-        self, numbers: Numbers, each: EachRun, history: RateHistory, coupling: Coupling, probes: ProbeSet
+        self,
+        numbers: Numbers,
+        each: EachRun,
+        history: RateHistory,
+        coupling: Coupling,
+        probes: ProbeSet,
+        inputs: BatchInputs,
     ) -> FullEquation:
-        """Equation of one run."""
-        return FullEquation(self, numbers, self._inertia(history.axis, history.origin), coupling, probes)
+        """Equation of one run; UnsupportedError where a parameter would change the stress of an input."""
+        changed = [name for name in numbers if name.startswith("youngs_modulus")]
+        if inputs.given.columns and changed:
+            raise UnsupportedError(
+                f"parameters: expected none that changes what inputs of tension or temperature do, got "
+                f"{', '.join(changed)}; simulate one by one"
+            )
+        return FullEquation(self, numbers, self._inertia(history.axis, history.origin), coupling, probes, inputs.given)
 
 
 class _Inertia:
@@ -108,8 +122,15 @@ class FullEquation:
     """Equation (49) of one run, whose factors and damping may be traced."""
 
     def __init__(
-        self, plant: FullPlant, numbers: Numbers, inertia: _Inertia, coupling: Coupling, probes: ProbeSet
+        self,
+        plant: FullPlant,
+        numbers: Numbers,
+        inertia: _Inertia,
+        coupling: Coupling,
+        probes: ProbeSet,
+        inputs: InputSet,
     ) -> None:
+        self._pattern, self._given = jnp.asarray(inputs.pattern), inputs.columns
         self.size, self._plant, self._coupling = plant.size, plant, coupling
         self._probes = jnp.asarray(probes.map.toarray())
         self._alpha, self._beta, self._weights, self._vectors = (
@@ -136,16 +157,22 @@ class FullEquation:
             self._besides = sum(density[kind] * inertia.values[kind][0] * m for kind, (m, _) in self._by_kind.items())
         self._mass_diagonal = jnp.where(self._columns == jnp.arange(self.size)[:, None], self._mass, 0.0).sum(axis=1)
 
-    def _internal(self, q: Array, v: Array) -> tuple[Array, Array, Array]:
-        """Internal force above the reference, that of stiffness damping, and strain energy above the reference."""
+    def _internal(self, q: Array, v: Array, u: Any) -> tuple[Array, Array, Array]:
+        """Internal force above the reference, that of stiffness damping, and strain energy above the reference.
+
+        Stresses of inputs with numbers u, shape (n,), are part of the elastic ones.
+        """
         place, rate = jnp.append(q, 0.0), jnp.append(v, 0.0)
         elastic, viscous, energy = [], [], jnp.zeros(())
         plant = self._plant
-        for block, places, stress, stiff in zip(plant.blocks, plant.places, self._stress, self._stiff, strict=True):
+        parts = zip(plant.blocks, plant.places, self._stress, self._stiff, strict=True)
+        for number, (block, places, stress, stiff) in enumerate(parts):
             g = jnp.einsum("egd,ed->eg", block.gradient, place[places])
             slope = jnp.einsum("sij,ej->esi", block.quadratic, g)
             strain = g @ block.linear.T + 0.5 * jnp.einsum("esi,ei->es", slope, g)
-            added = jnp.einsum("est,et->es", stiff, strain)
+            elastic_stress = jnp.einsum("est,et->es", stiff, strain)
+            given = self._given[number] @ u if number in self._given and not isinstance(u, tuple) else 0.0
+            added = elastic_stress + given
             # B' sigma less its value at zero unknowns.
             conjugate = added @ block.linear + jnp.einsum("esi,es->ei", slope, stress + added)
             change = jnp.einsum("egd,ed->eg", block.gradient, rate[places])
@@ -157,7 +184,7 @@ class FullEquation:
             elastic.append(jnp.einsum("egd,eg->ed", block.gradient, volume * conjugate).ravel())
             viscous.append(jnp.einsum("egd,eg->ed", block.gradient, volume * resisting).ravel())
             second_order = 0.5 * jnp.einsum("esi,ei->es", slope, g)
-            energy += jnp.sum(volume * (0.5 * added * strain + stress * second_order))
+            energy += jnp.sum(volume * ((0.5 * elastic_stress + given) * strain + stress * second_order))
         elastic_force, viscous_force = (collect(jnp.concatenate(parts), plant.table) for parts in (elastic, viscous))
         return elastic_force, viscous_force, energy
 
@@ -176,16 +203,23 @@ class FullEquation:
         return total
 
     def frame(self, q: Array, v: Array, spin: Spin) -> Array:
-        """Part of the forces that jumps with the motion, shape (n,)."""
-        return self._turning(q, v, spin) + self._load(spin)
+        """Part of the forces that jumps with the motion and the inputs, shape (n,)."""
+        force = self._turning(q, v, spin) + self._load(spin)
+        if isinstance(spin.inputs, tuple):
+            return force
+        still = jnp.zeros_like(v)
+        stressed = self._internal(q, still, spin.inputs)[0] - self._internal(q, still, ())[0] if self._given else 0.0
+        return force - self._pattern @ spin.inputs + stressed
 
     def predicted(self, q: Array, v: Array, spin: Spin) -> None:
         """Nothing is predicted."""
 
     def forces(self, q: Array, v: Array, spin: Spin, predicted: None) -> Forces:
         """All forces but inertia."""
-        elastic, viscous, _ = self._internal(q, v)
+        elastic, viscous, _ = self._internal(q, v, spin.inputs)
         load = self._load(spin)
+        if not isinstance(spin.inputs, tuple):
+            load = load - self._pattern @ spin.inputs
         total = elastic + viscous + self._alpha * self.mass(v) + self._turning(q, v, spin) + load
         if self._by_kind:
             total += multiply(self._columns, self._besides, v)
@@ -220,5 +254,5 @@ class FullEquation:
         looked = {"displacement": q, "velocity": v}
         found = {name: (self._probes @ part).reshape(-1, 3) for name, part in looked.items() if name in store}
         if "energy" in store:
-            found["energy"] = jnp.stack([0.5 * v @ self.mass(v), self._internal(q, v)[2]])
+            found["energy"] = jnp.stack([0.5 * v @ self.mass(v), self._internal(q, v, spin.inputs)[2]])
         return found

@@ -1,4 +1,4 @@
-"""Rotations about a fixed line as functions of time and of numbers that may be traced.
+"""What drives a run, as functions of time and of numbers that may be traced: rotation about a line, or a free hub.
 
 Maneuvers that are a formula bring it along (`tautflex.FixedAxis`): a step knows an instant inside its stretch, and the
 formula masks what does not hold there. Tables are interpolated here, by matrices that multiply their rates.
@@ -7,7 +7,7 @@ formula masks what does not hold there. Tables are interpolated here, by matrice
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import singledispatch
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -19,6 +19,7 @@ from scipy.interpolate import CubicSpline
 from tautflex.batch.library import jax
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.motion.fixed_axis import FixedAxis
+from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, unit_axis
 from tautflex.motion.tabulated import Tabulated
 
@@ -27,11 +28,23 @@ Numbers = dict[str, Any]
 
 
 class Spin(NamedTuple):
-    """Angular rate [rad/s], acceleration and square of the rate [rad/s^2] about the axis; forces are linear in them."""
+    """What drives a run at an instant; forces are linear in it.
+
+    Parameters
+    ----------
+    rate, acceleration, square
+        Angular rate [rad/s], acceleration and square of the rate [rad/s^2] about the axis.
+    inputs
+        Numbers of the inputs, shape (n,); (): there are none.
+    torque
+        On a free hub [N m]; (): the motion is prescribed, else ``rate`` is that at the start.
+    """
 
     rate: Any
     acceleration: Any
     square: Any
+    inputs: Any = ()
+    torque: Any = ()
 
 
 def spin_of(rate: Any, acceleration: Any) -> Spin:
@@ -57,6 +70,10 @@ class RateHistory:
         Numbers -> instants where the motion may jump, any order, shape (k,).
     spin
         (numbers, time, an instant inside the stretch) -> motion; smooth in time within the stretch and beyond it.
+    jumps
+        Instants of everything else where forces may jump [s].
+    hub
+        The free hub, whose motion is part of the answer.
     """
 
     axis: tuple[float, float, float]
@@ -66,28 +83,94 @@ class RateHistory:
     start: Callable[[Numbers], Any] | None
     breaks: Callable[[Numbers], Any]
     spin: Callable[[Numbers, Any, Any], Spin]
+    jumps: tuple[float, ...] = ()
+    hub: FreeHub | None = None
+
+    def named(self, prefix: str) -> RateHistory:
+        """The same with numbers whose names begin so."""
+        start = self.start
+
+        def own(numbers: Numbers) -> Numbers:
+            return {name: numbers[prefix + name] for name in self.numbers}
+
+        return replace(
+            self,
+            numbers={prefix + name: value for name, value in self.numbers.items()},
+            start=None if start is None else lambda numbers: start(own(numbers)),
+            breaks=lambda numbers: self.breaks(own(numbers)),
+            spin=lambda numbers, time, inside: self.spin(own(numbers), time, inside),
+        )
+
+    def edges(self, numbers: Numbers) -> Any:
+        """Instants that steps end on, in any order [s], shape (k,)."""
+        return jnp.concatenate([self.breaks(numbers), jnp.asarray(self.jumps)])
 
     def end(self, numbers: Numbers) -> Any:
         """Last instant where the motion may jump [s]; 0 without any."""
         return jnp.max(self.breaks(numbers), initial=0.0)
 
 
-@singledispatch
 def rate_history(maneuver: Any) -> RateHistory:
-    """Rate history of a maneuver; UnsupportedError if it is neither a formula nor rates about one axis."""
+    """Rate history of a maneuver, or of a free hub; UnsupportedError for what has no batched form."""
+    return _own_history(maneuver).named("hub." if isinstance(maneuver, FreeHub) else "maneuver.")
+
+
+@singledispatch
+def _own_history(maneuver: Any) -> RateHistory:
     raise UnsupportedError(
         f"maneuver: expected Stop, Slew, SpinUp or another FixedAxis, or Tabulated rates about one axis, got "
         f"{maneuver!r}; sample it: Tabulated(times, rates)"
     )
 
 
-@rate_history.register
+@_own_history.register
 def _(maneuver: AtRest) -> RateHistory:
     nothing, axis = Spin(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
     return RateHistory(axis, (0.0, 0.0, 0.0), {}, "rest", None, lambda _: jnp.zeros(0), lambda *_: nothing)
 
 
-@rate_history.register
+@_own_history.register
+def _(maneuver: FreeHub) -> RateHistory:
+    """Torque and spin at the start about the axis, and the hub's moment of inertia about it."""
+    if maneuver.axes not in ("x", "y", "z"):
+        raise UnsupportedError(
+            f"maneuver: expected a hub that turns about one axis in a batch (axes = 'x', 'y' or 'z'), got axes = "
+            f"{maneuver.axes!r}; simulate one by one"
+        )
+    if maneuver.feedback:
+        raise UnsupportedError(
+            "maneuver: expected a torque of three numbers on a hub in a batch, got a function; give 'hub.torque' per "
+            "run, a table of forces on held nodes as inputs, or simulate one by one"
+        )
+    place = "xyz".index(maneuver.axes)
+    line = np.eye(3)[place]
+    offset = np.cross(line, maneuver.center)
+    numbers = {
+        "torque": float(maneuver.wrench()[3 + place]),
+        "angular_velocity": float(maneuver.angular_velocity[place]),
+        "inertia": float(maneuver.tensor[place, place] + maneuver.mass * offset @ offset),
+    }
+
+    def spin(numbers: Numbers, time: Any, inside: Any) -> Spin:
+        return Spin(numbers["angular_velocity"], 0.0, 0.0, torque=numbers["torque"])
+
+    def start(numbers: Numbers) -> Any:
+        return numbers["angular_velocity"]
+
+    return RateHistory(
+        tuple(line.tolist()),
+        (0.0, 0.0, 0.0),
+        numbers,
+        "hub",
+        start,
+        lambda _: jnp.zeros(0),
+        spin,
+        tuple(instant for instant in maneuver.breaks if instant > 0.0),
+        maneuver,
+    )
+
+
+@_own_history.register
 def _(maneuver: FixedAxis) -> RateHistory:
     """The maneuver's own formula, its numbers traced."""
     numbers = maneuver.numbers
@@ -113,7 +196,7 @@ def _(maneuver: FixedAxis) -> RateHistory:
     )
 
 
-@rate_history.register
+@_own_history.register
 def _(maneuver: Tabulated) -> RateHistory:
     """Cubic splines through rates are linear in the rates, so their matrices are computed once."""
     axis = unit_axis(maneuver.axis)

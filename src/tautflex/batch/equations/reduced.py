@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache, reduce
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
-from tautflex.batch.equations.assembly import PULL, TURN, Assembly
-from tautflex.batch.equations.equation import EachRun, Forces, Sample, damping_kinds
-from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin
+from tautflex.batch.equations.assembly import Assembly
+from tautflex.batch.equations.equation import EachRun, damping_kinds
+from tautflex.batch.equations.hub import HubEquation
+from tautflex.batch.equations.input_terms import InputTerms
+from tautflex.batch.equations.inputs import BatchInputs
+from tautflex.batch.equations.rate_history import Numbers, RateHistory
+from tautflex.batch.equations.reduced_equation import Damping, ReducedEquation, Shared
 from tautflex.batch.library import jax
-from tautflex.batch.steps.products import Monomials, norm, one_by_one, product, refined, settled, transposed
+from tautflex.batch.steps.products import Monomials, one_by_one
+from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
+from tautflex.reduction.inputs import ReducedInputs
 from tautflex.reduction.polynomial.condensation import CondensedModel, Factors
 from tautflex.reduction.polynomial.fields import Fields
 from tautflex.reduction.polynomial.model import ReducedModel
@@ -27,29 +33,6 @@ Array = jax.Array
 _STRUCTURE = ("tension", "youngs_modulus", "density", "damping.mass.", "damping.stiffness.")
 
 
-class Damping(NamedTuple):
-    """Damping of all runs.
-
-    Parameters
-    ----------
-    alpha, beta
-        Factors of mass and stiffness, shape (runs,).
-    most
-        Largest factor of the stiffness of a kind of element, shape (runs,).
-    weights, vectors
-        Weights of vectors, shape (rank, runs), and these, (rank, r).
-    besides
-        What kinds of element add, see `Assembly`; None where they are alike.
-    """
-
-    alpha: Array
-    beta: Array
-    most: Array
-    weights: Array
-    vectors: Array
-    besides: tuple[Array, Array] | None
-
-
 class ReducedPlant:
     """A reduced model for batches."""
 
@@ -59,24 +42,34 @@ class ReducedPlant:
         self.rom, self.state, self.size, self.pairs = rom, rom.state, rom.size, 1
         self.kinds = tuple(rom.projection.elastic)
         # Second-degree forces of a flat structure are round-off.
-        self.curved = rom.arrays(Rayleigh()).quadratic.size > 0
-        self.cubic, self.viscous = (Fields.of(part, rom.basis.amplitude) for part in rom.fields)
-        self.monomials = Monomials(rom.size)
-        self._assembly = cache(lambda axis, origin, loads: Assembly(rom, axis, origin, self.cubic, self.viscous, loads))
+        curved = rom.arrays(Rayleigh()).quadratic.size > 0
+        cubic, viscous = (Fields.of(part, rom.basis.amplitude) for part in rom.fields)
+        self.shared = Shared(rom.size, Monomials(rom.size), cubic, viscous, curved)
+        self._assembly = cache(lambda axis, origin, loads: Assembly(rom, axis, origin, cubic, viscous, loads))
+        self.of_inputs = cache(lambda inputs: ReducedInputs(rom, inputs.given))
 
     def equation(
-        self, numbers: Numbers, each: EachRun, history: RateHistory, coupling: Coupling, probes: ProbeSet
+        self,
+        numbers: Numbers,
+        each: EachRun,
+        history: RateHistory,
+        coupling: Coupling,
+        probes: ProbeSet,
+        inputs: BatchInputs,
     ) -> ReducedEquation:
-        """Equation of all runs."""
+        """Equation of all runs; UnsupportedError for parameters that change what inputs do."""
         assembly, basis = self._assembly(history.axis, history.origin, coupling.load_by_kind), self.rom.basis
-        readings = jnp.asarray((probes.map @ basis.derivatives.T).T)
+        _refuse_restressed(inputs, numbers)
+        # Forces act on what follows the monomials too: read like probes.
+        looks = np.concatenate([probes.map @ basis.derivatives.T, inputs.given.pattern.T @ basis.derivatives.T])
+        readings = jnp.asarray(looks.T)
 
         def weigh(numbers: Numbers) -> tuple[Any, ...]:
             # Its fields are arrays of the library it was assembled with.
             c, besides = assembly(_factors(numbers, self.kinds), readings, damping_kinds(numbers, self.kinds), jnp)
             modes = _natural_modes(lax.stop_gradient(c.mass), lax.stop_gradient(c.linear))
-            both = (self.cubic, c.cubic), (self.viscous, c.viscous)
-            traces = [self.monomials.trace(fields.full(a)) for fields, a in both]
+            both = (self.shared.cubic, c.cubic), (self.shared.viscous, c.viscous)
+            traces = [self.shared.monomials.trace(fields.full(a)) for fields, a in both]
             return c, besides, modes, (*traces, jnp.max(jnp.sum(jnp.abs(jnp.linalg.inv(c.mass)), axis=0)))
 
         differ = frozenset(name for name in each.differ if name.startswith(_STRUCTURE))
@@ -98,7 +91,38 @@ class ReducedPlant:
         vectors = numbers["damping.vectors"] @ basis.kept.T if len(weights) else jnp.zeros((0, self.size))
         kept = jnp.asarray(probes.map @ basis.kept.T)
         damping = Damping(alpha, beta, most, weights, vectors, besides)
-        return ReducedEquation(self, c, damping, modes, bounds, coupling, assembly.absent, kept)
+        count = len(kept)
+        acting = InputTerms.of(self.of_inputs(inputs), c.follow_quadratic[count:], probes) if inputs else None
+        c = c._replace(follow_quadratic=c.follow_quadratic[:count], follow_load=c.follow_load[:, :count])
+        parts = self.shared, c, damping, modes, bounds, coupling, assembly.absent, kept, acting
+        if history.hub is None:
+            return ReducedEquation(*parts)
+        moment = self._moment(numbers, np.asarray(history.axis)) + jnp.zeros(each.runs)
+        return HubEquation(*parts, moment, inputs.push(np.asarray(history.axis), basis.kept))
+
+    def _moment(self, numbers: Numbers, axis: Any) -> Any:
+        """Moment of inertia of hub and structure at rest about an axis through the origin [kg m^2]."""
+        system = self.state.system
+
+        def about(second: Any) -> Any:
+            return np.trace(second) - axis @ second @ axis
+
+        changes = [
+            (numbers[f"density.{kind}"] - 1.0) * about(system.inertia_of(kind).second_moment)
+            for kind in self.kinds
+            if f"density.{kind}" in numbers
+        ]
+        return numbers["hub.inertia"] + about(system.inertia.second_moment) + sum(changes)
+
+
+def _refuse_restressed(inputs: BatchInputs, numbers: Numbers) -> None:
+    """Raise UnsupportedError where parameters would change what stresses of inputs do."""
+    changed = [name for name in numbers if name.startswith(("tension", "youngs_modulus"))]
+    if inputs.given.columns and changed:
+        raise UnsupportedError(
+            f"parameters: expected none that changes the stiffness beside inputs of tension or temperature, which act "
+            f"through it, got {', '.join(changed)}; simulate one by one"
+        )
 
 
 def _factors(numbers: Numbers, kinds: tuple[str, ...]) -> Factors:
@@ -127,224 +151,3 @@ def _natural_modes(mass: Array, stiffness: Array) -> tuple[Array, Array]:
     half = jax.scipy.linalg.solve_triangular(lower, stiffness, lower=True)
     squares, turn = jnp.linalg.eigh(jax.scipy.linalg.solve_triangular(lower, half.T, lower=True))
     return jax.scipy.linalg.solve_triangular(lower.T, turn, lower=False), squares
-
-
-class ReducedEquation:
-    """Equations of motion of the coordinates of all runs; see :mod:`tautflex.reduction.marching.steps` for the terms.
-
-    Parameters
-    ----------
-    c
-        Condensed model of every run; what all runs share lacks the last axis.
-    damping
-        Damping.
-    modes
-        Natural modes as columns, and squares of their frequencies.
-    bounds
-        Traces of two parts of the tangent as quadratic forms, matrices, and the norm of the inverse of the mass matrix.
-    absent
-        Names and places of turning terms that are zero.
-    kept
-        Readings of the coordinates, shape (n, r).
-    """
-
-    def __init__(
-        self,
-        plant: ReducedPlant,
-        c: CondensedModel,
-        damping: Damping,
-        modes: tuple[Array, Array],
-        bounds: tuple[Array, Array, Array],
-        coupling: Coupling,
-        absent: frozenset[tuple[str, int]],
-        kept: Array,
-    ) -> None:
-        self.size, self._plant, self._c, self._coupling, self._absent = plant.size, plant, c, coupling, absent
-        self._alpha, self._beta, self._most, weights, vectors, besides = damping
-        self._damping = self._alpha * _per_run(c.mass) + self._beta * _per_run(c.linear)
-        (self._phi, self._squares), self._bounds = modes, bounds
-        self._back = transposed(self._phi)
-        self._coupled_modes = len(vectors) > 0 or besides is not None
-        self._besides = None if besides is None else besides[1]
-        if besides is not None:
-            self._damping += _per_run(besides[0])
-            moved = jnp.einsum("ij...,jk...->ik...", besides[0], self._phi)
-            self._alpha = self._alpha + jnp.sum(_per_run(self._phi * moved), axis=0)
-        if len(vectors):
-            self._damping += jnp.einsum("kn,ki,kj->ijn", weights, vectors, vectors)
-            own = _per_run(jnp.einsum("ki,ij...->kj...", vectors, self._phi))
-            self._alpha = self._alpha + jnp.sum(weights[:, None] * own * own, axis=0)
-        self._own, self._coupled = tuple(c.turning), tuple(c.turning_derivatives)
-        self._monomials, self._kept = plant.monomials, kept
-
-    def _weights(self, spin: Spin) -> tuple[Any, Any, Any]:
-        """Factors of the gyroscopic, Euler and centrifugal terms."""
-        c = self._coupling
-        gyro, turn = 2.0 * spin.rate * float(c.gyroscopic), spin.acceleration * float(c.euler)
-        return gyro, turn, spin.square * float(c.centrifugal)
-
-    def _load(self, load: Array, spin: Spin) -> Array:
-        """Loads of angular acceleration and squared rate on something, shape (2, n) -> (n, runs)."""
-        on = self._coupling.load_factor
-        first, second = _per_run(load)
-        return on * spin.acceleration * first + on * spin.square * second
-
-    def predicted(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array, Array]:
-        """Load, and stress and force that go through the static derivatives, as the single run takes them.
-
-        Where nothing turns they are not computed.
-        """
-        m = len(self._monomials.first)
-        nothing = jnp.zeros_like(q), jnp.zeros((m, *q.shape[1:])), jnp.zeros_like(q)
-        turning = jnp.any(spin.rate != 0.0) | jnp.any(spin.acceleration != 0.0) | jnp.any(spin.square != 0.0)
-        return lax.cond(turning, self._through_derivatives, lambda q, v, spin: nothing, q, v, spin)
-
-    def _through_derivatives(self, q: Array, v: Array, spin: Spin) -> tuple[Array, Array, Array]:
-        gyro, turn, pull = self._weights(spin)
-        load = self._load(self._c.load, spin)
-        stress, force = self._load(self._c.load_stress, spin), jnp.zeros_like(q)
-        y, rate = self._monomials.values(q), self._monomials.rates(q, v)
-        if ("turning_derivatives", TURN) not in self._absent:
-            matrix = self._coupled[TURN]
-            stress += product(matrix, gyro * v + turn * q)
-            # M(S) is skew, M(S^2) symmetric.
-            force -= product(transposed(matrix), gyro * rate + turn * y)
-        if ("turning_derivatives", PULL) not in self._absent:
-            matrix = self._coupled[PULL]
-            stress += pull * product(matrix, q)
-            force += pull * product(transposed(matrix), y)
-        return load + force, stress, load
-
-    def _turning(self, q: Array, v: Array, spin: Spin) -> Array:
-        """Gyroscopic, Euler and centrifugal force on the coordinates themselves."""
-        gyro, turn, pull = self._weights(spin)
-        force = jnp.zeros_like(q)
-        if ("turning", TURN) not in self._absent:
-            force += product(self._own[TURN], gyro * v + turn * q)
-        if ("turning", PULL) not in self._absent:
-            force += pull * product(self._own[PULL], q)
-        return force
-
-    def frame(self, q: Array, v: Array, spin: Spin) -> Array:
-        """Part of the forces that jumps with the motion, shape (r, runs)."""
-        force, stress, _ = self.predicted(q, v, spin)
-        return force + self._turning(q, v, spin) + self._monomials.force(stress, q)
-
-    def _stress(self, y: Array) -> Array:
-        return _through(self._plant.cubic, self._c.cubic, y)
-
-    def internal(self, q: Array, v: Array, predicted: tuple[Array, Array, Array]) -> Array:
-        """Internal force, that of the static derivatives and their damping included, shape (r, runs)."""
-        y, rate = self._monomials.values(q), self._monomials.rates(q, v)
-        stress = predicted[1] + self._stress(y)
-        stress += _through(self._plant.viscous, self._c.viscous, self._beta * rate)
-        if self._besides is not None:
-            stress += _through(self._plant.viscous, self._besides, rate)
-        force = product(self._c.linear, q) + self._monomials.force(stress, q)
-        return force + product(self._c.quadratic, y) if self._plant.curved else force
-
-    def forces(self, q: Array, v: Array, spin: Spin, predicted: tuple[Array, Array, Array]) -> Forces:
-        """All forces but inertia; the internal norm counts what the static derivatives feel, as the single run does."""
-        internal = self.internal(q, v, predicted)
-        return Forces(internal + self.around(q, v, spin, predicted), norm(internal), norm(predicted[2]))
-
-    def around(self, q: Array, v: Array, spin: Spin, predicted: tuple[Array, Array, Array]) -> Array:
-        """All forces but inertia and internal ones, shape (r, runs)."""
-        return predicted[0] + self._turning(q, v, spin) + product(self._damping, v)
-
-    def mass(self, a: Array) -> Array:
-        """Mass times acceleration, shape (r, runs)."""
-        return product(self._c.mass, a)
-
-    def inverse(self, mass: Any, damping: Any, stiffness: Any) -> Callable[[Array], Array]:
-        """Inverse of ``mass M + damping C + stiffness K`` at the reference, less what C couples of natural modes."""
-        diagonal = mass + damping * self._alpha + (stiffness + damping * self._beta) * self._squares
-        return lambda r: product(self._phi, settled(self._back, r) / diagonal)
-
-    def mass_solve(self, force: Array) -> Array:
-        """Acceleration of a force, shape (r, runs)."""
-        inverse = self.inverse(1.0, 0.0, 0.0)
-        return lax.custom_linear_solve(self.mass, force, lambda _, f: inverse(f), lambda _, f: inverse(f))
-
-    def end_acceleration(self, force: Array, half: Any, spin: Spin) -> Array:
-        """Solution a of ``(M + half (C + G)) a = force``, shape (r, runs)."""
-        gyro, _, _ = self._weights(spin)
-        without = self.inverse(1.0, half, 0.0)
-
-        def left(a: Array) -> Array:
-            result = self.mass(a) + half * product(self._damping, a)
-            return result if ("turning", TURN) in self._absent else result + half * gyro * product(self._own[TURN], a)
-
-        def solve(left: Callable[[Array], Array], force: Array) -> Array:
-            if ("turning", TURN) in self._absent and not self._coupled_modes:
-                return without(force)
-            # What is left out is small: half a step times the rate, or times a damping ratio and a frequency.
-            return refined(left, without, force)
-
-        return lax.custom_linear_solve(left, force, solve, solve)
-
-    def follows(self, size: float, share: float, q: Array, predicted: tuple[Array, Array, Array]) -> Array:
-        """Whether a share of the limit of central differences lets steps of a size follow the stiffness at q.
-
-        Traces bound the eigenvalues; only where that is not enough the tangent is looked at. Likewise the static
-        derivatives' damping, which is taken from the predicted velocity and must not reverse it.
-        """
-        q, predicted = lax.stop_gradient((q, predicted))
-        cubic, viscous, heaviness = lax.stop_gradient(self._bounds)
-        limit = share * 4.0 / size**2
-        stress = predicted[1] + self._stress(self._monomials.values(q))
-        bound = jnp.max(self._squares, axis=0) + heaviness * (
-            jnp.sum(q * product(cubic, q), axis=0) + jnp.sqrt(2.0) * norm(stress)
-        )
-        near = ~(bound <= limit)
-        if self._plant.curved:
-            near = jnp.ones_like(near)
-        soft = lax.cond(jnp.any(near), lambda: self._softer(limit, q, predicted), lambda: jnp.ones_like(near))
-        lagging = size * self._most * jnp.sum(q * product(viscous, q), axis=0)
-        return (soft | ~near) & (lagging <= share)
-
-    def _softer(self, limit: float, q: Array, predicted: tuple[Array, Array, Array]) -> Array:
-        """Whether ``limit M`` less the tangent stiffness at q is positive definite."""
-
-        def force(q: Array) -> Array:
-            return self.internal(q, jnp.zeros_like(q), predicted)
-
-        units = jnp.eye(self.size)[:, :, None] * jnp.ones(q.shape[1:])
-        tangents = jax.vmap(lambda unit: jax.jvp(force, (q,), (unit,))[1])(units)
-        masses = jax.vmap(self.mass)(units)
-        lower = one_by_one(jnp.linalg.cholesky, jnp.moveaxis(limit * masses - tangents, -1, 0))
-        return jnp.all(jnp.isfinite(lower), axis=(1, 2))
-
-    def sample(self, q: Array, v: Array, spin: Spin, store: tuple[str, ...]) -> Sample:
-        """What is stored of an instant."""
-        c, found = self._c, Sample()
-        y = self._monomials.values(q)
-        if "displacement" in store:
-            offset = self._load(c.follow_load, spin)
-            found["displacement"] = _points(self._kept @ q + product(c.follow_quadratic, y) + offset)
-        if "velocity" in store:
-            found["velocity"] = _points(self._kept @ v + product(c.follow_quadratic, self._monomials.rates(q, v)))
-        if "energy" in store:
-            strain = 0.5 * jnp.sum(q * product(c.linear, q), axis=0)
-            strain += 0.5 * jnp.sum(y * self._stress(y), axis=0)
-            if self._plant.curved:
-                strain += jnp.sum(q * product(c.quadratic, y), axis=0) / 3.0
-            found["energy"] = jnp.stack([0.5 * jnp.sum(v * self.mass(v), axis=0), strain])
-        return found
-
-
-def _per_run(array: Array) -> Array:
-    """A matrix, or a pair of vectors, with an axis of the runs."""
-    return array[..., None] if array.ndim == 2 else array
-
-
-def _points(readings: Array) -> Array:
-    """Readings of three components per probe: (n, runs) -> (probe, 3, runs)."""
-    return readings.reshape(-1, 3, *readings.shape[1:])
-
-
-def _through(fields: Any, matrix: Array, y: Array) -> Array:
-    """``F' A F y``."""
-    if fields.shape is None:
-        return settled(matrix, y)
-    return fields.shape.T @ product(matrix, fields.shape @ y)

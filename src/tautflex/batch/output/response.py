@@ -10,6 +10,7 @@ from jax import lax
 
 from tautflex.batch.equations.equation import STORED, EachRun, Sample
 from tautflex.batch.equations.full import FullPlant
+from tautflex.batch.equations.inputs import BatchInputs
 from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin, spin_of
 from tautflex.batch.equations.reduced import ReducedPlant
 from tautflex.batch.equations.stability import reduced_falls
@@ -43,6 +44,8 @@ class Response(NamedTuple):
     fall
         Rate at which motion leaves an unstable start where neither damping nor Coriolis forces hold it back [1/s],
         else 0; None for the full model.
+    hub
+        Of a free hub: angle turned through [rad] and angular velocity [rad/s], shape (time, 2).
     """
 
     time: Array
@@ -53,6 +56,7 @@ class Response(NamedTuple):
     iterations: Array
     maneuver_end: Array
     fall: Array | None = None
+    hub: Array | None = None
 
 
 class March(Protocol):
@@ -65,6 +69,14 @@ class March(Protocol):
 
     def start(self, q: Array, v: Array, spin: Spin) -> Any:
         """State at t = 0; has ``q``, ``v``, ``alive`` and ``iterations``."""
+        ...
+
+    def motion(self, at: Any, spin: Spin) -> Spin:
+        """What drives the run at a state: what is prescribed there, or what is part of the answer."""
+        ...
+
+    def beside(self, at: Any) -> Sample:
+        """What is stored of a state beside the elastic motion."""
         ...
 
     def check(self, at: Any, first: Instants) -> Any:
@@ -80,6 +92,7 @@ def response_function(
     plant: FullPlant | ReducedPlant,
     problem: TransientProblem,
     history: RateHistory,
+    inputs: BatchInputs,
     velocity: Any,
     store: tuple[str, ...],
     march_of: Callable[[Any], March],
@@ -90,13 +103,13 @@ def response_function(
     """
     time_step, count = problem.time_step, problem.count
     # Blocks of equal length, so that few steps without length are added.
-    longest = count + jax.eval_shape(history.breaks, history.numbers).shape[0]
+    longest = count + jax.eval_shape(history.edges, history.numbers).shape[0]
 
     def respond(numbers: Numbers, each: EachRun) -> Response:
         def turn(numbers: Numbers) -> Numbers:
-            return {name: numbers[f"maneuver.{name}"] for name in history.numbers}
+            return {name: numbers[name] for name in history.numbers}
 
-        equation = plant.equation(numbers, each, history, problem.coupling, problem.placed)
+        equation = plant.equation(numbers, each, history, problem.coupling, problem.placed, inputs)
         march = march_of(equation)
         block = -(-longest // -(-longest // march.block))
         shape = (plant.size,) if each.runs is None else (plant.size, each.runs)
@@ -110,13 +123,13 @@ def response_function(
         at = march.start(q, jnp.asarray(velocity).reshape(-1, *(1 for _ in shape[1:])) + jnp.zeros(shape), begin)
         at = at._replace(alive=at.alive & found)
 
-        def sample(q: Array, v: Array, alive: Array, spin: Spin) -> Sample:
-            record = equation.sample(q, v, spin, store)
-            return {name: jnp.where(alive, part, jnp.nan) for name, part in record.items()}
+        def sample(at: Any, after: Spin) -> Sample:
+            record = equation.sample(at.q, at.v, march.motion(at, after), store) | march.beside(at)
+            return {name: jnp.where(at.alive, part, jnp.nan) for name, part in record.items()}
 
         def step(at: Any, this: Instants) -> tuple[Any, Sample]:
             at = march.step(at, this)
-            return at, sample(at.q, at.v, at.alive, this.after)
+            return at, sample(at, this.after)
 
         def march_block(at: Any, steps: Steps) -> Any:
             # What depends on time alone is found for all steps of a block at once.
@@ -126,11 +139,11 @@ def response_function(
             at = march.check(at, jax.tree.map(lambda part: part[0], these))
             return lax.scan(jax.checkpoint(step), at, these)
 
-        steps, place = each(lambda numbers: steps_of_run(history.breaks(turn(numbers)), time_step, count, block))(
+        steps, place = each(lambda numbers: steps_of_run(history.edges(turn(numbers)), time_step, count, block))(
             numbers
         )
         blocks = Steps(*(part.reshape(-1, block, *shape[1:]) for part in steps))
-        first = sample(at.q, at.v, at.alive, begin)
+        first = sample(at, begin)
         last, record = lax.scan(jax.checkpoint(march_block), at, blocks)
 
         def on_grid(begin: Array, values: Array) -> Array:
@@ -141,7 +154,7 @@ def response_function(
         times = time_step * jnp.arange(count + 1)
         times = jnp.broadcast_to(times.reshape(-1, *(1 for _ in shape[1:])), (count + 1, *shape[1:]))
         end = each(lambda numbers: jnp.asarray(history.end(turn(numbers)), dtype=float))(numbers)
-        stored = {name: parts.get(name) for name in STORED}
+        stored = {name: parts.get(name) for name in (*STORED, "hub")}
         return Response(times, converged=last.alive, iterations=last.iterations, maneuver_end=end, fall=fall, **stored)
 
     return respond

@@ -6,25 +6,26 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from tautflex.batch.equations.equation import jump_of
+from tautflex.batch.equations.equation import Sample, jump_of
 from tautflex.batch.equations.rate_history import Spin
-from tautflex.batch.equations.reduced import ReducedEquation
+from tautflex.batch.equations.reduced_equation import ReducedEquation
 from tautflex.batch.library import jax
 from tautflex.batch.steps.grid import Instants
 
 Array = jax.Array
 
 # Parts of the stable step that a run may start with, and that it may use later; as in the single run.
-_START_SHARE, _STABLE_SHARE = 1.0, 0.8
+START_SHARE, STABLE_SHARE = 1.0, 0.8
 
 
 class ExplicitState(NamedTuple):
-    """State between steps; forces are internal ones."""
+    """State between steps; forces are internal ones, given is the stress that acts on the monomials there."""
 
     q: Array
     v: Array
     a: Array
     forces: Array
+    given: Array
     alive: Array
     iterations: Array
 
@@ -46,13 +47,21 @@ class ExplicitMarch:
         forces = e.forces(q, v, spin, predicted)
         still = jax.tree.map(jnp.zeros_like, predicted)
         a, internal = e.mass_solve(-forces.total), e.internal(q, v, predicted)
-        alive = e.follows(self._time_step, _START_SHARE, q, still)
-        return ExplicitState(q, v, a, internal, alive, jnp.zeros(q.shape[1:]))
+        alive = e.follows(self._time_step, START_SHARE, q, still)
+        return ExplicitState(q, v, a, internal, e.given(spin, q)[1], alive, jnp.zeros(q.shape[1:]))
+
+    def motion(self, at: ExplicitState, spin: Spin) -> Spin:
+        """It is prescribed."""
+        return spin
+
+    def beside(self, at: ExplicitState) -> Sample:
+        """Nothing."""
+        return {}
 
     def check(self, at: ExplicitState, first: Instants) -> ExplicitState:
         """Runs that have become too stiff, or too strongly damped, for their steps end."""
         e = self._equation
-        stable = e.follows(self._time_step, _STABLE_SHARE, at.q, e.predicted(at.q, at.v, first.spins[0]))
+        stable = e.follows(self._time_step, STABLE_SHARE, at.q, e.predicted(at.q, at.v, first.spins[0]))
         return at._replace(alive=at.alive & stable)
 
     def step(self, at: ExplicitState, step: Instants) -> ExplicitState:
@@ -63,12 +72,13 @@ class ExplicitMarch:
         moving = half + 0.5 * h * at.a
         predicted = e.predicted(q, moving, spin)
         internal = e.internal(q, moving, predicted)
-        # Stiffness that this very step has felt, against what central differences can follow.
-        felt = h * jnp.sum(half * (internal - at.forces), axis=0)
+        given = e.given(spin, q)[1]
+        # Stiffness that this very step has felt, less what is given anew, against what central differences can follow.
+        felt = h * (jnp.sum(half * (internal - at.forces), axis=0) - e.power(given - at.given, q, half))
         limit = 4.0 * jnp.sum(half * e.mass(half), axis=0)
         alive = at.alive & ((felt <= limit * (1.0 + 1e-9) + 1e-300) | ~step.real)
         a = e.end_acceleration(-internal - e.around(q, half, spin, predicted), 0.5 * h, spin)
-        new = ExplicitState(q, half + 0.5 * h * a, a, internal, alive, at.iterations)
+        new = ExplicitState(q, half + 0.5 * h * a, a, internal, given, alive, at.iterations)
         old = at._replace(q=at.q + h * at.v, v=at.v + h * at.a, alive=alive)
         going = alive & step.real
         moved = jax.tree.map(lambda after, before: jnp.where(going, after, before), new, old)

@@ -65,7 +65,7 @@ class Instants(NamedTuple):
 
 def spin_at(history: RateHistory, numbers: Numbers, time: Any, inside: Any) -> Spin:
     """Motion of one run as arrays; ``inside`` tells the stretch."""
-    return Spin(*(jnp.asarray(part, dtype=float) for part in history.spin(numbers, time, inside)))
+    return jax.tree.map(lambda part: jnp.asarray(part, dtype=float), history.spin(numbers, time, inside))
 
 
 def instants(

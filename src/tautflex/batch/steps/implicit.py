@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, cast
 import jax.numpy as jnp
 import numpy as np
 
-from tautflex.batch.equations.equation import Equation, jump_of
+from tautflex.batch.equations.equation import Equation, Sample, jump_of
 from tautflex.batch.equations.rate_history import Spin
 from tautflex.batch.library import jax
 from tautflex.batch.steps.grid import Instants
@@ -58,6 +58,14 @@ class ImplicitMarch:
         memory = tuple(empty_memory(self._depth, q.shape) for _ in range(max(self._tangents) + 1))
         a = e.mass_solve(-forces.total)
         return ImplicitState(q, v, a, jnp.zeros_like(q), forces.total, zero, jnp.ones(q.shape[1:], bool), zero, memory)
+
+    def motion(self, at: ImplicitState, spin: Spin) -> Spin:
+        """It is prescribed."""
+        return spin
+
+    def beside(self, at: ImplicitState) -> Sample:
+        """Nothing."""
+        return {}
 
     def check(self, at: ImplicitState, first: Instants) -> ImplicitState:
         """Nothing has to be checked now and then."""

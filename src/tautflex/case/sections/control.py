@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, SerializeAsAny, Strict, model_valid
 
 from tautflex.case.messages import problem
 from tautflex.case.options import Built, Chosen, section_of, within
-from tautflex.case.registry import ACTUATORS, CONTROLLERS, SENSORS
+from tautflex.case.registry import ACTUATORS, CONTROLLERS, SENSORS, TASKS
 from tautflex.case.section import Positive, Section, Vector, key
 from tautflex.case.sections.inputs import Placed
 from tautflex.control.actuators.drive import Drive
@@ -105,6 +105,12 @@ class Controller(Chosen):
             with within(f"{number}"):
                 laws.append(cls.from_table(one))
         return tuple(laws)
+
+
+class Task(Chosen):
+    """What the controller is trained and judged on."""
+
+    registry = TASKS
 
 
 class FollowingLaw(Chosen):

@@ -71,6 +71,8 @@ class CompiledPlant:
         tension; shapes (count, inputs). Set before `reset`.
     value
         What acts now, shape (count, inputs).
+    failures
+        Not 0 where a step was not stable since the reset, shape (count,).
     work
         Work of every number of the command since the reset [J], shape (count, inputs).
 
@@ -139,6 +141,7 @@ class CompiledPlant:
         self.measurement, self._command = np.zeros((count, o)), np.zeros((1, count, c))
         self.gain, self.offset, self.value, self.work = np.ones((count, c)), *np.zeros((3, count, c))
         self._counts = np.zeros((count, 3), dtype=np.int64)
+        self.failures = self._counts[:, FAILED]
         self._draws = np.zeros((count, _DRAWS, o))
         self._rows: list[tuple[Work, HubWork, LoopState, HubInputs, HubInputs]] = []
         self._noise: list[dict[str, np.random.Generator]] = [{} for _ in range(count)]
@@ -305,7 +308,11 @@ class CompiledPlant:
     @property
     def failed(self) -> Mask:
         """Plants whose step was not stable since their reset, shape (count,)."""
-        return self._counts[:, FAILED] != 0
+        return self.failures != 0
+
+    def displacement(self, row: int = 0) -> Array:
+        """Displacement of all nodes of a plant by its coordinates [m], without answers to inputs, shape (node, 3)."""
+        return self.rom.state.system.translations(self.rom.displacement(self._rows[row][0].q[None])[0])
 
     @property
     def switched_off(self) -> Mask:

@@ -81,9 +81,11 @@ class ShapedReference(ControlLaw):
 
     def act(self, memory: ShapedMemory, measurement: Array, reference: Reference) -> tuple[ShapedMemory, Array]:
         """The law's command for the sum of delayed references."""
-        past = np.concatenate([np.array(reference[1:])[None], memory.past[:-1]])
+        past = np.concatenate([np.array(reference[1:4])[None], memory.past[:-1]])
         shaped = np.tensordot(memory.taps, past, 1)
-        own, command = self.law.act(memory.law, measurement, Reference(reference.time, *shaped))
+        own, command = self.law.act(
+            memory.law, measurement, Reference(reference.time, shaped[0], shaped[1], shaped[2], reference.goal)
+        )
         return ShapedMemory(memory.taps, past, own), command
 
     def matrices(self, spec: LoopSpec) -> LawMatrices | None:

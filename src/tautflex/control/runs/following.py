@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Protocol
 
+import numpy as np
+
 from tautflex.control.law import ControlLaw
 from tautflex.control.linear import LinearPlant
 from tautflex.control.sensors.sensor import hub_rows
@@ -58,8 +60,10 @@ def references(maneuver: Maneuver, times: Array, hub: FreeHub | None) -> list[Re
     if hub is None:
         return [Reference.rest(float(time), 0) for time in times]
     rows, segments, found = hub_rows(hub), maneuver.segments(), list[Reference]()
+    goal = rows @ rotation_vector(attitude(maneuver, [maneuver.end])[0]) if maneuver.end < np.inf else None
     for time, quaternion in zip(times.tolist(), attitude(maneuver, times), strict=True):
         motion = next(s for s in reversed(segments) if s.start <= time + 1e-9).motion(time)
         parts = rotation_vector(quaternion), motion.angular_velocity, motion.angular_acceleration
-        found.append(Reference(time, *(rows @ part for part in parts)))
+        turn, rate, acceleration = (rows @ part for part in parts)
+        found.append(Reference(time, turn, rate, acceleration, goal))
     return found

@@ -1,0 +1,210 @@
+"""Learned policies: a small network behind a linear law, in a file of arrays."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tautflex import checks
+from tautflex.control.law import ControlLaw
+from tautflex.control.signals import LoopSpec, Reference
+from tautflex.control.tasks.observation import Observation
+from tautflex.control.tasks.written import written
+from tautflex.errors import InputError
+from tautflex.numeric import Array
+
+_FORMAT = 1
+_LARGEST_FILE = 100_000_000
+
+
+def network(layers: Any, gain: Any, z: Any, seen: Any, xp: Any = np) -> Any:
+    """Action in [-1, 1]: ``clip(gain z + tanh(W_n tanh(... tanh(W_1 o + b_1) ...) + b_n))``.
+
+    Parameters
+    ----------
+    layers
+        Pairs W, b of every layer, shapes (out, in) and (out,).
+    gain
+        Linear law in parts of the limits, shape (commands, z).
+    z, seen
+        See `Observation`.
+    xp
+        Array module.
+    """
+    value = seen
+    for weights, bias in layers:
+        value = xp.tanh(weights @ value + bias)
+    return xp.clip(gain @ z + value, -1.0, 1.0)
+
+
+class PolicyMemory(NamedTuple):
+    """Measurement and action of the interval before; None before the first."""
+
+    measurement: Array | None
+    action: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Policy(ControlLaw):
+    """Small network that commands, for loops of one shape.
+
+    Parameters
+    ----------
+    observation
+        What it sees.
+    layers
+        Pairs W, b of every layer.
+    gain
+        Linear law beside the network, in parts of the limits, shape (commands, z).
+    limits
+        Command that counts one, shape (commands,).
+    measured, commanded
+        Labels of the loop that it is for.
+    interval
+        Time between two commands [s].
+    told
+        What is known about its making: seed, command line, costs.
+    """
+
+    observation: Observation
+    layers: tuple[tuple[Array, Array], ...]
+    gain: Array
+    limits: Array
+    measured: tuple[str, ...]
+    commanded: tuple[str, ...]
+    interval: float
+    told: Mapping[str, Any] = field(default_factory=dict)
+
+    def start(self, spec: LoopSpec) -> PolicyMemory:
+        """Memory without a past; InputError unless the loop is of the policy's shape."""
+        for what, have, want in (
+            ("measurements", spec.measured, self.measured),
+            ("commands", spec.commanded, self.commanded),
+            ("interval", (f"{spec.interval:g} s",), (f"{self.interval:g} s",)),
+        ):
+            if have != want:
+                raise InputError(
+                    f"policy: expected a loop with {what} {', '.join(want) or 'none'}, got {', '.join(have) or 'none'};"
+                    " train one for this loop"
+                )
+        return PolicyMemory(None, np.zeros(len(self.limits)))
+
+    def act(self, memory: PolicyMemory, measurement: Array, reference: Reference) -> tuple[PolicyMemory, Array]:
+        """One pass through the network."""
+        before = measurement if memory.measurement is None else memory.measurement
+        goal = reference.attitude if reference.goal is None else reference.goal
+        z = np.concatenate([measurement, before, reference.numbers, goal])
+        if len(z) != self.gain.shape[1]:
+            raise InputError(
+                f"measurement: expected {self.gain.shape[1]} numbers with reference and those before, got {len(z)}; "
+                "give what the loop tells that the policy was started for"
+            )
+        action = network(self.layers, self.gain, z, self.observation(z, memory.action, np.float64(reference.time)))
+        return PolicyMemory(measurement.copy(), action), self.limits * action
+
+    @property
+    def digest(self) -> str:
+        """Fingerprint of its numbers, of 16 digits."""
+        found = hashlib.sha256()
+        for array in self._arrays().values():
+            found.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+        return found.hexdigest()[:16]
+
+    def _arrays(self) -> dict[str, Array]:
+        seen = self.observation
+        arrays = {"matrix": seen.matrix, "knee": seen.knee, "largest": seen.largest}
+        arrays |= {"gain": self.gain, "limits": self.limits}
+        for number, (weights, bias) in enumerate(self.layers):
+            arrays |= {f"weights_{number}": weights, f"bias_{number}": bias}
+        return arrays
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write a file of arrays (.npz); an older one is replaced at once or not at all.
+
+        Returns
+        -------
+        pathlib.Path
+            The file.
+        """
+        target = checks.path("path", path)
+        words = {
+            "format": _FORMAT,
+            "labels": self.observation.labels,
+            "duration": self.observation.duration,
+            "measured": self.measured,
+            "commanded": self.commanded,
+            "interval": self.interval,
+            "told": dict(self.told),
+        }
+        with written(target) as place, place.open("wb") as file:
+            np.savez(file, words=np.array(json.dumps(words)), **self._arrays())  # type: ignore[arg-type]
+        return target
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Policy:
+        """Read what `save` wrote.
+
+        Raises
+        ------
+        InputError
+            If the file is missing, damaged, or no policy.
+        """
+        source = checks.path("file", path)
+        expected = "a policy, a file of arrays (.npz) as `tautflex train` writes it"
+        if not source.is_file():
+            raise InputError(f"{source}: expected {expected}, got no such file; train one, or correct the name")
+        if source.stat().st_size > _LARGEST_FILE:
+            raise InputError(f"{source}: expected {expected}, got a file of more than 100 MB; choose another one")
+        try:
+            with source.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+                words = json.loads(str(file["words"]))
+                arrays = {name: np.asarray(file[name], dtype=float) for name in file.files if name != "words"}
+            if words["format"] != _FORMAT:
+                text = f"{source}: expected a policy of format {_FORMAT}, got {words['format']}"
+                raise InputError(f"{text}; train it anew, or take a newer tautflex")
+            return cls._of(arrays, words)
+        except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+            if isinstance(error, InputError):
+                raise
+            reason = " ".join(f"{type(error).__name__}: {error}".split())[:120]
+            raise InputError(
+                f"{source}: expected {expected}, got a damaged file or another one ({reason}); train it anew"
+            ) from None
+
+    @classmethod
+    def _of(cls, arrays: dict[str, Array], words: dict[str, Any]) -> Policy:
+        count = sum(name.startswith("weights_") for name in arrays)
+        layers = tuple((arrays[f"weights_{number}"], arrays[f"bias_{number}"]) for number in range(count))
+        labels, commands = tuple(words["labels"]), len(words["commanded"])
+        rows, sizes = len(labels) - commands - 1, [len(labels), *(len(bias) for _, bias in layers)]
+        z = arrays["matrix"].shape[1]
+        shapes = {
+            "matrix": (rows, z),
+            "knee": (rows,),
+            "largest": (rows,),
+            "gain": (commands, z),
+            "limits": (commands,),
+        }
+        for number, (inner, outer) in enumerate(pairwise(sizes)):
+            shapes |= {f"weights_{number}": (outer, inner), f"bias_{number}": (outer,)}
+        for name, shape in shapes.items():
+            if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
+                raise ValueError(f"{name} is not of shape {shape} and finite")
+        if not count or sizes[-1] != commands:
+            raise ValueError(f"its last layer gives {sizes[-1]} commands of {commands}")
+        seen = Observation(arrays["matrix"], arrays["knee"], arrays["largest"], labels, float(words["duration"]))
+        names = tuple(words["measured"]), tuple(words["commanded"])
+        return cls(seen, layers, arrays["gain"], arrays["limits"], *names, float(words["interval"]), words["told"])
+
+    def __repr__(self) -> str:
+        sizes = " x ".join(str(len(bias)) for _, bias in self.layers)
+        return f"Policy({self.observation.size} x {sizes}, {self.digest})"

@@ -1,0 +1,1 @@
+"""Episodes of tasks: single and vector environments of Gymnasium, and the array program behind them."""

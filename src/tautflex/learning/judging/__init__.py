@@ -1,0 +1,1 @@
+"""Laws before the judge: scenarios, evaluation, baselines and their tuning."""

@@ -1,0 +1,99 @@
+"""Policies on the functional twin: actions, rollouts, and their slope over a truncated horizon."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from tautflex.batch.library import jax
+from tautflex.control.tasks.policy import network
+from tautflex.learning.functional import FunctionalTwin, Params, TwinState
+from tautflex.numeric import Array as Numbers
+
+Array = jax.Array
+Layers = tuple[tuple[Any, Any], ...]
+
+# What an untrained network adds to the law in front of it, in parts of the limits.
+_START = 1e-2
+
+
+class Course(NamedTuple):
+    """Where n episodes stand: their state, what the policy sees, and features of its linear law, see `Observation`."""
+
+    state: TwinState
+    seen: Array
+    features: Array
+
+
+def start_layers(key: Array, sizes: Sequence[int], kind: Any) -> Layers:
+    """Weights and biases of a network that commands next to nothing; ``sizes`` from what it sees to its commands."""
+    layers = []
+    for number, (inner, outer) in enumerate(pairwise(sizes)):
+        size = (_START if number == len(sizes) - 2 else 1.0) / np.sqrt(inner)
+        weights = size * jax.random.normal(jax.random.fold_in(key, number), (outer, inner), kind)
+        layers.append((weights, jnp.zeros(outer, kind)))
+    return tuple(layers)
+
+
+class Rollouts:
+    """Rollouts of a policy: a network behind a linear law.
+
+    Parameters
+    ----------
+    twin
+        The environment.
+    gain
+        Linear law in parts of the limits, shape (commands, z).
+    """
+
+    def __init__(self, twin: FunctionalTwin, gain: Numbers) -> None:
+        self._twin, self._gain = twin, jnp.asarray(gain, twin.kind)
+
+    def begin(self, key: Array, params: Params) -> Course:
+        """Begin episodes with parameters of shape (n,)."""
+        state, seen = self._twin.reset(key, params)
+        return Course(state, seen, self._twin.features(state, state.measured, state.measured, params))
+
+    def run(self, layers: Layers, key: Array, course: Course, params: Params, steps: int) -> tuple[Course, Any]:
+        """Go on for some intervals: where episodes stand then, and rewards and costs, shape (steps, n) each.
+
+        What an episode costs after a failure is its worst value.
+        """
+        twin, columns = self._twin, tuple((weights, bias[:, None]) for weights, bias in layers)
+        worst = twin.arena.task.worst_cost
+
+        @jax.checkpoint
+        def one(course: Course, key: Array) -> tuple[Course, tuple[Array, Array]]:
+            action = network(columns, self._gain, course.features, course.seen, jnp)
+            before = course.state
+            state, seen, reward, terminated, _, info = twin.step(key, before, action, params)
+            features = twin.features(state, state.measured, before.measured, params)
+            lost = terminated | (before.over & (before.place < twin.steps))
+            return Course(state, seen, features), (reward, jnp.where(lost, worst, info["cost"]))
+
+        return jax.lax.scan(one, course, jax.random.split(key, steps))
+
+    def slope(
+        self, layers: Layers, key: Array, course: Course, params: Params, steps: int
+    ) -> tuple[Array, Layers, Course]:
+        """Mean reward over a horizon, its slope after the layers, and where the episodes stand at its end.
+
+        What comes before the horizon has no slope.
+        """
+
+        def lost(layers: Layers) -> tuple[Array, Course]:
+            end, (rewards, _) = self.run(layers, key, course, params, steps)
+            return jnp.mean(rewards), end
+
+        (mean, end), slope = jax.value_and_grad(lost, has_aux=True)(layers)
+        return mean, slope, jax.lax.stop_gradient(end)
+
+    def cost(self, layers: Layers, key: Array, params: Params) -> Array:
+        """Mean cost of whole episodes, shape (n,)."""
+        course = self.begin(jax.random.fold_in(key, 0), params)
+        _, (_, costs) = self.run(layers, jax.random.fold_in(key, 1), course, params, self._twin.steps)
+        return jnp.mean(costs, axis=0)

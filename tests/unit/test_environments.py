@@ -1,0 +1,195 @@
+"""Environments keep the promises of Gymnasium, and those of the tasks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+gymnasium = pytest.importorskip("gymnasium")
+
+from gymnasium.utils.env_checker import check_env  # noqa: E402
+
+import tautflex as tf  # noqa: E402
+import tautflex.learning  # noqa: E402  (registers)
+from tautflex.learning.environments.env import AntennaEnv  # noqa: E402
+from tautflex.learning.environments.vector import VectorAntennaEnv  # noqa: E402
+from unit.learning_cases import coarse  # noqa: E402
+
+pytestmark = pytest.mark.slow  # compiles plants
+
+
+@pytest.fixture(scope="module")
+def env():
+    return AntennaEnv("slew", case=coarse("slew"))
+
+
+@pytest.mark.parametrize(("task", "plant"), [("slew", "reduced"), ("hold", "reduced"), ("stop", "full")])
+@pytest.mark.filterwarnings("ignore::UserWarning")  # what the checker says about windows and specs
+def test_gymnasium_has_nothing_to_say(task, plant):
+    made = gymnasium.make(f"tautflex/{task.capitalize()}-v0", case=coarse(task), plant=plant, render_mode="rgb_array")
+    check_env(made.unwrapped)
+    made.reset(seed=0)
+    picture = made.render()
+    assert picture.ndim == 3
+    assert picture.dtype == np.uint8
+    assert len(np.unique(picture)) > 10
+
+
+def episode(env, seed, actions):
+    seen, info = env.reset(seed=seed)
+    rows = [[*seen]]
+    for action in actions:
+        seen, reward, terminated, truncated, _ = env.step(action)
+        rows.append([*seen, reward, terminated, truncated])
+        if terminated or truncated:
+            break
+    return info, rows
+
+
+def test_same_seed_same_bits_and_time_alone_truncates(env):
+    actions = np.random.default_rng(1).uniform(-0.1, 0.1, (40, 3))
+    first, second = episode(env, 5, actions), episode(env, 5, actions)
+    assert first == second
+    assert len(first[1]) == 31
+    assert first[1][-1][-2:] == [False, True]
+    assert episode(env, 6, actions)[0] != first[0]
+    with pytest.raises(tf.InputError, match="call reset first"):
+        env.step(actions[0])
+
+
+@pytest.mark.parametrize("plant", ["reduced", "full"])
+def test_rows_are_single_environments(plant):
+    """Row i with seed s goes as a single environment with seed s + i, beyond the end of episodes too."""
+    case, random = coarse("slew", 0.1), np.random.default_rng(3)
+    many = VectorAntennaEnv(3, case=case, plant=plant)
+    seen, _ = many.reset(seed=7)
+    single = [AntennaEnv("slew", case=case, plant=plant) for _ in range(3)]
+    for row, one in enumerate(single):
+        assert np.array_equal(one.reset(seed=7 + row)[0], seen[row])
+    for number in range(14):
+        actions = random.uniform(-1.0, 1.0, (3, 3))
+        seen, reward, terminated, truncated, info = many.step(actions)
+        for row, one in enumerate(single):
+            if number == 10:  # the step behind the last one begins the next episode
+                assert np.array_equal(one.reset()[0], seen[row])
+                assert (reward[row], terminated[row], truncated[row]) == (0.0, False, False)
+                assert info["_angle"][row]
+                continue
+            own = one.step(actions[row])
+            assert np.allclose(own[0], seen[row], rtol=1e-13, atol=1e-13)
+            assert np.isclose(own[1], reward[row], rtol=1e-12)
+            assert own[2:4] == (terminated[row], truncated[row])
+            assert np.isclose(own[4]["cost"], info["cost"][row], rtol=1e-12)
+
+
+def test_modes_of_the_vector_environment():
+    case = coarse("slew", 0.05)
+    same = gymnasium.make_vec("tautflex/Slew-v0", num_envs=2, case=case, autoreset_mode="SameStep")
+    stopping = VectorAntennaEnv(2, case=case, autoreset_mode="DISABLED")
+    next_step = VectorAntennaEnv(2, case=case)
+    for one in (same, stopping, next_step):
+        one.reset(seed=0)
+    for _ in range(5):
+        got = [one.step(np.zeros((2, 3))) for one in (same, stopping, next_step)]
+    assert got[0][3].all()
+    for row in range(2):
+        assert np.array_equal(got[0][4]["final_obs"][row], got[1][0][row])
+    begun, _ = next_step.step(np.zeros((2, 3)))[:2]
+    assert np.array_equal(got[0][0], begun)  # what the same step sees, the next one does
+    with pytest.raises(tf.InputError, match="reset_mask"):
+        stopping.step(np.zeros((2, 3)))
+    kept = got[1][0][1]
+    seen, _ = stopping.reset(options={"reset_mask": np.array([True, False])})
+    assert np.array_equal(seen[1], kept)
+    assert not np.array_equal(seen[0], got[1][0][0])
+
+
+def test_reduced_and_full_plants_agree():
+    """Half a second of a turn: attitude to the discretization in time, the film as the reduction has it."""
+    case = coarse("slew", 0.5)
+    quiet = {"angle": 0.4, "tension_error": 0.03, "effectiveness": 0.9, "noise": 0.0}
+    envs = [AntennaEnv("slew", case=case, plant=plant) for plant in ("reduced", "full")]
+    for one in envs:
+        one.reset(seed=0, options=quiet)
+    for number in range(50):
+        told = [one.step([0.3 if number < 25 else -0.3, 0.5, -0.5])[4] for one in envs]
+    assert told[0]["attitude_error"] == pytest.approx(told[1]["attitude_error"], rel=1e-5)
+    assert told[0]["surface_rms"] == pytest.approx(told[1]["surface_rms"], rel=0.02)
+
+
+def test_a_crash_never_pays():
+    """An episode that ends early is worth less than any that goes on, whatever was earned before."""
+    case = coarse("slew", 0.3, task={"duration": 0.3, "attitude_limit": 0.21})
+    env = AntennaEnv("slew", case=case)
+    env.reset(seed=0, options={"angle": 0.2})
+    rewards = []
+    while True:
+        _, reward, terminated, truncated, _ = env.step([-1.0, 0.0, 0.0])
+        rewards.append(reward)
+        if terminated or truncated:
+            break
+    assert terminated
+    worst = env.arena.task.worst_reward(3)
+    assert rewards[-1] == pytest.approx(worst * (30 - len(rewards) + 1))
+    assert min(rewards[:-1]) >= worst
+
+
+def test_options_are_parameters(env):
+    _, info = env.reset(seed=0, options={"angle": 0.33, "noise": 0.0})
+    assert (info["angle"], info["noise"]) == (0.33, 0.0)
+    _, other = env.reset(seed=0)
+    assert {**other, "angle": 0.33, "noise": 0.0} == info  # the others are drawn as without options
+    with pytest.raises(tf.InputError, match=r"options: expected parameters among angle, .*got 'angel'"):
+        env.reset(options={"angel": 0.3})
+    with pytest.raises(tf.InputError, match=r"options\.angle"):
+        env.reset(options={"angle": 30.0})
+    env.reset(seed=0)
+    with pytest.raises(tf.InputError, match="action: expected finite numbers"):
+        env.step([np.nan, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"plant": "half"}, "plant: expected one of 'reduced', 'full', got 'half'"),
+        ({"render_mode": "ansi"}, "render_mode"),
+        ({"case": coarse("slew", task={"commands": ["wheel"]})}, "task.commands: expected names of actuators"),
+        ({"actuators": {"torque": tf.HubTorque("x")}}, "actuators.torque.limit: missing"),
+    ],
+)
+def test_wrong_arguments_are_told_in_one_line(given, words):
+    with pytest.raises(tf.InputError) as caught:
+        AntennaEnv("slew", **{"case": coarse("slew"), **given})
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_without_a_display_frames_go_to_a_file(monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    env = AntennaEnv("slew", case=coarse("slew", 0.1), render_mode="human")
+    env.reset(seed=0)
+    for _ in range(3):
+        env.step(np.zeros(3))
+    with pytest.warns(UserWarning, match="no display here") as told:
+        env.step(np.zeros(3))
+    env.close()
+    assert len(told) == 1
+    from PIL import Image
+
+    with Image.open(str(told[0].message).rpartition(" ")[2]) as film:
+        assert film.size == (480, 360)
+
+
+@pytest.mark.parametrize("task", [tf.SlewTask(), tf.StopTask(), tf.HoldTask()], ids=lambda task: task.kind)
+def test_no_reward_is_below_the_worst(task):
+    random = np.random.default_rng(0)
+    angle, rms = random.uniform(0.0, task.attitude_limit, 500), random.uniform(0.0, task.surface_limit, 500)
+    command, before = random.choice([-1.0, 1.0], (2, 500, 3))
+    rewards = task.reward(angle, rms, command, before)
+    assert (rewards >= task.worst_reward(3)).all()
+    assert (rewards <= 0.0).all()
+    assert task.reward(0.0, 0.0, np.zeros(3), np.zeros(3)) == 0.0
+    assert not task.failed(task.attitude_limit, task.surface_limit)
+    assert task.failed(np.nan, 0.0)
+    assert task.failed(0.0, 1.01 * task.surface_limit)

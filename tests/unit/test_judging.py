@@ -1,0 +1,207 @@
+"""Laws and policies before the judge: the same loop as in training, paired episodes, files that go on."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import tautflex as tf
+from tautflex.case import load_case
+from tautflex.cli import main
+from tautflex.control.loop import close_loop
+from tautflex.control.tasks.observation import Observation
+from tautflex.learning.arena import Arena
+from tautflex.learning.environments.loops import Loops
+from tautflex.learning.judging import evaluate as judging
+from tautflex.learning.judging.baselines import baseline
+from tautflex.learning.judging.evaluate import summary
+from tautflex.learning.judging.scenarios import scenarios_of
+from tautflex.learning.judging.tune import numbers_of, with_numbers
+from unit.learning_cases import coarse
+
+QUIET = {"angle": 0.4, "tension_error": 0.0, "effectiveness": 1.0, "noise": 0.0}
+
+
+@pytest.fixture(scope="module")
+def arena():
+    case = coarse("slew")
+    silent = {name: {**sensor.model_dump(exclude_none=True), "noise": 0.0} for name, sensor in case.sensors.items()}
+    return Arena(case.replaced(sensors=silent))
+
+
+@pytest.fixture(scope="module")
+def policy(arena):
+    spec, random = arena.spec, np.random.default_rng(0)
+    seen = Observation.of(spec, arena.task.duration)
+    layers = tuple((0.5 * random.standard_normal((out, into)), np.zeros(out)) for into, out in ((seen.size, 8), (8, 3)))
+    gain = 0.01 * random.standard_normal((3, seen.matrix.shape[1]))
+    return tf.Policy(seen, layers, gain, arena.limits, spec.measured, spec.commanded, spec.interval, {"seed": 0})
+
+
+def test_a_policy_in_a_loop_does_what_it_does_in_an_episode(arena, policy):
+    """Observation, network and plant of training against those of `close_loop`, over an episode of the full plant."""
+    loops, task = Loops(arena, "full"), arena.task
+    loops.reset(0, np.random.default_rng(0), QUIET)
+    run = close_loop(arena.plant("full", exact=False), policy, task.maneuver(QUIET), task.duration)
+    spec, measured = arena.spec, run.data["measurement"].values
+    for number in range(arena.steps):
+        z = np.concatenate(
+            [measured[number], measured[max(number - 1, 0)], run.data["reference"].values[number].ravel(), [0.4]]
+        )
+        assert np.allclose(arena.observation(z, loops.actions[0], number * spec.interval), loops.seen[0], atol=1e-12)
+        loops.actions[0] = run.data["command"].values[number] / arena.limits
+        loops.step()
+    assert np.allclose(loops.bodies.readings[0, : len(spec.measured)], measured[-1], rtol=1e-9, atol=1e-15)
+    found = judging.play(arena, policy, tf.Scenario(QUIET), "full")
+    assert np.isfinite(found["cost"])
+
+
+def test_policies_come_back_from_their_files(arena, policy, tmp_path):
+    file = policy.save(tmp_path / "p.npz")
+    again = tf.Policy.load(file)
+    assert again.digest == policy.digest
+    assert again.told == {"seed": 0}
+    law = tf.PolicyLaw(str(file))
+    y = np.arange(6) * 1e-3
+    reference = tf.Reference.rest(0.1, 1)
+    assert np.array_equal(
+        law.act(law.start(arena.spec), y, reference)[1], policy.act(policy.start(arena.spec), y, reference)[1]
+    )
+    other = tf.LoopSpec(arena.spec.measurements, arena.spec.commands[:1], 0.01, 1)
+    with pytest.raises(
+        tf.InputError, match="policy: expected a loop with commands torque, tension_x, tension_y, got torque"
+    ):
+        law.start(other)
+    whole = file.read_bytes()
+    for damaged in (whole[:200], b"", whole[:-50], b"not an archive"):
+        file.write_bytes(damaged)
+        with pytest.raises(tf.InputError, match=r"p\.npz: expected a policy") as caught:
+            tf.PolicyLaw(str(file))
+        assert "\n" not in str(caught.value)
+    with np.load(policy.save(tmp_path / "q.npz")) as kept:
+        arrays = dict(kept)
+    arrays["weights_1"] = arrays["weights_1"][:2]
+    np.savez(tmp_path / "q.npz", **arrays)
+    with pytest.raises(tf.InputError, match="weights_1 is not of shape"):
+        tf.Policy.load(tmp_path / "q.npz")
+    with pytest.raises(tf.InputError, match="no such file"):
+        tf.Policy.load(tmp_path / "none.npz")
+
+
+@pytest.mark.slow
+def test_a_policy_stands_in_a_case_file(policy, tmp_path):
+    policy.save(tmp_path / "p.npz")
+    case = coarse("slew", solver={"end_time": 0.05})
+    text = case.to_toml().partition("[controller]")
+    rest = text[2].partition("\n[")[2]
+    (tmp_path / "c.toml").write_text(f'{text[0]}[controller]\nkind = "policy"\nfile = "p.npz"\n\n[{rest}')
+    run = tf.control_case(load_case(tmp_path / "c.toml"))
+    assert np.isfinite(run.data["command"].values[:-1]).all()
+
+
+@pytest.mark.slow
+def test_evaluations_are_paired_kept_and_go_on(tmp_path, monkeypatch):
+    case = coarse("slew", 0.1)
+    laws = {"pd": tf.PD(30.0, 22.0, 7.46), "soft": tf.PD(3.0, 2.0, 7.46)}
+    asked = {"scenarios": scenarios_of(case.task.build(), 2, (-0.05, 0.0), 1), "plants": ("full",), "workers": 1}
+    first = tf.evaluate(laws, case, directory=tmp_path, **asked)
+    assert dict(first.sizes) == {"law": 2, "scenario": 4, "plant": 1}
+    assert len(list(tmp_path.glob("*.json"))) == 8
+    angles = [float(word.split()[2].rstrip(",")) for word in first["words"].values]
+    assert first["cost"].values[:, np.argmax(angles), 0].min() > first["cost"].values[:, np.argmin(angles), 0].max()
+
+    calls = []
+    real = judging._play
+    monkeypatch.setattr(judging, "_play", lambda *given: calls.append(given) or real(*given))
+    assert tf.evaluate(laws, case, directory=tmp_path, **asked).identical(first)
+    assert calls == []
+    damaged = sorted(tmp_path.glob("*.json"))[0]
+    damaged.write_text("{")
+    assert tf.evaluate(laws, case, directory=tmp_path, **asked).identical(first)
+    assert len(calls) == 1
+    told = summary(first)
+    assert told["pd"]["difference"]["mean"] == 0.0
+    assert told["pd"]["interval"][0] <= told["pd"]["cost"] <= told["pd"]["interval"][1]
+    assert told["pd"]["worst_cost"] == first["cost"].sel(law="pd").values.max()
+
+
+@pytest.mark.slow
+def test_failures_are_listed_and_cost_the_worst():
+    case = coarse("slew", 0.2, task={"duration": 0.2, "attitude_limit": 0.21})
+    asked = {"scenarios": [tf.Scenario({**QUIET, "angle": 0.205})], "plants": ("full",), "workers": 1}
+    found = tf.evaluate({"away": lambda time, y: [-5.0, 0.0, 0.0]}, case, **asked)
+    failed = float(found["failed_at"].values.item())
+    assert found.attrs["failures"] == [f"away, full: angle = 0.205, tension +0%, seed 0, failed at {failed:.3g} s"]
+    # theta = -T t^2 / 2J reaches -5 mrad after 0.12 s
+    assert failed == pytest.approx(np.sqrt(2.0 * 0.005 * 7.485 / 5.0), abs=0.011)
+    task = case.task.build()
+    good = round(failed / 0.01) - 1
+    before = task.cost(0.205, 0.0)
+    assert float(found["cost"].values.item()) == pytest.approx(
+        (good * before + (20 - good) * task.worst_cost) / 20, rel=1e-2
+    )
+    assert summary(found)["away"]["failures"] == 1
+
+
+def test_numbers_of_laws_are_found_and_put_back(arena):
+    law = baseline("zvd+pd", arena) + tf.LQG({"film": 1e-5}, {"torque": 2.0}, modes=4)
+    numbers = list(numbers_of(law))
+    assert 1e-5 in numbers
+    again = with_numbers(law, iter(numbers))
+    assert list(numbers_of(again)) == numbers
+    doubled = with_numbers(law, iter([2.0 * value for value in numbers]))
+    assert list(numbers_of(doubled)) == [2.0 * value for value in numbers]
+    assert doubled.laws[1].modes == 4
+
+
+def test_first_guesses_know_the_plant(arena):
+    law = baseline("pd", arena)
+    assert law.inertia == pytest.approx(7.485, rel=1e-3)  # hub 5 kg m^2 and the antenna's 2.485 about x
+    for name, words in (("fuzzy", "'fuzzy'"), ("zvd", "got none"), ("zvd+pd+x", "'zvd\\+pd\\+x'")):
+        with pytest.raises(tf.InputError, match=words):
+            baseline(name, arena)
+
+
+@pytest.mark.slow
+def test_tuning_spends_its_budget_and_keeps_the_best(arena):
+    found = tf.tune_law(tf.PD(3.0, 2.0, 7.46), arena.case, seconds=6.0, plant="full")
+    assert (found.trials, found.seconds) == (6, pytest.approx(5.4))
+    assert found.cost < found.before
+
+
+@pytest.mark.slow
+def test_command_line(tmp_path, capsys, policy):
+    case = tmp_path / "slew.toml"
+    case.write_text(coarse("slew", 0.05).to_toml())
+    words = ["evaluate", str(case), "--law", "case", "--budget", "0", "--plant", "full", "--angles", "1"]
+    words += ["--seeds", "1", "--workers", "1", "-o", str(tmp_path / "judged"), "--json"]
+    assert main(words) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert set(answer["laws"]["case"]) >= {"cost", "settling_time", "surface_rms", "worst_cost"}
+    assert answer["scenarios"] == 3
+    assert (tmp_path / "judged" / "evaluation.nc").is_file()
+    assert main(["evaluate", str(case), "--law", "foo"]) == 2
+    assert "'foo'" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_episodes_of_the_compiled_plant_are_those_of_the_loop(arena):
+    """The judge's fast way on the reduced model against `close_loop` on `Plant` of the same model."""
+    law, parameters = tf.PD(30.0, 22.0, 7.46), {**QUIET, "angle": 0.3}
+    found = judging.play(arena, law, tf.Scenario(parameters), "reduced")
+    plant = tf.Plant(
+        arena.reduced,
+        arena.hub,
+        arena.actuators,
+        arena.sensors,
+        interval=arena.interval,
+        time_step=arena.case.solver.time_step,
+        damping=arena.damping,
+        method=tf.CentralDifference(),
+    )
+    data = close_loop(plant, law, arena.task.maneuver(parameters), arena.task.duration).data
+    rms = data["surface_rms"].values[1:]
+    turned = 2.0 * np.arcsin(data["attitude"].values[1:, 1])
+    assert found["cost"] == pytest.approx(arena.task.cost(turned - 0.3, rms).mean(), rel=1e-9)

@@ -1,0 +1,169 @@
+"""The functional twin against the compiled plant, its slope against differences, and training that goes on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import tautflex as tf
+from tautflex.learning.arena import Arena
+from tautflex.learning.cases import task_case
+from tautflex.learning.environments.references import reference_table
+from tautflex.learning.functional import FunctionalTwin
+from tautflex.learning.gain import linear_gain
+from tautflex.learning.rollout import Rollouts, start_layers
+from tautflex.learning.train import train
+
+pytestmark = [pytest.mark.jax, pytest.mark.slow]
+RUNS, STEPS = 3, 30
+
+
+@cache
+def case():
+    """The registered task on a coarser film, half a second long, with drives that have all they can have."""
+    actuators = task_case("slew").model_dump(by_alias=True, exclude_none=True)["actuators"]
+    actuators["torque"] |= {"rate": 200.0, "lag": 0.02}
+    actuators["tension_x"] |= {"lag": 0.01, "resolution": 1e-6}
+    actuators["tension_y"] |= {"delay": 0.02}
+    return task_case("slew").replaced(
+        mesh={"divisions": [8, 4]},
+        cables={"per_long_edge": 9, "per_short_edge": 5},
+        task={"duration": 0.5, "coordinates": 4},
+        actuators=actuators,
+    )
+
+
+@cache
+def arena():
+    return Arena(case())
+
+
+@cache
+def twin():
+    return FunctionalTwin(arena())
+
+
+def parameters(**more):
+    given = {
+        "angle": [0.3, 0.45, 0.6], "tension_error": [0.05, 0.0, -0.08], "effectiveness": [0.8, 1.0, 1.1],
+        "noise": np.zeros(RUNS), "stiffness": np.ones(RUNS), "damping": np.ones(RUNS), "delay": np.zeros(RUNS),
+    }  # fmt: skip
+    return {name: jnp.asarray(value) for name, value in (given | more).items()}
+
+
+def test_twin_is_the_compiled_plant(verification_row):
+    """Drives with rate, lag, delay and steps; readings and the film's rms."""
+    own, params = arena(), parameters()
+    exact = {name: replace(sensor, noise=0.0) for name, sensor in own.sensors.items()} | {"rms": tf.SurfaceRms()}
+    drives = {**own.actuators, **own.disturbances}
+    plants = tf.CompiledPlant(
+        own.reduced, own.hub, drives, exact, interval=own.interval, time_step=5e-3, damping=own.damping, count=RUNS
+    )
+    plants.reset(0)
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (STEPS, len(own.limits), RUNS))
+    gain = own.limits * (1.0 + (np.asarray(params["effectiveness"])[:, None] - 1.0) * own.on_structure)
+    errors = np.asarray(params["tension_error"])[:, None] * own.tension_units
+    state, _ = twin().reset(jax.random.key(0), params)
+    step, worst, largest = jax.jit(twin().step), 0.0, 0.0
+    for action in actions:
+        state, _, _, ended, _, info = step(jax.random.key(0), state, action, params)
+        expected = plants.step(np.concatenate([gain * action.T, errors], axis=1))
+        got = np.concatenate([np.asarray(state.measured).T, np.asarray(info["surface_rms"])[:, None]], axis=1)
+        largest = np.maximum(largest, np.abs(expected).max(axis=0))
+        worst = max(worst, float((np.abs(got - expected) / largest).max()))
+        assert not ended.any()
+    assert worst < 1e-9
+    verification_row("functional twin, 3 runs of 30 intervals: readings", 0, worst, "compiled plant")
+
+
+def test_one_run_many_and_vmap_are_the_same():
+    params, action = parameters(), jnp.full((3, RUNS), 0.3)
+    key = jax.random.key(3)
+    state, seen = twin().reset(key, params)
+    many = twin().step(key, state, action, params)
+    keys = jnp.stack([key] * RUNS)
+    states, _ = jax.vmap(twin().reset)(keys, params)
+    mapped = jax.vmap(twin().step)(keys, states, action.T, params)
+    np.testing.assert_allclose(mapped[1].T, many[1], atol=1e-12)
+    np.testing.assert_allclose(mapped[2], many[2], rtol=1e-12)
+    assert seen.shape == (arena().observation.size, RUNS)
+    assert float(jnp.abs(seen).max()) <= 1.0
+
+
+def test_reference_and_observation_are_those_of_the_environment():
+    own, params = arena(), parameters()
+    times = own.interval * np.arange(own.steps + 1)
+    for run in range(RUNS):
+        expected = reference_table(own.task.maneuver({"angle": float(params["angle"][run])}), times, own.hub)
+        got = twin().reference(jnp.asarray(times), {"angle": params["angle"][run]})
+        np.testing.assert_allclose(got.T, expected, atol=1e-12)
+    state, seen = twin().reset(jax.random.key(0), params)
+    features = np.asarray(twin().features(state, state.measured, state.measured, params))
+    for run in range(RUNS):
+        np.testing.assert_allclose(
+            seen[:, run], own.observation(features[:, run], np.zeros(3), np.float64(0.0)), atol=1e-12
+        )
+
+
+def test_single_precision_says_how_exact_it_is(verification_row):
+    params, coarse = parameters(), FunctionalTwin(arena(), "single")
+    ends = []
+    for each in (twin(), coarse):
+        state, _ = each.reset(jax.random.key(0), params)
+        step = jax.jit(each.step)
+        for _ in range(STEPS):
+            state, *_ = step(jax.random.key(0), state, jnp.full((3, RUNS), 0.2), params)
+        ends.append(np.asarray(state.motion.q, dtype=float))
+        assert state.motion.q.dtype == each.kind
+    error = float(np.abs(ends[1] - ends[0]).max() / np.abs(ends[0]).max())
+    assert error < 1e-3
+    verification_row("functional twin, 30 intervals in single precision: coordinates", 0, error, "double precision")
+
+
+def test_slope_of_a_policy_is_that_of_differences(verification_row):
+    rollouts = Rollouts(twin(), linear_gain("pd", arena()))
+    params = parameters()
+    course = rollouts.begin(jax.random.key(0), params)
+    layers = start_layers(jax.random.key(1), [twin().observed, 4, 3], jnp.float64)
+    key = jax.random.key(2)
+    slope = jax.jit(lambda layers: rollouts.slope(layers, key, course, params, 10)[1])(layers)
+    value = jax.jit(lambda layers: jnp.mean(rollouts.run(layers, key, course, params, 10)[1][0]))
+    way = jax.tree.map(lambda part: jnp.cos(jnp.arange(part.size, dtype=float)).reshape(part.shape), layers)
+    step = 1e-5
+    ends = [float(value(jax.tree.map(lambda a, b, s=s: a + s * step * b, layers, way))) for s in (1.0, -1.0)]
+    expected = (ends[0] - ends[1]) / (2.0 * step)
+    got = float(sum(jnp.vdot(a, b) for a, b in zip(jax.tree.leaves(slope), jax.tree.leaves(way), strict=True)))
+    assert got == pytest.approx(expected, rel=1e-5)
+    verification_row("slope of the reward after a policy", expected, got, "differences")
+
+
+def test_training_that_is_killed_goes_on_to_the_same_policy(tmp_path):
+    asked = {"case": case(), "runs": 4, "judged": 2, "horizon": 10, "judge_every": 2, "layers": (4,), "seed": 5}
+    whole = train(iterations=6, **asked)
+    place = tmp_path / "training.npz"
+    train(iterations=3, checkpoint=place, **asked)
+    rest = train(iterations=6, checkpoint=place, **asked)
+    assert rest.policy.digest == whole.policy.digest
+    assert rest.costs[-1] == whole.costs[-1]
+    assert whole.cost == min(whole.costs) <= whole.start_cost
+    file = whole.policy.save(tmp_path / "policy.npz")
+    assert tf.Policy.load(file).digest == whole.policy.digest
+    with pytest.raises(tf.InputError, match=r"checkpoint: expected one of this training.*another \(other settings"):
+        train(iterations=6, checkpoint=place, **{**asked, "seed": 6})
+    place.write_bytes(place.read_bytes()[:100])
+    with pytest.raises(tf.InputError, match="damaged file"):
+        train(iterations=6, checkpoint=place, **asked)
+
+
+def test_what_has_no_functional_form_is_refused():
+    with pytest.raises(tf.UnsupportedError, match="task: expected a slew"):
+        FunctionalTwin(Arena(task_case("hold")))
+    with pytest.raises(tf.InputError, match=r"horizon: expected a whole part .* 50 intervals, got 20.*horizon = 10"):
+        train(case=case(), horizon=20)
+    with pytest.raises(tf.InputError, match="law: expected a linear law without memory"):
+        linear_gain(lambda time, y: 0.0 * y[:3] + 1.0, arena())
