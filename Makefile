@@ -8,7 +8,7 @@ CHECKED := src tests benchmarks examples tools
 PYTEST := $(BIN)/pytest --numprocesses=auto --maxprocesses=4 --dist=loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo quick test verification lint reference format rooms benchmark benchmark-peers dolfinx clean
+.PHONY: help demo quick test verification lint reference format rooms benchmark benchmark-control benchmark-peers dolfinx clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -47,6 +47,9 @@ benchmark: $(VENV)/installed ## measure step cost, its growth with the mesh, dir
 	$(BIN)/python benchmarks/step_cost.py --growth
 	$(BIN)/python benchmarks/linear_solvers.py
 	$(BIN)/python benchmarks/setup_cost.py
+
+benchmark-control: $(VENV)/installed ## measure control steps per second of reduced plants and of the full one (a minute)
+	$(BIN)/python benchmarks/control_steps.py
 
 benchmark-peers: $(VENV)/installed ## install Kratos and Exudyn into .peers, run beside them and DOLFINx, write docs/benchmarks.md (45 min)
 	$(BIN)/python benchmarks/peers/install.py

@@ -184,3 +184,24 @@ def test_command_line(tmp_path, capsys, policy):
     assert (tmp_path / "judged" / "evaluation.nc").is_file()
     assert main(["evaluate", str(case), "--law", "foo"]) == 2
     assert "'foo'" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_episodes_of_the_compiled_plant_are_those_of_the_loop(arena):
+    """The judge's fast way on the reduced model against `close_loop` on `Plant` of the same model."""
+    law, parameters = tf.PD(30.0, 22.0, 7.46), {**QUIET, "angle": 0.3}
+    found = judging.play(arena, law, tf.Scenario(parameters), "reduced")
+    plant = tf.Plant(
+        arena.reduced,
+        arena.hub,
+        arena.actuators,
+        arena.sensors,
+        interval=arena.interval,
+        time_step=arena.case.solver.time_step,
+        damping=arena.damping,
+        method=tf.CentralDifference(),
+    )
+    data = close_loop(plant, law, arena.task.maneuver(parameters), arena.task.duration).data
+    rms = data["surface_rms"].values[1:]
+    turned = 2.0 * np.arcsin(data["attitude"].values[1:, 1])
+    assert found["cost"] == pytest.approx(arena.task.cost(turned - 0.3, rms).mean(), rel=1e-9)

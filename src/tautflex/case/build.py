@@ -164,7 +164,8 @@ def _beam_section(given: Frame, strain: str) -> BeamSection:
         given.inertia_y,
         given.inertia_z,
         given.torsion_constant,
-        strain,
+        given.strain or strain,
+        given.rotary_inertia,
     )
 
 

@@ -18,6 +18,7 @@ from tautflex.cli.loops.authority import authority
 from tautflex.cli.loops.control import control
 from tautflex.cli.loops.evaluate import evaluate
 from tautflex.cli.loops.train import train
+from tautflex.cli.runs.animate import animate
 from tautflex.cli.runs.export import export
 from tautflex.cli.runs.reproduce import reproduce
 from tautflex.cli.runs.run import run
@@ -36,7 +37,7 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for one in (init, check, keys, modes, tune, run, control, authority, train, evaluate, reproduce, export):
+for one in (init, check, keys, modes, tune, run, control, authority, train, evaluate, animate, reproduce, export):
     app.command(one)
 app.register_install_completion_command(add_to_startup=False)
 

@@ -284,10 +284,8 @@ class _View:
             look[:, :-1] += rows.displacement.toarray() if hasattr(rows.displacement, "toarray") else rows.displacement
         for index, weights in rows.stress.items():
             block, places = system.blocks[index], system.row_places[index]
-            g = np.einsum("nij,nj->ni", block.gradient, q[places])
-            strain = block.linear + np.einsum("sgk,nk->nsg", block.quadratic, g)
             on_strain = np.einsum("prs,rst->prt", weights, block.elasticity)
-            on_unknowns = np.einsum("prt,rtg,rgd->prd", on_strain, strain, block.gradient)
+            on_unknowns = np.einsum("prt,rtd->prd", on_strain, block.strain_slope(q[places]))
             for row in range(count):
                 np.add.at(look[row], places, on_unknowns[row])
             first = 0

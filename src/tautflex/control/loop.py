@@ -13,13 +13,12 @@ from numpy.typing import ArrayLike
 from tautflex import checks
 from tautflex.control.law import ControlLaw, law_of
 from tautflex.control.plant import Plant
+from tautflex.control.runs.following import references, spec_of
 from tautflex.control.sensors.sensor import hub_rows
-from tautflex.control.signals import LoopSpec, Reference, labels_of, units_of
-from tautflex.errors import InputError, NotConvergedError
+from tautflex.control.signals import Reference, labels_of, units_of
+from tautflex.errors import NotConvergedError
 from tautflex.motion.attitude import attitude
-from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import Maneuver
-from tautflex.motion.rotations import rotation_vector
 from tautflex.numeric import Array
 from tautflex.solvers.transient.status import Run, Status
 from tautflex.solvers.variables import LOOP, described
@@ -103,28 +102,7 @@ def start_law(plant: Plant, law: ControlLaw) -> Any:
     InputError
         If the loop has not what the law needs.
     """
-    axes = 0 if plant.hub is None else len(hub_rows(plant.hub))
-    spec = LoopSpec(plant.outputs, plant.inputs, plant.interval, axes)
-    try:
-        return law.start(spec)
-    except InputError as error:
-        if not str(error).startswith("model:"):
-            raise
-        return law.start(replace(spec, model=plant.linearize()))
-
-
-def references(maneuver: Maneuver, times: Array, hub: FreeHub | None) -> list[Reference]:
-    """What a maneuver asks of a hub's axes at rising instants [s]; of none where there is no hub."""
-    if hub is None:
-        return [Reference.rest(float(time), 0) for time in times]
-    rows, segments, found = hub_rows(hub), maneuver.segments(), list[Reference]()
-    goal = rows @ rotation_vector(attitude(maneuver, [maneuver.end])[0]) if maneuver.end < np.inf else None
-    for time, quaternion in zip(times.tolist(), attitude(maneuver, times), strict=True):
-        motion = next(s for s in reversed(segments) if s.start <= time + 1e-9).motion(time)
-        parts = rotation_vector(quaternion), motion.angular_velocity, motion.angular_acceleration
-        turn, rate, acceleration = (rows @ part for part in parts)
-        found.append(Reference(time, turn, rate, acceleration, goal))
-    return found
+    return law.start(spec_of(plant, law))
 
 
 def _with_loop(

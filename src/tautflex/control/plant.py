@@ -16,10 +16,12 @@ from tautflex import checks
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.bank import Bank, checked_actuators
 from tautflex.control.actuators.hub_torque import HubTorque
+from tautflex.control.actuators.monitor import monitor_of
 from tautflex.control.authority import authority
 from tautflex.control.linear import LinearPlant
 from tautflex.control.linearize import linearize
 from tautflex.control.runs.full import FullPlantRun
+from tautflex.control.runs.record import joined
 from tautflex.control.runs.reduced import ReducedPlantRun
 from tautflex.control.runs.run_of_plant import RunOfPlant
 from tautflex.control.runs.timing import steps_of
@@ -161,6 +163,7 @@ class Plant:
         self.state_of = state.state if isinstance(state, OnBasis) else equip(state, effects)
         for each in effects if reduced else ():
             require_equipped(each, self.state_of.system)
+        self._monitor = monitor_of(self.actuators, self.state_of, self.interval)
         self._prepared = {name: each.prepare(self.state_of, hub) for name, each in self.sensors.items()}
         self._looks = any(p.function is not None or p.rows is None or p.rows.stress for p in self._prepared.values())
         self._asked: dict[str, Any] = {
@@ -176,7 +179,7 @@ class Plant:
         self._bank = self._new_bank()
 
     def _new_bank(self) -> Bank:
-        return Bank(self.actuators, self.state_of.system, self.interval)
+        return Bank(self.actuators, self.state_of.system, self.interval, self._monitor)
 
     @property
     def inputs(self) -> tuple[Channel, ...]:
@@ -328,7 +331,7 @@ class Plant:
     def result(self, status: Status) -> Run:
         """The run since the reset, with a word about how it ended."""
         runs = [*self._parts, self._at_work.result(status)]
-        data = _joined([run.data for run in runs]).assign_attrs(energy_by_source=json.dumps(self._bank.work))
+        data = joined([run.data for run in runs]).assign_attrs(energy_by_source=json.dumps(self._bank.work))
         work = [asdict(run.stats) for run in runs]
         return replace(runs[-1], data=data, stats=Statistics(**{name: sum(w[name] for w in work) for name in work[0]}))
 
@@ -336,6 +339,11 @@ class Plant:
     def energy_by_source(self) -> dict[str, float]:
         """Work of each actuator since the start [J]."""
         return self._bank.work
+
+    @property
+    def switched_off(self) -> tuple[str, ...]:
+        """Actuators that their monitor has switched off since the start."""
+        return tuple(item.channel.name for item in self._bank.items if item.watch.off)
 
     def linearize(self, modes: int = 60) -> LinearPlant:
         """Linear view of small motion about the start, without drives, see `linearize`."""
@@ -380,18 +388,3 @@ def _maneuver(given: Any) -> Maneuver:
         "maneuver", AtRest() if given is None else given, Maneuver, "a maneuver, or None"
     )
     return wanted
-
-
-def _joined(parts: list[xr.Dataset]) -> xr.Dataset:
-    """Records of a run that went on, one after the other."""
-    if len(parts) == 1:
-        return parts[0]
-    last = parts[-1]
-    times = {name: variable.dims for name, variable in last.variables.items() if "time" in variable.dims}
-    whole = {
-        name: (dims, np.concatenate([part[name].values for part in parts]), last[name].attrs)
-        for name, dims in times.items()
-    }
-    said = dict.fromkeys(text for part in parts for text in part.attrs["warnings"])
-    names = {name: value for name, value in whole.items() if name != "time"}
-    return last.drop_dims("time").assign(names).assign_coords(time=whole["time"]).assign_attrs(warnings=list(said))

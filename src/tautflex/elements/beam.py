@@ -16,12 +16,13 @@ r"""Two-node Euler-Bernoulli beam with mean axial strain.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
 from tautflex.elements.axes import line_axes
-from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms
+from tautflex.elements.block import ElementBlock, InertiaPoints, symmetric_terms, turning_terms
 from tautflex.elements.element import Element, register_element
 from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup
@@ -90,6 +91,19 @@ LINEAR = _linear()
 QUADRATIC = {"von-karman": _axial_quadratic(), "green-lagrange": _axial_quadratic() + _second_order()}
 
 
+def _local_quadratic() -> Array:
+    """In the local frame, where the chord is exact: shortening by bending, and half the square of the twist."""
+    quadratic = np.zeros((7, 9, 9))
+    quadratic[:6] = _axial_quadratic()
+    for plane in "vw":
+        quadratic[0] -= np.outer(CHORD[plane], CHORD[plane])
+    quadratic[6] = np.outer(LINEAR[5], LINEAR[5])
+    return quadratic
+
+
+LOCAL_LINEAR, LOCAL_QUADRATIC = np.vstack([LINEAR, np.zeros(9)]), _local_quadratic()
+
+
 @register_element
 class Beam(Element):
     """Member of a frame; see the top of this file."""
@@ -118,21 +132,32 @@ class Beam(Element):
         )
         elasticity = np.einsum("s,n->ns", stiffness, length**-2)
         elasticity[:, 0] = material.youngs_modulus * section.area
-        initial = np.zeros((count, 6))
-        initial[:, 0] = group.initial[:, 0]
+        matrix = np.einsum("ns,st->nst", elasticity, np.eye(6))
+        initial = group.initial[:, :1] * np.eye(1, 6)
+        turns = section.strain == "corotational"
+        if turns:
+            # Wagner's term: twisted fibres at the distance r are longer by r^2 theta'^2/2, on average by I_p/A of it.
+            longer = (section.inertia_y + section.inertia_z) / section.area / length**2
+            fibre = np.zeros((count, 7))
+            fibre[:, 0], fibre[:, 6] = 1.0, longer
+            matrix = np.pad(matrix, ((0, 0), (0, 1), (0, 1)))
+            matrix[:, 0, 0] = 0.0
+            matrix += material.youngs_modulus * section.area * fibre[:, :, None] * fibre[:, None, :]
+            initial = group.initial[:, :1] * fibre
         return ElementBlock(
             kind="beam",
             dofs=dofs,
             gradient=gradient,
-            linear=LINEAR,
-            quadratic=QUADRATIC[section.strain],
-            elasticity=np.einsum("ns,st->nst", elasticity, np.eye(6)),
+            linear=LOCAL_LINEAR if turns else LINEAR,
+            quadratic=LOCAL_QUADRATIC if turns else QUADRATIC[section.strain],
+            elasticity=matrix,
             initial_stress=initial,
             measure=length,
             size=np.ones(count),
             inertia=_inertia(section, ends, axes, length),
             axes=axes,
             material=material,
+            turns=turns,
         )
 
 
@@ -140,8 +165,13 @@ def _inertia(section: BeamSection, ends: Array, axes: Array, length: Array) -> I
     """Four Gauss points along the axis (Hermite products have degree 6) by four in the cross-section.
 
     The four section points reproduce area and both second moments; they move with the axis and turn with the twist,
-    which gives the polar inertia rho (I_y + I_z). Rotary inertia of bending is left out (Euler-Bernoulli).
+    which gives the polar inertia rho (I_y + I_z), and with rotary inertia also with the slope, ``-y v' - z w'``.
+
+    Where ends turn by any angle, interpolations may not know the line's direction: axis and rotation are linear, and
+    the difference of both rotations lifts the axis by ``l e (1 - e)/2``, the deflection of constant curvature. A rigid
+    rotation about an axis that stays has its exact kinetic energy then, however far it goes.
     """
+    turns = section.strain == "corotational"
     abscissa, weight = np.polynomial.legendre.leggauss(4)
     ratio, weight = 0.5 * (abscissa + 1.0), 0.5 * weight
     radius_y = np.sqrt(section.inertia_z / section.area)
@@ -151,6 +181,11 @@ def _inertia(section: BeamSection, ends: Array, axes: Array, length: Array) -> I
     for p, e in enumerate(ratio):
         shape = (1 - 3 * e**2 + 2 * e**3, 3 * e**2 - 2 * e**3)
         turn = (length * (e - 2 * e**2 + e**3), length * (e**3 - e**2))
+        slope = ((6 * e**2 - 6 * e) / length, (6 * e - 6 * e**2) / length)
+        bend = (1 - 4 * e + 3 * e**2, 3 * e**2 - 2 * e)
+        if turns:
+            shape, slope, bend = (1 - e, e), (np.zeros(1), np.zeros(1)), (1 - e, e)
+            turn = (0.5 * length * e * (1 - e), -0.5 * length * e * (1 - e))
         for i, side_y in enumerate((-radius_y, radius_y)):
             for j, side_z in enumerate((-radius_z, radius_z)):
                 point = local[:, p, i, j]
@@ -160,6 +195,9 @@ def _inertia(section: BeamSection, ends: Array, axes: Array, length: Array) -> I
                     point[:, 1, column + 1] = point[:, 2, column + 2] = shape[end]
                     point[:, 1, column + 5], point[:, 2, column + 4] = turn[end], -turn[end]
                     point[:, 1, column + 3], point[:, 2, column + 3] = -side_z * lever, side_y * lever
+                    if turns or section.rotary_inertia:
+                        point[:, 0, column + 1], point[:, 0, column + 5] = -side_y * slope[end], -side_y * bend[end]
+                        point[:, 0, column + 2], point[:, 0, column + 4] = -side_z * slope[end], side_z * bend[end]
                 position[:, p, i, j] = (1 - e) * ends[:, 0] + e * ends[:, 1]
                 position[:, p, i, j] += side_y * axes[:, 1] + side_z * axes[:, 2]
     # Local displacements from local unknowns -> global displacements from global unknowns.
@@ -167,4 +205,12 @@ def _inertia(section: BeamSection, ends: Array, axes: Array, length: Array) -> I
     turned = np.einsum("nal,npabc,ncg->nplbg", axes, blocks, axes)
     density = section.material.density * section.area * length
     mass = density[:, None] * np.repeat(weight / 4.0, 4)[None, :]
-    return InertiaPoints(mass, turned.reshape(len(length), 16, 3, 12), position.reshape(len(length), 16, 3))
+    points = InertiaPoints(mass, turned.reshape(len(length), 16, 3, 12), position.reshape(len(length), 16, 3))
+    if not turns:
+        return points
+    rotation = np.zeros((1, 4, 3, 12))
+    rotation[0, :, :, 3:6] = (1.0 - ratio)[:, None, None] * np.eye(3)
+    rotation[0, :, :, 9:12] = ratio[:, None, None] * np.eye(3)
+    spread = np.einsum("k,nka,nkb->nab", [radius_y**2, radius_z**2], axes[:, 1:], axes[:, 1:])
+    second = np.einsum("n,p,nab->npab", density, weight, spread)
+    return replace(points, turning=turning_terms(second, rotation))

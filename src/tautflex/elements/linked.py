@@ -20,7 +20,12 @@ def led(block: ElementBlock, constraints: Constraints) -> ElementBlock:
 
 def led_points(points: InertiaPoints, weights: Array) -> InertiaPoints:
     """Mass points from the unknowns that lead, given their weights (element, dof, own)."""
-    return replace(points, interpolation=points.interpolation @ weights[:, None])
+    turning = None if points.turning is None else weights[:, None, None].swapaxes(3, 4) @ points.turning
+    return replace(
+        points,
+        interpolation=points.interpolation @ weights[:, None],
+        turning=None if turning is None else turning @ weights[:, None, None],
+    )
 
 
 def led_dofs(dofs: Indices, constraints: Constraints) -> tuple[Indices, Array | None]:

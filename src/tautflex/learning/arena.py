@@ -178,13 +178,21 @@ class Arena:
         state: Any = self.state if kind == "full" else self.reduced
         return Plant(state, self.hub, actuators, sensors, **asked)
 
-    def compiled(self, count: int) -> CompiledPlant:
-        """Reduced models on their hubs side by side, with exact sensors, all disturbances and what the judge reads."""
+    def compiled(self, count: int, exact: bool = True) -> CompiledPlant:
+        """Reduced models on their hubs side by side, with exact sensors and all disturbances, or as laws see them.
+
+        What the judge reads comes behind the sensors.
+        """
         assert self.hub is not None
+        actuators, sensors = self._parts()
+        if not exact:
+            actuators = {**self.actuators, **self._effects}
+            sensors = sensors | self.sensors
         return CompiledPlant(
             self.reduced,
             self.hub,
-            *self._parts(),
+            actuators,
+            sensors,
             interval=self.interval,
             time_step=self.case.solver.time_step,
             damping=self.damping,

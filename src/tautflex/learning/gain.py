@@ -25,7 +25,7 @@ def linear_gain(law: Any, arena: Arena) -> Array:
     InputError
         If the law has a memory, or is not linear.
     """
-    chosen = baseline(law, arena) if isinstance(law, str) else law_of(law)
+    chosen = baseline(law, arena) if isinstance(law, str) else law_of("law", law)
     spec, size, axes = arena.spec, len(arena.spec.measured), arena.spec.axes
     width = 2 * size + 4 * axes
 

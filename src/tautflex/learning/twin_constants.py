@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tautflex.control.actuators.bank import Bank
+from tautflex.control.actuators.monitor import monitor_of
 from tautflex.control.compiled.drives import drives_of
 from tautflex.control.compiled.parts import WHEEL
 from tautflex.control.compiled.sensing import sensing_of
@@ -112,7 +113,9 @@ class TwinConstants:
         """
         _require(arena)
         rom, hub = arena.reduced, arena.hub
-        bank = Bank({**arena.actuators, **arena.disturbances}, rom.state.system, arena.interval)
+        actuators = {**arena.actuators, **arena.disturbances}
+        monitor = monitor_of(actuators, rom.state, arena.interval)
+        bank = Bank(actuators, rom.state.system, arena.interval, monitor)
         count = steps_of(arena.interval, arena.case.solver.time_step)
         step = arena.interval / count
         question = {"time_step": step, "end_time": arena.interval, "method": CentralDifference()}
@@ -122,7 +125,7 @@ class TwinConstants:
         sensors = arena.sensors
         prepared = {name: each.prepare(rom.state, hub) for name, each in sensors.items()}
         sensing = sensing_of(run, sensors, prepared, arena.interval, bank)
-        drives = drives_of(run, bank, np.array([arena.interval, step, count]))
+        drives = drives_of(run, bank, monitor, np.array([arena.interval, step, count, monitor.window]))
         arrays, a = run.arrays, run.hub
         axis, r, m, c = int(a.turns[0]), rom.size, rom.monomial_count, bank.size
         row = 3 + axis
@@ -217,6 +220,11 @@ def _require(arena: Arena) -> None:
         raise UnsupportedError(
             "hub: expected one that turns about one axis in a functional twin (axes = 'x', 'y' or 'z'), got another or "
             "none; train on the environments"
+        )
+    watched = next((name for name, drive in arena.actuators.items() if drive.monitor), None)
+    if watched is not None:
+        raise UnsupportedError(
+            f"actuators.{watched}.monitor: expected false in a functional twin, got true; train without it"
         )
     if arena.reduced.film.count != arena.reduced.size:
         raise UnsupportedError(

@@ -2,7 +2,8 @@
 
 Elements are worked off in packs: every short list of terms (gradient, strain, elasticity) is an outer loop, the
 elements of a pack the inner one over rows of equal length, which the compiler turns into vector instructions. Extended
-vectors end with one slot that collects whatever belongs to supported unknowns.
+vectors end with one slot that collects whatever belongs to supported unknowns. Gradients of blocks that turn are those
+of their local frames, in buffers of twice as many rows, whose second half keeps them as they were.
 """
 
 from __future__ import annotations
@@ -12,11 +13,14 @@ from typing import Any
 import numpy as np
 
 from tautflex.elements.laws.law import call_law
+from tautflex.elements.local_frame import make_room, pull_back, to_local
 from tautflex.mechanics.average import average_stress
 from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.numeric import Array, jit
 
 PACK = 128
+# Gauss points of a mean along a step: exact to the sixth order in what the ends of a line turn in it.
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 @jit
@@ -33,6 +37,9 @@ def pack_strain(data: Any, first: int, width: int, q: Array, local: Array, g: Ar
         values = data.gradient_value[t, first : first + width]
         for e in range(width):
             result[e] += values[e] * factor[e]
+    if data.turns:
+        g[data.gradients :] = g[: data.gradients]
+        to_local(g[data.gradients :], width, make_room(), g)
     for t in range(data.linear_value.size):
         result, factor, value = strain[data.linear_strain[t]], g[data.linear_gradient[t]], data.linear_value[t]
         for e in range(width):
@@ -78,6 +85,8 @@ def _scatter(
         factor, other = g[data.quadratic_second[t]], stress[data.quadratic_strain[t]]
         for e in range(width):
             result[e] += value * factor[e] * other[e]
+    if data.turns:
+        pull_back(g[data.gradients :], width, make_room(), conjugate)
     local.fill(0.0)
     for t in range(data.gradient_row.size):
         result, factor = local[data.gradient_column[t]], conjugate[data.gradient_row[t]]
@@ -114,7 +123,7 @@ def _block_force(
     data: Any, q: Array, force: Array, stresses: Array, forces: bool, energies: bool, sizes: bool
 ) -> float:
     strains, count = data.initial_stress.shape
-    local, g = np.empty((data.dofs.shape[0], PACK)), np.empty((data.gradients, PACK))
+    local, g = np.empty((data.dofs.shape[0], PACK)), np.empty((data.gradients * (1 + data.turns), PACK))
     strain, stress, conjugate = np.empty((strains, PACK)), np.empty((strains, PACK)), np.empty((data.gradients, PACK))
     energy = 0.0
     for first in range(0, count, PACK):
@@ -163,7 +172,8 @@ def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
     strain, strain_end, ends = np.empty((strains, PACK)), np.empty((strains, PACK)), np.empty((2 * strains, PACK))
     stress, stress_end = ends[:strains], ends[strains:]
     tangent, density = np.empty((strains, strains, PACK)), np.empty(PACK)
-    g, g_end = np.empty((data.gradients, PACK)), np.empty((data.gradients, PACK))
+    rows = data.gradients * (1 + data.turns)
+    g, g_end = np.empty((rows, PACK)), np.empty((rows, PACK))
     conjugate = np.empty((data.gradients, PACK))
     for first in range(0, count, PACK):
         width = min(PACK, count - first)
@@ -172,6 +182,9 @@ def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
         pack_strain(data, first, width, end, local, g_end, strain_end)
         pack_stress(data, first, width, strain_end, stress_end)
         average_stress(data, ends, tangent, density, strain, strain_end, width)
+        if data.turns:
+            _scatter_mean(data, first, width, g, g_end, stress, conjugate, local, force)
+            continue
         for i in range(data.gradients):
             row, other = g[i], g_end[i]
             for e in range(width):
@@ -180,11 +193,28 @@ def _block_average(data: Any, start: Array, end: Array, force: Array) -> None:
 
 
 @jit
+def _scatter_mean(
+    data: Any, first: int, width: int, g: Array, g_end: Array, stress: Array, conjugate: Array, local: Array, out: Array
+) -> None:
+    """Add ``G' V mean(B)' sigma`` over a step of elements that turn, whose strains are no quadratics of gradients."""
+    middle, part = np.empty_like(g), np.empty_like(stress)
+    start, end, given = g[data.gradients :], g_end[data.gradients :], middle[data.gradients :]
+    for k in range(_POINTS.size):
+        share = 0.5 + 0.5 * _POINTS[k]
+        for e in range(width):
+            given[:, e] = (1.0 - share) * start[:, e] + share * end[:, e]
+            part[:, e] = 0.5 * _WEIGHTS[k] * stress[:, e]
+        to_local(given, width, make_room(), middle)
+        _scatter(data, first, width, middle, part, conjugate, local, out, False)
+
+
+@jit
 def add_average_forces(store: Any, start: Array, end: Array, force: Array) -> None:
     """Add ``G' V B(g_middle)' (sigma_start + sigma_end)/2`` of all blocks to ``force`` [theory.md 8].
 
-    Its work on ``end - start`` is the change of energy, because strains are quadratic. Other laws than the elastic one
-    give their mean over the step in place of that of both ends, see `average`.
+    Its work on ``end - start`` is the change of energy, because strains are quadratic; of elements that turn B is its
+    mean over the step. Other laws than the elastic one give their mean over the step in place of that of both ends, see
+    `average`.
     """
     for block in range(store[3].shape[0]):
         _block_average(block_data(store, block), start, end, force)

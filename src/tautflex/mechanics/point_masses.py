@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tautflex.elements.block import InertiaPoints
+from tautflex.elements.block import InertiaPoints, turning_terms
 from tautflex.elements.linked import led_dofs, led_points
 from tautflex.numeric import Array, Indices, cross_matrix
 from tautflex.structure.masses import PointMass
@@ -37,9 +37,12 @@ def body_block(model: Model) -> BodyBlock:
     interpolation = np.zeros((*mass.shape, 3, 6))
     interpolation[..., :3] = np.eye(3)
     interpolation[..., 3:] = [[-cross_matrix(arm) for arm in arms] for arms in place]
-    nodes = model.nodes[[body.node for body in model.masses]]
+    position = model.nodes[[body.node for body in model.masses]][:, None] + place
+    points = InertiaPoints(mass, interpolation, position)
+    if any(group.section.strain == "corotational" for group in model.groups):
+        second = np.einsum("np,npa,npb->nab", mass, position, place)[:, None]
+        points = replace(points, turning=turning_terms(second, np.eye(3, 6, 3)[None, None]))
     dofs, weights = led_dofs(dofs, model.constraints)
-    points = InertiaPoints(mass, interpolation, nodes[:, None] + place)
     return BodyBlock(dofs, points if weights is None else led_points(points, weights))
 
 

@@ -4,9 +4,9 @@ Handing dozens of arrays to a compiled function costs more than the elements of 
 `block_data` cuts a block's lists of non-zero terms out of them again, inside compiled code. Named tuples are handed
 over as plain ones, whose types need no look-up.
 
-One row of ``table`` describes a block: sizes, the addresses of its law and of its average, and where its parts begin in
-the other arrays. From there they lie one after the other (n rows of the block; a matrix with n columns is stored line
-by line):
+One row of ``table`` describes a block: sizes, the addresses of its law and of its average, whether its gradients are
+seen from a local frame, and where its parts begin in the other arrays. From there they lie one after the other (n rows
+of the block; a matrix with n columns is stored line by line):
 
 ======== =================================================== ==================================================
 array    part                                                numbers
@@ -70,13 +70,14 @@ class KernelData(NamedTuple):
     gradients: int
     law: int
     average: int
+    turns: int
 
 
 # Columns of the table.
 _ROWS, _UNKNOWNS, _STRAINS, _GRADIENTS, _LAW, _PARAMETERS = range(6)
 _GRADIENT_TERMS, _LINEAR_TERMS, _QUADRATIC_TERMS, _ELASTIC_TERMS = range(6, 10)
-_AVERAGE, _FIRST_SLOT, _FIRST_TERM, _FIRST_VALUE = range(10, 14)
-_COLUMNS = 14
+_AVERAGE, _TURNS, _FIRST_SLOT, _FIRST_TERM, _FIRST_VALUE = range(10, 15)
+_COLUMNS = 15
 
 # In place of the address of a compiled law, and of that of its average: numerically.
 ELASTIC = INTEGRATED = 0
@@ -95,7 +96,8 @@ def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Places], initial_st
         law, parameters = block.law.function, block.law.parameters(block.material)
         address, average = (0 if compiled is None else compiled.address for compiled in (law, block.law.average))
         sizes = (count, unknowns, len(block.linear), block.gradient.shape[1], address, len(parameters))
-        row[:_FIRST_SLOT] = *sizes, gradient[0].size, linear[0].size, quadratic[0].size, elastic[0].size, average
+        terms_each = gradient[0].size, linear[0].size, quadratic[0].size, elastic[0].size
+        row[:_FIRST_SLOT] = *sizes, *terms_each, average, block.turns
         row[_FIRST_SLOT:] = starts
         slots.append(np.ascontiguousarray(places).ravel())
         terms.extend([*gradient, *linear, *quadratic, *elastic])
@@ -159,4 +161,5 @@ def block_data(store: Any, block: int) -> Any:
         row[_GRADIENTS],
         row[_LAW],
         row[_AVERAGE],
+        row[_TURNS],
     )

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from tautflex.elements.laws.law import call_law
+from tautflex.elements.local_frame import make_room, turn_core
 from tautflex.mechanics.average import average_stress
 from tautflex.mechanics.kernel import pack_strain, pack_stress
 from tautflex.mechanics.store import ELASTIC, block_data
@@ -67,7 +68,7 @@ def _block_tangent(data: Any, q: Array, start: Array, slots: Places, values: Arr
     gradients, unknowns = data.gradients, data.dofs.shape[0]
     local, strain, ends = np.empty((unknowns, PACK)), np.empty((strains, PACK)), np.empty((2 * strains, PACK))
     stress, averaged = ends[:strains], start.size > 0 and data.law != ELASTIC
-    g = np.empty((gradients, PACK))
+    g = np.empty((gradients * (1 + data.turns), PACK))
     b, db = np.empty((strains, gradients, PACK)), np.empty((strains, gradients, PACK))
     core, half = np.empty((gradients, gradients, PACK)), np.empty((gradients, unknowns, PACK))
     element = np.empty((unknowns, unknowns, PACK))
@@ -87,6 +88,13 @@ def _block_tangent(data: Any, q: Array, start: Array, slots: Places, values: Arr
         if data.law != ELASTIC and not averaged:
             call_law(data.law, stress, tangent, density, data.law_parameters, width)
         pack_core(data, first, width, g, stress, tangent, b, db, core)
+        if data.turns:
+            conjugate = np.zeros((gradients, PACK))
+            for s in range(strains):
+                for i in range(gradients):
+                    for e in range(width):
+                        conjugate[i, e] += b[s, i, e] * stress[s, e]
+            turn_core(g[gradients:], width, make_room(), conjugate, core)
         half.fill(0.0)
         element.fill(0.0)
         for t in range(data.gradient_row.size):

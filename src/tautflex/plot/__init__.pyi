@@ -1,3 +1,4 @@
+from .animation import animate as animate
 from .campbell import plot_campbell as plot_campbell
 from .campbell import save_campbell as save_campbell
 from .history import plot_time_history as plot_time_history

@@ -60,7 +60,7 @@ def plot_shapes(
     chosen = _nearest(run["field_time"].values, times)
     fields = run["displacement"].transpose("field_time", "node", "component").values[chosen]
     across = float(np.abs(fields[..., 2]).max())
-    factor = _factor(across, mesh.span) if magnification is None else magnification
+    factor = drawn_factor(across, mesh.span) if magnification is None else magnification
     factor = positive("magnification", factor, remedy="1000 is the paper's")
     titles = [f"$t$ = {float(run['field_time'][index]):.4g} s" for index in chosen]
     return draw_deflections(mesh, titles, fields, factor, columns)
@@ -85,7 +85,7 @@ def _nearest(stored: Array, times: Sequence[float] | None) -> list[int]:
     return [int(np.abs(stored - time).argmin()) for time in times]
 
 
-def _factor(largest: float, span: float) -> float:
+def drawn_factor(largest: float, span: float) -> float:
     """Return the paper's 1000 if it draws 2 to 40 % of the length, else a round factor for 20 %."""
     if largest == 0.0 or 0.02 <= 1000.0 * largest / span <= 0.4:
         return 1000.0

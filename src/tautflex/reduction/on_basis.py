@@ -145,6 +145,15 @@ class OnBasis(SteppingModel):
         return self.coefficients.follow_quadratic.T @ self.basis.derivatives
 
 
+def refuse_turning(state: PrestressedState) -> None:
+    """UnsupportedError if beams turn by any angle: a basis adds vectors, and their forces are no polynomials."""
+    if any(block.turns for block in state.system.blocks):
+        raise UnsupportedError(
+            "strain: expected beams whose forces are polynomials, got 'corotational' ones, which only simulate, "
+            "solve_static and modes take; set the frame's strain = 'green-lagrange'"
+        )
+
+
 def refuse_drifting(state: PrestressedState) -> None:
     """Raise UnsupportedError for a structure that can drift away: its static responses have no end."""
     if state.model.rigid_freedom:

@@ -27,6 +27,7 @@ STRAIN = 0.05  # linear elasticity
 ASTRAY = 0.05  # [rad], of a force that keeps its direction
 SLOPE = 0.3  # von Karman strains leave out slope^4/8 beside slope^2/2: 1 % of it
 ROTATION = 0.2  # [rad], beams whose rotations add up like vectors
+NEARLY_ROUND = 6.0  # [rad], nearly the whole turn at which rotation vectors lose two directions
 IMBALANCE = 0.05  # of the largest force of an element, carried by the reference state
 TURN = 2.0 * np.pi  # [rad], of one maneuver
 TURN_IN_STEP = 0.5  # [rad]: Coriolis forces turn motion round as fast as the frame
@@ -155,8 +156,8 @@ def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
     """Largest ``strain`` [-], ``slope`` [-], ``rotation`` [rad] ... at free unknowns [m, rad], shape (size,).
 
     Strains are principal ones of film, axial ones of cables and beams, those of the prestress included. Slopes are
-    those of film and cables with von Karman strains, rotations those of beams' ends, turns those of rigidly
-    linked nodes; all are relative to the floating frame.
+    those of film and cables with von Karman strains, rotations those of beams' ends that take them as small, turns
+    those of corotational beams, of bodies on them and of rigidly linked nodes; all are relative to the floating frame.
     """
     extended, first = np.append(q, 0.0), dict[str, int]()
     worst = dict.fromkeys(_REMEDY, Reading())
@@ -164,8 +165,7 @@ def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
         system.blocks, system.initial_stress, system.row_places, system.model.element_groups, strict=False
     ):
         g = np.einsum("nij,nj->ni", block.gradient, extended[places])
-        strain = g @ block.linear.T + 0.5 * np.einsum("ni,sij,nj->ns", g, block.quadratic, g)
-        stress = initial + np.einsum("nst,nt->ns", block.elasticity, strain)
+        stress = initial + np.einsum("nst,nt->ns", block.elasticity, block.strain(extended[places]))
         # What a cable strains, not what a tendon or a drive in series with it gives way.
         modulus = block.material.youngs_modulus if block.kind == "cable" else block.elasticity[:, 0, 0]
         found = {"strain": np.abs(stress[:, 0]) / modulus}
@@ -174,8 +174,13 @@ def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
             elastic = np.linalg.solve(block.elasticity, stress[:, :, None])[:, :, 0] * (1.0, 1.0, 0.5)
             found["strain"] = np.abs(principal_values(elastic)).max(axis=1)
         if isinstance(group.section, BeamSection):
-            if group.section.strain != "corotational":
-                found["rotation"] = np.linalg.norm(g[:, 3:9].reshape(-1, 2, 3), axis=2).max(axis=1)
+            turned = np.linalg.norm(g[:, 3:9].reshape(-1, 2, 3), axis=2)
+            if block.turns:
+                found["turn"] = turned.max(axis=1)
+                carried = np.isin(group.connectivity, [body.node for body in system.model.masses if body.turns])
+                found["turn of a point mass"] = np.max(turned, axis=1, where=carried, initial=0.0)
+            else:
+                found["rotation"] = turned.max(axis=1)
         elif group.section.strain == "von-karman":
             found["slope"] = np.linalg.norm(g[:, 4:6] if block.kind == "membrane" else g[:, 1:3], axis=1)
         start = first.get(block.kind, 0)
@@ -200,7 +205,17 @@ _REMEDY = {
         "linear elasticity is doubtful beyond 5 %; check loads and units, or the material's limit",
     ),
     "slope": (SLOPE, ".2f", "von Karman strains hold up to slopes of 0.3; set strain = 'green-lagrange'"),
-    "rotation": (ROTATION, ".2f", "these beams take rotations as small, up to 0.2 rad; stiffen them or move them less"),
+    "rotation": (ROTATION, ".2f", "these beams take rotations as small, up to 0.2 rad; set strain = 'corotational'"),
+    "turn": (
+        NEARLY_ROUND,
+        ".2f",
+        "a node that a whole turn, 6.28 rad, sets apart from the frame's axes loses stiffness",
+    ),
+    "turn of a point mass": (
+        ROTATION,
+        ".2f",
+        "its offset and inertia turn as by small angles, up to 0.2 rad; give it a node of its own at its centre",
+    ),
     "turn of a link": (
         ROTATION,
         ".2f",

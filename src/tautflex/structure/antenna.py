@@ -40,14 +40,14 @@ class AntennaLayout:
     distribution
         ``"equal"``: every cable carries the pretension; ``"tributary"``: corner cables carry half, which puts
         a film of linear elements with a cable at every edge node in exact equilibrium.
-    cable_segments
-        Elements of each cable, which can swing between film and frame if there are several.
     support
         Clamped frame nodes: its ``"corners"``, ``"all"``, the two points on the x ``"axis"``, both
         ``"short-side"``s, or none (``"free"``).
     element
         Shape of the film's elements, ``"triangle3"``, ``"triangle6"``, ``"quad4"`` or a registered one. Cables stand
         where the layout puts them: with nodes in the middle of the sides, these carry cables too.
+    cable_segments
+        Elements of each cable, which can swing between film and frame if there are several.
     """
 
     length: float
@@ -59,9 +59,9 @@ class AntennaLayout:
     cables_per_long_edge: int = 2
     cables_per_short_edge: int = 2
     distribution: str = "equal"
-    cable_segments: int = 1
     support: str = "corners"
     element: str = "triangle3"
+    cable_segments: int = 1
 
     def __post_init__(self) -> None:
         checks.positive("length", self.length)

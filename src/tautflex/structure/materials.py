@@ -12,6 +12,7 @@ from tautflex.errors import InputError
 from tautflex.numeric import Array
 
 STRAINS = ("von-karman", "green-lagrange")
+BEAM_STRAINS = (*STRAINS, "corotational")
 LAW_NAMES = {"membrane": ["elastic", "tension-field"], "cable": ["elastic", "slack"]}
 """Names of laws that a kind of section may have; `tautflex.elements.laws` holds the laws, registering one adds here."""
 
@@ -279,8 +280,11 @@ class BeamSection:
     torsion_constant
         Saint-Venant torsion constant [m^4], > 0.
     strain
-        ``"von-karman"`` (the paper's) or ``"green-lagrange"`` (invariant to second order in rotations, which
-        a prestressed free-flying frame needs; see :mod:`tautflex.elements.beam`).
+        ``"von-karman"`` (the paper's), ``"green-lagrange"`` (invariant to second order in rotations, which a
+        prestressed free-flying frame needs; see :mod:`tautflex.elements.beam`), or ``"corotational"`` (invariant under
+        rotations of any size, for booms that bend, buckle and turn; see :mod:`tautflex.elements.local_frame`).
+    rotary_inertia
+        Whether sections resist turning about their own axes when the beam bends; "corotational" beams always do.
     """
 
     material: Material
@@ -289,11 +293,13 @@ class BeamSection:
     inertia_z: float
     torsion_constant: float
     strain: str = "von-karman"
+    rotary_inertia: bool = False
     kind: ClassVar[str] = "beam"
     rotational: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _check(self, "area", "inertia_y", "inertia_z", "torsion_constant")
+        checks.flag("rotary_inertia", self.rotary_inertia)
 
     @property
     def mass_per_measure(self) -> float:
@@ -310,7 +316,7 @@ def _check(section: Section, *sizes: str) -> None:
         raise InputError(f"material: expected an isotropic Material of a {section.kind}, got {section.material!r}")
     for name in sizes:
         checks.positive(name, getattr(section, name))
-    checks.one_of("strain", section.strain, STRAINS)
+    checks.one_of("strain", section.strain, BEAM_STRAINS if isinstance(section, BeamSection) else STRAINS)
     if not isinstance(section, BeamSection) and isinstance(section.law, str):
         checks.one_of("law", section.law, LAW_NAMES[section.kind])
 

@@ -26,7 +26,7 @@ from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.kinematics import unit_axis
 from tautflex.numeric import cross_matrix
-from tautflex.reduction.on_basis import refuse_drifting
+from tautflex.reduction.on_basis import refuse_drifting, refuse_turning
 from tautflex.reduction.polynomial.projection import prestress_fields
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.probes import ProbeSet
@@ -52,6 +52,7 @@ class FullPlant:
             raise UnsupportedError(
                 f"law: expected elastic film and cables in a batch, got {', '.join(laws)}; run simulate one by one"
             )
+        refuse_turning(state)
         refuse_drifting(state)
         if system.size > _MOST_UNKNOWNS:
             raise UnsupportedError(

@@ -64,7 +64,7 @@ class Membrane(Section):
     density: Positive = key("mass density of the film [kg/m^3]", 1530.0)
     layers: tuple[FilmLayer, ...] = key("layers on the film, [[membrane.layers]] sections", default=())
     strain: Literal["von-karman", "green-lagrange"] = key(
-        "strain measure of film, cables and frame", default="von-karman"
+        "strain measure of film, cables and, unless it has its own, frame", default="von-karman"
     )
     law: MembraneLaw = key("material law of the film", "tension-field", "elastic")
     edges: Literal["cables", "fixed", "scalloped"] = key(
@@ -148,7 +148,10 @@ class EdgeCords(Section):
 
 
 class Frame(Section):
-    """Rectangular frame of beams; ``inertia_z`` bends in the antenna's plane, ``inertia_y`` out of it."""
+    """Rectangular frame of beams; ``inertia_z`` bends in the antenna's plane, ``inertia_y`` out of it.
+
+    ``strain = "corotational"`` lets beams turn by any angle, buckle sideways and twist under their axial force.
+    """
 
     length: Positive | None = key("centre-line side along x [m]", 2.5, None)
     width: Positive | None = key("centre-line side along y [m]", 1.5, None)
@@ -159,6 +162,12 @@ class Frame(Section):
     inertia_y: Positive = key("second moment of area, bending out of plane [m^4]", 4.81e-7)
     inertia_z: Positive = key("second moment of area, bending in plane [m^4]", 2.69e-7)
     torsion_constant: Positive = key("torsion constant [m^4]", 7.5e-7)
+    strain: Literal["von-karman", "green-lagrange", "corotational"] | None = key(
+        "strain measure of the beams; default: the film's", "corotational", None
+    )
+    rotary_inertia: Flag = key(
+        "choice true or false: bending turns sections that resist it; 'corotational' ones always do", True, False
+    )
     support: Literal["corners", "all", "axis", "short-side", "free"] = key(
         "clamped part of the frame", default="corners"
     )

@@ -12,6 +12,7 @@ from tautflex import checks
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.drive import Drive, DriveMemory, memory_copy
 from tautflex.control.actuators.hub_torque import HubTorque
+from tautflex.control.actuators.monitor import Monitor, Watch
 from tautflex.control.runs.run_of_plant import Place, RunOfPlant
 from tautflex.control.signals import Channel
 from tautflex.errors import InputError
@@ -48,6 +49,8 @@ class Driven:
         Momentum of the wheels in inertial axes [N m s], shape (3,).
     work
         Done on spacecraft and structure since the reset [J].
+    watch
+        What its monitor has seen.
     """
 
     drive: Drive
@@ -58,6 +61,7 @@ class Driven:
     value: Array
     stored: Array = field(default_factory=lambda: np.zeros(3))
     work: float = 0.0
+    watch: Watch = field(default_factory=Watch)
 
 
 def checked_actuators(given: Any, hub: FreeHub | None) -> dict[str, Drive]:
@@ -94,10 +98,14 @@ class Bank:
         The structure, equipped for them.
     interval
         Time between two commands [s].
+    monitor
+        Of those that are watched.
     """
 
-    def __init__(self, actuators: Mapping[str, Drive], system: StructuralSystem, interval: float) -> None:
-        self._interval, self.items = interval, list[Driven]()
+    def __init__(
+        self, actuators: Mapping[str, Drive], system: StructuralSystem, interval: float, monitor: Monitor
+    ) -> None:
+        self._interval, self._monitor, self.items = interval, monitor, list[Driven]()
         for name, drive in actuators.items():
             bound: LinearInput | None = None
             if isinstance(drive, Actuator):
@@ -156,25 +164,34 @@ class Bank:
         """Let a command act from the present place of a run on."""
         first, changed, time = 0, False, place.time
         for item in self.items:
-            own = numbers[first : first + item.channel.size]
-            first += item.channel.size
+            own = np.zeros(item.channel.size) if item.watch.off else numbers[first : first + item.channel.size]
+            first, pumped = first + item.channel.size, 0.0
             item.memory, value = item.drive.act(item.memory, own, self._interval)
             if isinstance(item.drive, HubTorque):
                 value = item.drive.within(value, item.drive.rows @ self._in_hub_axes(place, item), self._interval)
             elif item.bound is not None:
                 value = np.maximum(value, item.bound.lowest)
-            if np.array_equal(value, item.value):
-                continue
-            changed, item.value = True, value
-            if isinstance(item.bound, StressChange):
-                before = run.strain_energy()
+            if not np.array_equal(value, item.value):
+                before, last, item.value, changed = run.strain_energy(), item.value, value, True
                 item.held.hold(value, time)
-                item.work += run.strain_energy() - before
-            else:
-                item.held.hold(value, time)
+                if isinstance(item.bound, StressChange):
+                    work = run.strain_energy() - before
+                    item.work += work
+                    pumped = work - self._stored(run, item, last, value - last)
+            if item.drive.monitor:
+                item.watch = item.watch.seen(pumped, self._monitor.window)
         if changed:
             self.push(run, time)
             run.renew()
+
+    def _stored(self, run: RunOfPlant, item: Driven, value: Array, change: Array) -> float:
+        """Work of a change that the structure gives back, see `Monitor` [J]; 0 of what is not watched."""
+        if not item.drive.monitor:
+            return 0.0
+        stresses = [each for each in self.items if isinstance(each.bound, StressChange)]
+        behind = sum(each.channel.size for each in stresses[stresses.index(item) :])
+        own = run.own[len(run.own) - behind :, len(run.own) - behind :][: len(value), : len(value)]
+        return float(change @ self._monitor.own[item.channel.name] @ value + 0.5 * change @ own @ change)
 
     def count(self, run: RunOfPlant, before: Place, at: Place) -> None:
         """Take in one step from a place to the present one."""
@@ -207,10 +224,11 @@ class Bank:
 
     def memory(self) -> list[tuple[Any, ...]]:
         """What the next interval depends on."""
-        return [(memory_copy(i.memory), i.value.copy(), i.stored.copy(), i.work) for i in self.items]
+        return [(memory_copy(i.memory), i.value.copy(), i.stored.copy(), i.work, i.watch) for i in self.items]
 
     def recall(self, memory: list[tuple[Any, ...]]) -> None:
         """Go on where another bank stood."""
-        for item, (drive, value, stored, work) in zip(self.items, memory, strict=True):
+        for item, (drive, value, stored, work, watch) in zip(self.items, memory, strict=True):
             item.memory, item.value, item.stored, item.work = memory_copy(drive), value.copy(), stored.copy(), work
+            item.watch = watch
             item.held = Held(value)

@@ -51,6 +51,9 @@ class Drive:
         Time until a command acts [s], whole intervals, >= 0.
     resolution
         Step of the numbers, >= 0; 0 is none.
+    monitor
+        Whether tension or temperature that has pumped vibration up for two periods of the lowest mode is switched off:
+        its commands are zero from then on.
 
     Raises
     ------
@@ -63,6 +66,7 @@ class Drive:
     lag: float = 0.0
     delay: float = 0.0
     resolution: float = 0.0
+    monitor: bool = False
     __repr__ = brief
 
     def __post_init__(self) -> None:
@@ -73,6 +77,7 @@ class Drive:
             checks.positive("rate", self.rate)
         for name in ("lag", "delay", "resolution"):
             checks.non_negative(name, getattr(self, name))
+        checks.flag("monitor", self.monitor)
 
     def start(self, count: int, interval: float) -> DriveMemory:
         """Memory at rest, for ``count`` numbers; InputError if it does not fit them, or the interval [s]."""

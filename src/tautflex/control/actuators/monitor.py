@@ -1,9 +1,10 @@
 r"""Energy monitor: tension that pumps vibration up is switched off.
 
-A stress that jumps by du where a unit of it has the energy p(q) does the work ``du p`` on the structure. What it does on
-the structure that has only answered the stresses u, ``du own u``, comes back when they go; the rest is pumped into
+A stress that jumps by du where a unit of it has the energy p(q) does the work ``du p`` on the structure. What it does
+on the structure that has only answered the stresses u, ``du own u``, comes back when they go; the rest is pumped into
 vibration, or out of it. Tension that moves at twice a mode's frequency pumps [parametric resonance]: p of a vibration
-is ``(1 + cos) / 2``, and of all work that is moved, in or out, at least half stays. Noise does not do that over a period.
+is ``(1 + cos) / 2``, and of all work that is moved, in or out, at least half stays. Noise does not do that over a
+period.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ SHARE, PERIODS = 0.5, 2
 
 
 class Watch(NamedTuple):
-    """What a monitor has seen: intervals of this period, work that stays and all that moved [J], periods that pumped."""
+    """What a monitor has seen: intervals of this period, its work that stays and all of it [J], periods that pumped."""
 
     intervals: int = 0
     pumped: float = 0.0
@@ -79,5 +80,5 @@ def monitor_of(actuators: Mapping[str, Drive], state: PrestressedState, interval
         own[name] = -pulls @ np.array([solver.solve(pull) for pull in pulls]).T
     if not own:
         return Monitor(0, own)
-    period = 2.0 * np.pi / np.sqrt(float(state.linear.modes(1)[0][0]))
+    period = 2.0 * np.pi / float(state.linear.modes(1)[0][0])
     return Monitor(max(1, int(np.ceil(period / interval - 1e-9))), own)

@@ -13,7 +13,7 @@ from numba import carray, types  # type: ignore[attr-defined]
 from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
-from tautflex.control.compiled.parts import Drives, LoopState, Sensing
+from tautflex.control.compiled.parts import Drives, LinearLoop, LoopState, Sensing
 from tautflex.numeric import Indices
 from tautflex.reduction.marching.free_hub.hub_arrays import HubArrays, HubInputs
 from tautflex.reduction.marching.free_hub.hub_inertia import HubPlace
@@ -31,9 +31,10 @@ _FIELDS: dict[type, str] = {
     Work: "111112332211i",
     HubPlace: "2222111",
     HubWork: "1112211p22211121221",
-    Drives: "111111iiii22222321",
+    Drives: "111111iiii22222322i1",
     Sensing: "222221i323i1111i",
-    LoopState: "21111122112i",
+    LinearLoop: "2222112",
+    LoopState: "211111221122i",
 }
 
 

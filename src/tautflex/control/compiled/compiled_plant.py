@@ -10,18 +10,24 @@ from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.control.actuators.bank import Bank, checked_actuators
+from tautflex.control.actuators.monitor import PERIODS, monitor_of
 from tautflex.control.compiled import kernels
 from tautflex.control.compiled.addresses import table_of
 from tautflex.control.compiled.drives import drives_of
-from tautflex.control.compiled.parts import DRAWN, FAILED, INTERVALS, Drives, LoopState, Sensing
+from tautflex.control.compiled.parts import DRAWN, FAILED, INTERVALS, Drives, LinearLoop, LoopState, Sensing
 from tautflex.control.compiled.sensing import sensing_of
+from tautflex.control.law import ControlLaw
+from tautflex.control.linear import LinearPlant
+from tautflex.control.linearize import linearize
+from tautflex.control.runs.following import references, spec_of
 from tautflex.control.runs.timing import steps_of
 from tautflex.control.sensors.sensor import Sensor, noise_of
 from tautflex.control.signals import Channel
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.motion.hub import FreeHub
-from tautflex.numeric import Array, Mask
+from tautflex.motion.kinematics import AtRest, Maneuver
+from tautflex.numeric import Array, Indices, Mask
 from tautflex.reduction.marching.free_hub.hub_arrays import HubInputs
 from tautflex.reduction.marching.free_hub.hub_run import HubRun
 from tautflex.reduction.marching.free_hub.hub_work import HubWork, new_hub_work
@@ -33,6 +39,8 @@ from tautflex.text import card, shown
 
 # Draws of noise that are made at a time.
 _DRAWS = 512
+# What is followed where there is no law, and no record.
+_NONE, _NOT = np.zeros((1, 0)), np.zeros((0, 0, 0))
 
 
 class CompiledPlant:
@@ -99,7 +107,8 @@ class CompiledPlant:
                 f"rom: expected a reduced model whose forces are polynomials, got {shown(rom)}; reduce(state) makes "
                 "one, or use Plant"
             )
-        self.rom, self.hub = rom, checks.instance("hub", hub, FreeHub, "a FreeHub(...)")
+        self.rom = rom
+        self.hub: FreeHub | None = checks.instance("hub", hub, FreeHub, "a FreeHub(...)")
         if hub.feedback:
             raise UnsupportedError(
                 "hub: expected constant force and torque, got functions of time and motion; command a HubTorque"
@@ -107,8 +116,10 @@ class CompiledPlant:
         self.actuators, self.sensors = checked_actuators(actuators, hub), dict(sensors or {})
         self.interval, self._steps = checks.positive("interval", interval), steps_of(interval, time_step)
         self.count = checks.whole("count", count, 1)
-        bank = Bank(self.actuators, rom.state.system, interval)
+        monitor = monitor_of(self.actuators, rom.state, interval)
+        bank = Bank(self.actuators, rom.state.system, interval, monitor)
         self.inputs: tuple[Channel, ...] = bank.channels
+        self._effects = bank.effects
         step = interval / self._steps
         question = {"time_step": step, "end_time": interval, "method": CentralDifference(), "damping": damping}
         self._run = HubRun(rom, TransientProblem.asked(rom, hub, question | {"inputs": bank.inputs}))
@@ -118,15 +129,16 @@ class CompiledPlant:
             Channel(name, bound.unit, bound.size, self.sensors[name].noise) for name, bound in prepared.items()
         )
         sensing = sensing_of(self._run, self.sensors, prepared, interval, bank)
-        drives = drives_of(self._run, bank, np.array([interval, step, self._steps]))
+        drives = drives_of(self._run, bank, monitor, np.array([interval, step, self._steps, monitor.window]))
         base = _whole(self._run.inputs_at(np.zeros(1), np.inf), drives)
         self._fixed, self._kept = table_of(self._run.arrays, self._run.hub, drives, sensing, base)
+        self._watched = drives.watched
         self._make_rows(drives, sensing, base)
 
     def _make_rows(self, drives: Drives, sensing: Sensing, base: HubInputs) -> None:
         """Arrays of every plant."""
         run, count, c, o = self._run, self.count, len(drives.limit), len(sensing.bias)
-        self.measurement, self._command = np.zeros((count, o)), np.zeros((count, c))
+        self.measurement, self._command = np.zeros((count, o)), np.zeros((1, count, c))
         self.gain, self.offset, self.value, self.work = np.ones((count, c)), *np.zeros((3, count, c))
         self._counts = np.zeros((count, 3), dtype=np.int64)
         self.failures = self._counts[:, FAILED]
@@ -138,7 +150,8 @@ class CompiledPlant:
         for n in range(count):
             loop = LoopState(
                 np.zeros((c, late)), np.zeros(c), np.zeros(c), self.value[n], self.gain[n], self.offset[n],
-                np.zeros((c, 3)), np.zeros((o, old)), self.work[n], np.zeros(c), self._draws[n], self._counts[n],
+                np.zeros((c, 3)), np.zeros((o, old)), self.work[n], np.zeros(c), self._draws[n],
+                np.zeros((c, 4)), self._counts[n],
             )  # fmt: skip
             before, now = _whole(base, drives), _whole(base, drives)
             work, ride = new_work(run.rom.size), new_hub_work(run.hub, run.arrays.mass, run.ride.given.size)
@@ -147,6 +160,9 @@ class CompiledPlant:
             tables.append(table)
             self._kept += kept
         self._own, self._left = np.array(tables), 0
+        none, line = np.zeros((0, 0)), np.zeros(0)
+        self._free, kept = table_of(LinearLoop(none, none, none, none, line, line, np.zeros((count, 0))))
+        self._kept += kept
 
     def reset(
         self,
@@ -213,9 +229,76 @@ class CompiledPlant:
         if self._left == 0:
             self._refill()
         self._left -= 1
-        self._command[...] = command
-        kernels.step(self._fixed, self._own, self._command, self.measurement)
+        self._command[0] = command
+        kernels.run(self._fixed, self._own, self._free, _NONE, self._command, self.measurement, _NOT)
         return self.measurement if self.count > 1 else self.measurement[0]
+
+    def run(
+        self,
+        law: ControlLaw | ArrayLike,
+        maneuver: Maneuver | None = None,
+        end_time: float = 10.0,
+        seed: int | None = None,
+    ) -> tuple[Array, Array]:
+        """Run all plants from a reset on, under a linear law in compiled code, or any law, or a table of commands.
+
+        Parameters
+        ----------
+        law
+            Control law, or commands, shape (interval, count, inputs) or (interval, inputs).
+        maneuver
+            What the hub is to follow; None is rest.
+        end_time
+            Duration under a law [s].
+        seed
+            As of `reset`.
+
+        Returns
+        -------
+        measurement
+            At every sample, shape (interval + 1, count, outputs).
+        command
+            As asked for, shape (interval, count, inputs).
+        """
+        first, size = self.reset(seed).reshape(self.count, -1), self._command.shape[2]
+        if not isinstance(law, ControlLaw):
+            table = checks.numbers("law", law)
+            table = np.broadcast_to(table if table.ndim == 3 else table[:, None], (len(table), self.count, size))
+            command = checks.float_array("law", table, (None, self.count, size)).copy()
+            return self._march(first, command, _NONE.repeat(len(command), axis=0), self._free), command
+        times = np.asarray(self.interval * np.arange(np.ceil(end_time / self.interval - 1e-6)), dtype=np.float64)
+        follow = references(AtRest() if maneuver is None else maneuver, times, self.hub)
+        command, spec = np.zeros((len(times), self.count, size)), spec_of(self, law)
+        matrices = law.matrices(spec)
+        if matrices is not None:
+            a, b, c, d, *shift = (np.ascontiguousarray(part) for part in matrices)
+            around, _alive = table_of(LinearLoop(a, b, c, d, shift[0], shift[1], np.zeros((self.count, len(a)))))
+            numbers = np.array([each.numbers for each in follow])
+            return self._march(first, command, numbers, around), command
+        memories, measured = [law.start(spec) for _ in range(self.count)], [first]
+        for number, reference in enumerate(follow):
+            for n in range(self.count):
+                memories[n], command[number, n] = law.act(memories[n], measured[-1][n].copy(), reference)
+            measured.append(self.step(command[number]).reshape(self.count, -1).copy())
+        return np.array(measured), command
+
+    def _march(self, first: Array, command: Array, follow: Array, around: Indices) -> Array:
+        """Measurements of many intervals, as many at a time as there are draws of noise."""
+        measured, begin = np.zeros((len(command) + 1, *first.shape)), 0
+        measured[0] = first
+        while begin < len(command):
+            if self._left == 0:
+                self._refill()
+            part = slice(begin, begin + min(self._left, len(command) - begin))
+            own = measured[1:][part]
+            kernels.run(self._fixed, self._own, around, follow[part], command[part], self.measurement, own)
+            begin, self._left = part.stop, self._left - len(own)
+        return measured
+
+    def linearize(self, modes: int = 60) -> LinearPlant:
+        """Linear view of small motion of the structure that was reduced, without drives, see `linearize`."""
+        damping = self._run.problem.damping
+        return linearize(self.rom.state, self._effects, self.sensors, hub=self.hub, damping=damping, modes=modes)
 
     def _refill(self) -> None:
         for n in np.flatnonzero(self._counts[:, DRAWN] >= _DRAWS):
@@ -230,6 +313,12 @@ class CompiledPlant:
     def displacement(self, row: int = 0) -> Array:
         """Displacement of all nodes of a plant by its coordinates [m], without answers to inputs, shape (node, 3)."""
         return self.rom.state.system.translations(self.rom.displacement(self._rows[row][0].q[None])[0])
+
+    @property
+    def switched_off(self) -> Mask:
+        """Numbers of the command that a monitor has switched off since the reset, shape (count, inputs)."""
+        off = np.array([row[2].watch[:, 3] >= PERIODS for row in self._rows])
+        return np.asarray(off[:, self._watched] & (self._watched >= 0))
 
     @property
     def time(self) -> Array:

@@ -6,18 +6,20 @@ import numpy as np
 
 from tautflex.control.actuators.bank import Bank
 from tautflex.control.actuators.hub_torque import HubTorque
+from tautflex.control.actuators.monitor import Monitor
 from tautflex.control.compiled.parts import FORCE, STRESS, Drives
 from tautflex.mechanics.loads.prepared import PatternLoad, StressChange
 from tautflex.numeric import Array
 from tautflex.reduction.marching.free_hub.hub_run import HubRun
 
 
-def drives_of(run: HubRun, bank: Bank, times: Array) -> Drives:
+def drives_of(run: HubRun, bank: Bank, monitor: Monitor, times: Array) -> Drives:
     """Constants of all numbers of a command."""
     total, r, m = bank.size, run.rom.size, run.rom.monomial_count
     none, inputs = np.full(total, np.inf), run.inputs
     limit, rate, momentum, lowest = none.copy(), none.copy(), none.copy(), -none
-    lag, resolution, own = np.zeros(total), np.zeros(total), np.zeros((total, total))
+    lag, resolution, (own, whole) = np.zeros(total), np.zeros(total), np.zeros((2, total, total))
+    watched = np.full(total, -1)
     kind, axis, delay, pushing = np.zeros((4, total), dtype=np.int64)
     load, inside = np.zeros((2, total, r))
     stress, pulled = np.zeros((2, total, m))
@@ -47,6 +49,8 @@ def drives_of(run: HubRun, bank: Bank, times: Array) -> Drives:
         if isinstance(bound, StressChange):
             kind[own_places] = STRESS
             stresses += range(own_places.start, own_places.stop)
+            if drive.monitor:
+                watched[own_places], whole[own_places, own_places] = own_places.start, monitor.own[item.channel.name]
         elif isinstance(bound, PatternLoad):
             kind[own_places], pushing[own_places] = FORCE, not bound.internal
             if not bound.internal:
@@ -57,5 +61,5 @@ def drives_of(run: HubRun, bank: Bank, times: Array) -> Drives:
         own[np.ix_(stresses, stresses)] = inputs.own
     return Drives(
         limit, rate, lag, resolution, lowest, momentum, kind, axis, delay, pushing, load, stress, inside, pulled,
-        wrench, arms, own, times,
+        wrench, arms, own, whole, watched, times,
     )  # fmt: skip

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from tautflex.control.actuators.monitor import PERIODS, SHARE
 from tautflex.control.compiled.addresses import part_at, width
 from tautflex.control.compiled.parts import (
     DRAWN,
@@ -15,6 +16,7 @@ from tautflex.control.compiled.parts import (
     STRESS,
     WHEEL,
     Drives,
+    LinearLoop,
     LoopState,
     Sensing,
 )
@@ -70,9 +72,11 @@ def _driven(d: Drives, loop: LoopState, k: int, command: float) -> float:
 @jit
 def _command(d: Drives, loop: LoopState, rigid: Array, command: Array) -> bool:
     """Fill what acts in the next interval, and the work that new stresses do; whether it is another than before."""
-    changed = False
+    changed, pumped = False, np.zeros(command.size)
     for k in range(command.size):
-        value = loop.gain[k] * _driven(d, loop, k, command[k]) + loop.offset[k]
+        own = d.watched[k]
+        told = 0.0 if own >= 0 and loop.watch[own, 3] >= PERIODS else command[k]
+        value = loop.gain[k] * _driven(d, loop, k, told) + loop.offset[k]
         if d.kind[k] == WHEEL:
             if d.momentum[k] < np.inf:
                 stored, axes = 0.0, matrix(rigid[:4])
@@ -87,15 +91,39 @@ def _command(d: Drives, loop: LoopState, rigid: Array, command: Array) -> bool:
             continue
         changed = True
         if d.kind[k] == STRESS:
-            loop.work[k] += change * (loop.pull[k] + dot(d.own[k], loop.value) + 0.5 * d.own[k, k] * change)
+            at_once = dot(d.own[k], loop.value)
+            loop.work[k] += change * (loop.pull[k] + at_once + 0.5 * d.own[k, k] * change)
+            if own >= 0:
+                pumped[own] += change * (loop.pull[k] + at_once - dot(d.whole[k], loop.value))
         loop.value[k] = value
+    for k in range(command.size):
+        if d.watched[k] == k and loop.watch[k, 3] < PERIODS:
+            _watch(loop.watch[k], pumped[k], d.times[3])
     return changed
 
 
 @jit
+def _watch(watch: Array, work: float, window: float) -> None:
+    """One interval later, see `Watch.seen`."""
+    watch[0] += 1.0
+    watch[1] += work
+    watch[2] += abs(work)
+    if watch[0] >= window:
+        watch[3] = watch[3] + 1.0 if watch[2] > 0.0 and watch[1] >= SHARE * watch[2] else 0.0
+        watch[:3] = 0.0
+
+
+@jit
 def _copy(one: HubInputs, other: HubInputs) -> None:
-    other.load[:], other.stress[:], other.wrench[:], other.arms[:] = one.load, one.stress, one.wrench, one.arms
-    other.inside[:], other.inside_stress[:] = one.inside, one.inside_stress
+    # Loops in place of array expressions, whose shape checks take seconds to compile.
+    for i in range(one.load.shape[1]):
+        other.load[0, i], other.inside[0, i] = one.load[0, i], one.inside[0, i]
+        for a in range(3):
+            other.arms[0, a, i] = one.arms[0, a, i]
+    for m in range(one.stress.shape[1]):
+        other.stress[0, m], other.inside_stress[0, m] = one.stress[0, m], one.inside_stress[0, m]
+    for i in range(6):
+        other.wrench[0, i] = one.wrench[0, i]
 
 
 @jit
@@ -117,7 +145,9 @@ def _give(d: Drives, base: HubInputs, value: Array, now: HubInputs) -> None:
             now.stress[0, m] += u * d.stress[k, m]
             now.inside_stress[0, m] += u * d.inside_stress[k, m]
         if d.kind[k] == FORCE:
-            now.arms[0] += u * d.arms[k]
+            for a in range(3):
+                for i in range(now.load.shape[1]):
+                    now.arms[0, a, i] += u * d.arms[k, a, i]
 
 
 @jit
@@ -237,7 +267,7 @@ def begin(fixed: Indices, own: Indices, measurement: Array) -> None:
     d, s = part_at(Drives, fixed, _DRIVES), part_at(Sensing, fixed, _SENSING)
     base, work, ride = part_at(HubInputs, fixed, _BASE), part_at(Work, own, 0), part_at(HubWork, own, _RIDE)
     loop, now = part_at(LoopState, own, _LOOP), part_at(HubInputs, own, _NOW)
-    for part in (loop.waiting, loop.stored):
+    for part in (loop.waiting, loop.stored, loop.watch):
         part[:] = 0.0
     for part in (loop.target, loop.output, loop.work, ride.work):
         part[:] = 0.0
@@ -256,47 +286,75 @@ def begin(fixed: Indices, own: Indices, measurement: Array) -> None:
 
 
 @jit
-def _interval(
-    arrays: Any, hub: HubArrays, d: Drives, s: Sensing, base: HubInputs, work: Work, ride: HubWork, loop: LoopState,
-    before: HubInputs, now: HubInputs, command: Array, measurement: Array,
-) -> bool:  # fmt: skip
-    """Hold a command over one interval and measure at its end; False where a step is not stable."""
-    if loop.counts[FAILED] != 0:
-        return False
-    place = loop.counts[INTERVALS]  # of inputs that hold for all
-    if _command(d, loop, ride.rigid, command):
-        _copy(now, before)
-        _give(d, base, loop.value, now)
-        jump(arrays, hub, before, place, now, place, work, ride, True)
-    rigid, own = np.empty(MOMENTUM), np.empty(work.q.size)
-    pull, size = loop.pull.copy(), d.times[1]
-    for _ in range(int(d.times[2])):
-        rigid[:], own[:] = ride.rigid[:MOMENTUM], work.q
-        good = work.counts[0] % CHECK_INTERVAL != 0 or stable(arrays, hub, now, place, size, work, ride)
-        if not (good and explicit_step(arrays, hub, now, place, size, work, ride)):
-            loop.counts[FAILED] = 1
-            return False
-        _count(d, loop, ride, work.q, rigid, own)
-    _pull(d, arrays, work.q, ride.at.monomials, loop)
-    for k in range(d.kind.size):
-        if d.kind[k] == FORCE:
-            loop.work[k] -= loop.value[k] * (loop.pull[k] - pull[k])
-    loop.counts[INTERVALS] += 1
-    reading = np.empty(measurement.size)
-    _exact(s, arrays, work, ride, loop.value, reading)
-    _observe(s, loop, reading, False, measurement)
-    return True
+def _ask(law: LinearLoop, n: int, z: Array, command: Array) -> None:
+    """Fill the command of a linear law for plant n, whose state moves on."""
+    x = law.x[n]
+    for i in range(command.size):
+        command[i] = law.d[i] + dot(law.C[i], x) + dot(law.D[i], z)
+    now = x.copy()
+    for i in range(x.size):
+        x[i] = law.b[i] + dot(law.A[i], now) + dot(law.B[i], z)
 
 
 @jit
-def step(fixed: Indices, own: Indices, command: Array, measurement: Array) -> bool:
-    """One interval of every plant, rows of ``own``, commands and measurements; whether all steps were stable."""
+def run(
+    fixed: Indices, own: Indices, around: Indices, follow: Array, command: Array, last: Array, measured: Array
+) -> None:
+    """Intervals of all plants side by side.
+
+    Parameters
+    ----------
+    fixed, own, around
+        Tables of the constants, of every plant (count, any), and of a law.
+    follow
+        What the law follows at the start of every interval, shape (interval, any).
+    command
+        Commands, which a law fills, shape (interval, count, c).
+    last
+        Measurements at the start, then at the end, shape (count, o).
+    measured
+        Gets those at the end of every interval, shape (interval, count, o), or (0, count, o): not.
+    """
     arrays, hub = part_at(ReducedArrays, fixed, 0), part_at(HubArrays, fixed, _HUB)
     d, s = part_at(Drives, fixed, _DRIVES), part_at(Sensing, fixed, _SENSING)
-    base, good = part_at(HubInputs, fixed, _BASE), True
+    base, law, size, o = part_at(HubInputs, fixed, _BASE), part_at(LinearLoop, around, 0), d.times[1], last.shape[1]
+    rigid, reading, z = np.empty(MOMENTUM), np.empty(o), np.empty(o + follow.shape[1])
     for n in range(own.shape[0]):
         work, ride = part_at(Work, own[n], 0), part_at(HubWork, own[n], _RIDE)
         loop, before = part_at(LoopState, own[n], _LOOP), part_at(HubInputs, own[n], _BEFORE)
-        now = part_at(HubInputs, own[n], _NOW)
-        good &= _interval(arrays, hub, d, s, base, work, ride, loop, before, now, command[n], measurement[n])
-    return good
+        now, start, pull = part_at(HubInputs, own[n], _NOW), np.empty(work.q.size), np.empty(loop.pull.size)
+        for t in range(command.shape[0]):
+            place = loop.counts[INTERVALS]  # of inputs that hold for all
+            if law.C.shape[0]:
+                for i in range(z.size):
+                    z[i] = last[n, i] if i < o else follow[t, i - o]
+                _ask(law, n, z, command[t, n])
+            if loop.counts[FAILED] == 0 and _command(d, loop, ride.rigid, command[t, n]):
+                _copy(now, before)
+                _give(d, base, loop.value, now)
+                jump(arrays, hub, before, place, now, place, work, ride, True)
+            for k in range(pull.size):
+                pull[k] = loop.pull[k]
+            left = int(d.times[2])
+            while left > 0 and loop.counts[FAILED] == 0:
+                for k in range(MOMENTUM):
+                    rigid[k] = ride.rigid[k]
+                for i in range(start.size):
+                    start[i] = work.q[i]
+                still = work.counts[0] % CHECK_INTERVAL != 0 or stable(arrays, hub, now, place, size, work, ride)
+                if not (still and explicit_step(arrays, hub, now, place, size, work, ride)):
+                    loop.counts[FAILED] = 1
+                else:
+                    _count(d, loop, ride, work.q, rigid, start)
+                left -= 1
+            if loop.counts[FAILED] == 0:
+                _pull(d, arrays, work.q, ride.at.monomials, loop)
+                for k in range(d.kind.size):
+                    if d.kind[k] == FORCE:
+                        loop.work[k] -= loop.value[k] * (loop.pull[k] - pull[k])
+                loop.counts[INTERVALS] += 1
+                _exact(s, arrays, work, ride, loop.value, reading)
+                _observe(s, loop, reading, False, last[n])
+            if measured.shape[0]:
+                for i in range(o):
+                    measured[t, n, i] = last[n, i]

@@ -28,10 +28,13 @@ class Drives(NamedTuple):
         Whether a force pushes the spacecraft, shape (c,).
     load, stress, inside, inside_stress, wrench, arms
         Of a unit of each, as of `HubInputs`, shapes (c, r), (c, m), (c, r), (c, m), (c, 6) and (c, 3, r).
-    own
-        ``u own u / 2`` is what stresses store at once in the structure that answers them, shape (c, c).
+    own, whole
+        ``u own u / 2`` is what stresses store at once in the structure that answers them, and what they store in one
+        that has answered, of what is watched, shape (c, c).
+    watched
+        Number that counts for an actuator whose pumping is watched; -1: it is not, shape (c,).
     times
-        Interval and step [s], and steps of an interval, shape (3,).
+        Interval and step [s], steps of an interval, and intervals of a period of the monitor, shape (4,).
     """
 
     limit: Array
@@ -51,6 +54,8 @@ class Drives(NamedTuple):
     wrench: Array
     arms: Array
     own: Array
+    whole: Array
+    watched: Indices
     times: Array
 
 
@@ -106,6 +111,26 @@ class Sensing(NamedTuple):
     kept: Indices
 
 
+class LinearLoop(NamedTuple):
+    """A linear law of n states around every plant, see `LawMatrices`; none where C has no rows.
+
+    Parameters
+    ----------
+    A, B, C, D, b, d
+        Its matrices.
+    x
+        States, shape (count, n).
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    b: Array
+    d: Array
+    x: Array
+
+
 class LoopState(NamedTuple):
     """What a loop remembers beside the motion, of c numbers of a command and o readings.
 
@@ -127,6 +152,8 @@ class LoopState(NamedTuple):
         Energy that a unit of each number has where the structure is [J], shape (c,).
     draws
         Standard normal numbers to come, shape (any, o).
+    watch
+        As of `Watch`: intervals, pumped and moved work [J], and periods that pumped, shape (c, 4).
     counts
         Intervals since the reset, draws that are used, and whether a step failed, shape (3,).
     """
@@ -142,4 +169,5 @@ class LoopState(NamedTuple):
     work: Array
     pull: Array
     draws: Array
+    watch: Array
     counts: Indices

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from tautflex.control.runs.run_of_plant import Place, RunOfPlant, Sight
 from tautflex.numeric import Array
 from tautflex.solvers.transient.free_hub.equation import HubEquation
@@ -44,6 +46,13 @@ class FullPlantRun(RunOfPlant):
     def strain_energy(self) -> float:
         """Strain energy under the inputs of the present instant [J]."""
         return self._run.strain_energy()
+
+    @property
+    def own(self) -> Array:
+        """None: nothing answers at once."""
+        inputs = self._run.equation.inputs
+        size = 0 if inputs is None else int(inputs.stressing.sum())
+        return np.zeros((size, size))
 
     def wrench_of(self, load: Array, place: Place) -> Array:
         """Force, and torque about O, of forces on the free unknowns, hub axes, shape (6,)."""

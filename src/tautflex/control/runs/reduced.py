@@ -60,6 +60,11 @@ class ReducedPlantRun(RunOfPlant):
         run = self._run
         return float(run.energies(np.array([run.time]), run.work.q[None], run.work.v[None])[0, 1])
 
+    @property
+    def own(self) -> Array:
+        """``u own u / 2`` is what stresses of inputs store at once in the structure that answers them, shape (n, n)."""
+        return self._run.inputs.own
+
     def wrench_of(self, load: Array, place: Place) -> Array:
         """Force, and torque about O, of forces on the free unknowns, hub axes, shape (6,)."""
         run = self._run

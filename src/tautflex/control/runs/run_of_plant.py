@@ -81,6 +81,11 @@ class RunOfPlant(ABC):
     def strain_energy(self) -> float:
         """Strain energy under the inputs of the present instant [J]."""
 
+    @property
+    @abstractmethod
+    def own(self) -> Array:
+        """``u own u / 2`` is what stresses of inputs store at once in the structure that answers them, shape (n, n)."""
+
     @abstractmethod
     def wrench_of(self, load: Array, place: Place) -> Array:
         """Force, and torque about O, of forces on the free unknowns, hub axes, shape (6,)."""

@@ -9,8 +9,8 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.control.tasks.task import Range, Task
-from tautflex.mechanics.loads.effects.temperature.membrane import MembraneTemperature
 from tautflex.mechanics.loads.effects.nodal_force import NodalForce
+from tautflex.mechanics.loads.effects.temperature.membrane import MembraneTemperature
 from tautflex.mechanics.loads.inputs import Effect
 from tautflex.numeric import Array
 from tautflex.structure.model import Model

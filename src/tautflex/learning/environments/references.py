@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tautflex.control.loop import references
+from tautflex.control.runs.following import references
 from tautflex.control.sensors.sensor import hub_rows
 from tautflex.motion.fixed_axis import Slew
 from tautflex.motion.hub import FreeHub

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,8 @@ from tautflex.control.signals import LoopSpec, Reference
 from tautflex.control.tasks.task import Task
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.learning.arena import Arena
+from tautflex.learning.environments.references import reference_table
+from tautflex.motion.attitude import attitude as attitude_of
 from tautflex.numeric import Array
 from tautflex.solvers.transient.status import Run
 
@@ -134,6 +136,8 @@ def play(
     arena: Arena, law: ControlLaw, scenario: Scenario, kind: str, time_step: float | None = None
 ) -> dict[str, float]:
     """Run an episode under a law, and tell how it went: see `METRICS`."""
+    if kind == "reduced" and arena.hub is not None:
+        return _play_compiled(arena, law, scenario)
     task, parameters = arena.task, dict(scenario.parameters)
     plant = arena.plant(kind, time_step, exact=False)
     whole = disturbed(arena, law, parameters)
@@ -143,27 +147,72 @@ def play(
         if not isinstance(error.result, Run):
             raise
         run = error.result
-    return measure(run, arena, parameters)
+    data, steps = run.data, arena.steps
+    done = slice(1, min(steps, data.sizes["sample_time"] - 1) + 1)
+    rms = data["surface_rms"].values[done]
+    angle = _angle(data["attitude"].values[done], arena, parameters) if arena.hub is not None else 0.0 * rms
+    wrinkled = data["wrinkled_fraction"].values[done] if "wrinkled_fraction" in data else 0.0 * rms
+    found = measure(arena, angle, rms, data["command"].values[: len(rms), : len(arena.limits)], wrinkled)
+    found["work"] = float(data["source_work"].values[-1].sum())
+    if "min_principal_resultant" in data:
+        found["min_principal_resultant"] = float(data["min_principal_resultant"].min())
+    return found
 
 
-def measure(run: Run, arena: Arena, parameters: dict[str, float]) -> dict[str, float]:
-    """How an episode went."""
-    task, data, steps = arena.task, run.data, arena.steps
-    count = min(steps, data.sizes["sample_time"] - 1)
-    rms = data["surface_rms"].values[1 : count + 1]
-    angle = _angle(data["attitude"].values[1 : count + 1], arena, parameters) if arena.hub is not None else 0.0 * rms
-    wrinkled = data["wrinkled_fraction"].values[1 : count + 1] if "wrinkled_fraction" in data else 0.0 * rms
+def _play_compiled(arena: Arena, law: ControlLaw, scenario: Scenario) -> dict[str, float]:
+    """The same on the compiled reduced plant."""
+    task, parameters, spec = arena.task, dict(scenario.parameters), arena.spec
+    plant = arena.compiled(1, exact=False)
+    disturbances = task.disturbances(parameters, arena.steps, arena.interval)
+    times = np.asarray(arena.interval * np.arange(arena.steps + 1), dtype=float)
+    table = reference_table(task.maneuver(parameters), times, arena.hub).reshape(len(times), 4, spec.axes)
+    memory = _started(law, arena)
+    measured, commands = len(spec.measured), len(arena.limits)
+    truth, given = np.zeros((arena.steps, 1 + spec.axes)), np.zeros((arena.steps, commands))
+    y, done = plant.reset(scenario.seed), 0
+    for number, time in enumerate(times[:-1].tolist()):
+        memory, command = law.act(memory, y[:measured].copy(), Reference(time, *table[number]))
+        given[number] = checks.float_array("command", command, (commands,))
+        y = plant.step(np.concatenate([given[number], disturbances[number]]))
+        if plant.failed[0]:
+            break
+        truth[number], done = y[measured:], number + 1
+    off = truth[:done, :-1] - table[1 : done + 1, 3]
+    found = measure(arena, np.linalg.norm(off, axis=1), truth[:done, -1], given[:done], np.zeros(done))
+    return found | {"work": float(plant.work.sum()), "wrinkled_fraction": np.nan}
+
+
+def _started(law: ControlLaw, arena: Arena) -> Any:
+    try:
+        return law.start(arena.spec)
+    except InputError as error:
+        if not str(error).startswith("model:"):
+            raise
+        return law.start(replace(arena.spec, model=arena.model))
+
+
+def measure(arena: Arena, angle: Array, rms: Array, command: Array, wrinkled: Array) -> dict[str, float]:
+    """How an episode went.
+
+    Parameters
+    ----------
+    arena
+        Its task.
+    angle, rms, wrinkled
+        Angle to the goal [rad], rms [m] and part of the film that wrinkles at the ends of the intervals, shape (n,).
+    command
+        In the intervals, shape (n, commands); fewer than those of an episode: the plant failed.
+    """
+    task, steps = arena.task, arena.steps
     bad = np.flatnonzero(task.failed(angle, rms) | (wrinkled > task.wrinkled_limit))
-    good = int(bad[0]) if bad.size else count
+    good = int(bad[0]) if bad.size else len(rms)
     cost = np.full(steps, task.worst_cost)
     cost[:good] = task.cost(angle[:good], rms[:good])
     found = dict.fromkeys(METRICS, np.nan) | {"cost": float(cost.mean())}
-    given = data["command"].values[: max(good, 1), : len(arena.limits)] / arena.limits
-    found |= {"effort": float((np.clip(given, -1.0, 1.0) ** 2).mean()), "peak": float(np.abs(given).max())}
-    found["work"] = float(data["source_work"].values[-1].sum())
+    given = command[: max(good, 1)] / arena.limits
+    if given.size:
+        found |= {"effort": float((np.clip(given, -1.0, 1.0) ** 2).mean()), "peak": float(np.abs(given).max())}
     found["wrinkled_fraction"] = float(wrinkled.max(initial=0.0))
-    if "min_principal_resultant" in data:
-        found["min_principal_resultant"] = float(data["min_principal_resultant"].min())
     if good < steps:
         return found | {"failed_at": float((good + 1) * arena.interval)}
     last = max(1, round(_LAST * steps))
@@ -180,8 +229,6 @@ def measure(run: Run, arena: Arena, parameters: dict[str, float]) -> dict[str, f
 
 def _angle(attitude: Array, arena: Arena, parameters: dict[str, float]) -> Array:
     """Angle between hub and goal [rad], shape (time,)."""
-    from tautflex.motion.attitude import attitude as attitude_of
-
     maneuver = arena.task.maneuver(parameters)
     goal = attitude_of(maneuver, [maneuver.end])[0]
     vector = goal[0] * attitude[:, 1:] - attitude[:, :1] * goal[1:] - np.cross(goal[1:], attitude[:, 1:])

@@ -25,7 +25,7 @@ from tautflex.reduction.hyper.blocks import basis_blocks, blocks_store, chosen_b
 from tautflex.reduction.hyper.forces import HyperArrays
 from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights
 from tautflex.reduction.marching.simulation import solve_reduced
-from tautflex.reduction.on_basis import OnBasis, refuse_drifting
+from tautflex.reduction.on_basis import OnBasis, refuse_drifting, refuse_turning
 from tautflex.reduction.polynomial.condensation import CondensedModel, FrameMoments, even
 from tautflex.reduction.polynomial.projection import project_moments
 from tautflex.solvers.static.prestress import PrestressedState, require_state
@@ -203,6 +203,7 @@ def hyper_reduce(
     runs = [dataset_of("data", run, "displacement", remedy="simulate with fields='all'") for run in each]
     if not runs:
         raise InputError("data: expected at least one run, got none; simulate with fields='all'")
+    refuse_turning(state)
     refuse_drifting(state)
     snapshots = np.concatenate([full_snapshots(state, run) for run in runs])
     basis = two_part_basis(state, snapshots, (transverse, in_plane), lost)

@@ -20,7 +20,7 @@ from tautflex.reduction.bases.modal_basis import ModalBasis
 from tautflex.reduction.bases.vectors import Basis, BasisVectors
 from tautflex.reduction.inputs import input_loads
 from tautflex.reduction.marching.simulation import solve_reduced
-from tautflex.reduction.on_basis import OnBasis, refuse_drifting
+from tautflex.reduction.on_basis import OnBasis, refuse_drifting, refuse_turning
 from tautflex.reduction.polynomial.condensation import CondensedModel, Factors, KindParts, assemble, parts_by_kind
 from tautflex.reduction.polynomial.fields import Fields
 from tautflex.reduction.polynomial.forces import ReducedArrays
@@ -193,6 +193,7 @@ def reduce(
             f"law: expected elastic film and cables, whose forces are polynomials, got {', '.join(laws)}; use "
             "hyper_reduce(state, run), or law = 'elastic'"
         )
+    refuse_turning(state)
     refuse_drifting(state)
     loads = input_loads(InputSet(state.system, inputs))
     vectors = basis.vectors(state)

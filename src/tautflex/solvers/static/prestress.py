@@ -129,7 +129,8 @@ class PrestressedState:
     @property
     def beam_axial_force(self) -> Array:
         """Axial force of the frame, tension positive [N], shape (b,)."""
-        return self.system.stress_of("beam", self.stress)[:, 0]
+        found = [self.stress[index][:, 0] for index in self.system.block_index("beam")]
+        return np.concatenate([np.zeros(0), *found])
 
     @property
     def min_principal_stress(self) -> float:

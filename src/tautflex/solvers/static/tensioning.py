@@ -64,8 +64,8 @@ def respond(given: StructuralSystem) -> StructuralSystem:
 
 
 def _flat(block: ElementBlock, keep_cables: bool) -> ElementBlock:
-    """Block without its quadratic strain; cables whose tension is final do not respond."""
-    flat = replace(block, quadratic=np.zeros_like(block.quadratic))
+    """Block without its quadratic strain and the turning of its frame; cables whose tension is final do not respond."""
+    flat = replace(block, quadratic=np.zeros_like(block.quadratic), turns=False)
     if block.kind == "cable" and not keep_cables:
         return replace(flat, elasticity=np.zeros_like(block.elasticity), law=Elastic())
     return flat

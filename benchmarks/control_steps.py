@@ -1,0 +1,97 @@
+"""Control steps per second of plants of reduced models, and milliseconds of one of the full structure.
+
+Run ``python benchmarks/control_steps.py`` (``make benchmark-control``). The antenna M2 on 20 x 10 cells, a hub that
+turns about x, a wheel and tensions x and y that change in every interval of 10 ms, seven noisy readings; 8 and 17
+coordinates, steps of 5 ms by central differences. A call per step, one plant and 64 side by side; a table of 500
+commands at a time; the full structure by generalized-alpha. Processor times, medians.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from step_cost import antenna
+
+import tautflex as tf
+
+PULL = {axis: tf.TensionGroup(axis, command="tension") for axis in "xy"}
+ACTUATORS = {"torque": tf.HubTorque("x", limit=5.0), **{name: tf.Actuator(each) for name, each in PULL.items()}}
+POINTS = [[0.7, 0.4], [-0.7, 0.4], [0.7, -0.4], [0.9, 0.0]]
+SENSORS = {
+    "attitude": tf.Attitude(noise=1e-5),
+    "rate": tf.Rate(noise=1e-5),
+    "film": tf.Displacement(POINTS, noise=1e-6),
+    "rms": tf.SurfaceRms(),
+}
+ASKED: dict[str, Any] = {"interval": 0.01, "damping": tf.Rayleigh(1e-3, 1e-3)}
+HUB = tf.FreeHub(20.0, (5.0, 5.0, 8.0), axes="x")
+BASES = {8: tf.ModalBasis(("rx",), count=7, candidates=60), 17: tf.ModalBasis(("rx",), count=16, candidates=130)}
+
+
+def rate(once: Callable[[], int], repeats: int = 5) -> float:
+    """Control steps per second of a function that returns how many it took; median, one call before them compiles."""
+    once()
+    rates = []
+    for _ in range(repeats):
+        began = time.process_time()
+        rates.append(once() / (time.process_time() - began))
+    return float(np.median(rates))
+
+
+def commands(count: int) -> Any:
+    """Torques [N m] and tensions [N]."""
+    return np.random.default_rng(1).uniform(-1.0, 1.0, (count, 3)) * [0.2, 0.02, 0.02]
+
+
+def compiled(rom: tf.ReducedModel, count: int) -> float:
+    """Rate of one call per step."""
+    plants, table = tf.CompiledPlant(rom, HUB, ACTUATORS, SENSORS, count=count, **ASKED), commands(500)
+    table = table if count == 1 else np.repeat(table[:, None], count, axis=1)
+
+    def once() -> int:
+        plants.reset()
+        for row in table:
+            plants.step(row)
+        return len(table) * count
+
+    return rate(once)
+
+
+def tabled(rom: tf.ReducedModel) -> float:
+    """Rate of a table of commands."""
+    plants, table = tf.CompiledPlant(rom, HUB, ACTUATORS, SENSORS, **ASKED), commands(500)
+    return rate(lambda: len(plants.run(table)[1]))
+
+
+def recorded(state: Any, count: int) -> float:
+    """Rate of a plant that keeps a record."""
+    plant, table = tf.Plant(state, HUB, ACTUATORS, SENSORS, **ASKED), commands(count)
+
+    def once() -> int:
+        plant.reset()
+        for row in table:
+            plant.step(row)
+        return count
+
+    return rate(once, 3)
+
+
+def main() -> None:
+    """Print a table."""
+    state = tf.equip(tf.solve_prestress(antenna("M2", (20, 10))), list(PULL.values()))
+    print("| plant | control steps per second |\n|---|---|")
+    for count, basis in BASES.items():
+        rom = tf.reduce(state, basis)
+        print(f"| {rom.size} coordinates, one call per step | {compiled(rom, 1):.0f} |", flush=True)
+        print(f"| {rom.size} coordinates, 64 plants per call | {compiled(rom, 64):.0f} |", flush=True)
+        print(f"| {rom.size} coordinates, 500 steps per call | {tabled(rom):.0f} |", flush=True)
+        print(f"| {rom.size} coordinates, `Plant` with its record | {recorded(rom, 100):.0f} |", flush=True)
+        assert rom.size == count
+    print(f"| full structure, `Plant` with its record | {recorded(state, 50):.0f} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

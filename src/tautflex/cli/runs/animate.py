@@ -1,0 +1,37 @@
+"""`tautflex animate`: a film of a run."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from tautflex.cli.cards import say
+from tautflex.cli.options import Answer, Force, command, require_new_file
+
+
+@command
+def animate(
+    run: Annotated[Path, Parameter(help="Stored run with fields (run.nc).")],
+    /,
+    *,
+    output: Annotated[Path, Parameter(name=["-o", "--output"], help="File to write: .gif, .html or .mp4.")],
+    magnification: Annotated[float | None, Parameter(help="Factor of the displacements; a round one.")] = None,
+    frames: Annotated[int, Parameter(help="Frames at most.")] = 100,
+    rate: Annotated[float, Parameter(help="Frames per second.")] = 20.0,
+    floating: Annotated[bool, Parameter(help="Stay in the floating frame.")] = False,
+    force: Force = False,
+) -> Answer:
+    """Write a film of the antenna as it turns and rings.
+
+    Example: tautflex animate m2/run.nc -o stop.gif
+    """
+    require_new_file(output, force=force)
+
+    from tautflex.files.netcdf import load
+    from tautflex.plot.animation import animate as film
+
+    film(load(run), output, magnification=magnification, frames=frames, rate=rate, turning=not floating)
+    return Answer({"file": output}, partial(say, f"Wrote {output}."))
