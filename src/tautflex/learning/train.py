@@ -294,7 +294,7 @@ class _Training:
         """What a checkpoint holds."""
         expected, shapes = "checkpoint: expected one of this training", jax.tree.leaves(like)
         try:
-            with np.load(place, allow_pickle=False) as file:
+            with place.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
                 words = json.loads(str(file["words"]))
                 leaves = [file[f"leaf_{number}"] for number in range(len(shapes))]
             if words["training"] != self._digest:
