@@ -83,6 +83,7 @@ from .errors import UnsupportedError as UnsupportedError
 from .files.appendage import save_appendage as save_appendage
 from .files.csv import write_csv as write_csv
 from .files.mesh import MeshData as MeshData
+from .files.mesh import MeshSection as MeshSection
 from .files.mesh import read_mesh as read_mesh
 from .files.netcdf import load as load
 from .files.netcdf import load_run as load_run

@@ -16,10 +16,10 @@ from regression.rich_decks import ABAQUS, NASTRAN
 
 pytestmark = pytest.mark.campaign
 
-# Lines without effect: dimensions of sections, ends of blocks that others end, conditions that OP=NEW takes away.
+# Lines without effect: ends of blocks that others end, conditions that OP=NEW takes away.
 IDLE = {
     ".bdf": {"BEGIN BULK"},
-    ".inp": {"0.1, 0.1", "*END PART", "*END INSTANCE", "*ASSEMBLY, NAME=all", "*END ASSEMBLY", "*END STEP", "*STATIC"}
+    ".inp": {"*END PART", "*END INSTANCE", "*ASSEMBLY, NAME=all", "*END ASSEMBLY", "*END STEP", "*STATIC"}
     | {"*BOUNDARY, AMPLITUDE=a", "right.5, 1, 2"},
 }
 ELEMENTS = ("1, 1, 2, 3, 4", "2, 3, 5", "3, 2, 5", "4, 5", "5, 2")
@@ -38,7 +38,12 @@ def fingerprint(path, text: str) -> object:
     held = [(node, one.directions) for one in mesh.supports for node in one.nodes]
     bodies = [(one.node, one.mass, one.tensor.round(12).tolist(), one.arm.round(12).tolist()) for one in mesh.masses]
     joined = repr((mesh.links, mesh.springs))
-    return [np.round(array, 12).tolist() for array in arrays], groups, sorted(held), bodies, joined
+    sections = {name: (one.kind, dict(one.values), one.doubt) for name, one in mesh.sections.items()}
+    spread = [
+        {part: one.tolist() for part, one in own.items()} for own in (mesh.initial_stress, mesh.nonstructural_mass)
+    ]
+    whole = [np.round(array, 12).tolist() for array in arrays]
+    return whole, groups, sorted(held), bodies, joined, sections, spread
 
 
 def changed(line: str, suffix: str) -> Iterator[str]:

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from tautflex.case import TEMPLATES, template
+from tautflex.case import TEMPLATES, template, template_files
 from tautflex.case.registry import DAMPINGS
 from tautflex.cli import main
 
@@ -227,13 +227,22 @@ def test_init_writes_the_template_that_is_named(tmp_path, capsys, name):
     file = tmp_path / "case.toml"
     assert main(["init", str(file), "--template", name]) == 0
     assert file.read_text(encoding="utf-8") == template(name)
-    following = "control" if name == "control" else "run"
+    for beside, text in template_files(name).items():
+        assert (tmp_path / beside).read_text(encoding="utf-8") == text
+    following = "control" if name in ("control", "slew") else "run"
     assert f"tautflex {following} {file}" in capsys.readouterr().out.replace("\n", "")
 
 
 def test_init_without_such_a_template(refuse):
     message = refuse("init", "new.toml", "--template", "m3")
-    assert "template: expected one of 'control', 'm2', 'm2-nearest-node' or 'm2-paper', got 'm3'" in message
+    known = "'control', 'm2', 'm2-nearest-node', 'm2-paper', 'sail', 'scalloped' or 'slew'"
+    assert f"template: expected one of {known}, got 'm3'" in message
+
+
+def test_init_keeps_a_mesh_that_is_there(refuse, tmp_path):
+    (tmp_path / "sail.inp").write_text("mine", encoding="utf-8")
+    assert "sail.inp: expected a new file" in refuse("init", "new.toml", "--template", "sail")
+    assert not (tmp_path / "new.toml").exists()
 
 
 def test_output_directory_that_is_a_file(refuse):

@@ -128,6 +128,9 @@ def test_every_effect_is_an_actuator_of_a_case(kind):
         "edge-force": {"side": "+x", "direction": [0, 0, 1]},
         "stay-cable": {"point": [0.2, 0.2], "anchor": [0.2, 0.2, 1.0]},
         "membrane-temperature": {"expansion": 1e-5},
+        "cable-temperature": {"expansion": 1e-6},
+        "frame-temperature": {"expansion": 1e-6},
+        "solar-pressure": {"direction": [0, 0, -1]},
         "piezo-film": {"coefficient": 1e-11},
         "piezo-pair": {"beams": [0]},
     }.get(kind, {})
@@ -149,6 +152,42 @@ def test_laws_of_a_list_add():
     wrong = parse_case(text.replace('commands = ["tension"]', 'commands = ["torque"]'))
     with pytest.raises(CaseError, match=r"controller\.1\.commands: expected inputs that change the stiffness"):
         build_law(wrong, plant)
+
+
+QUIET = template("slew")
+
+
+def test_any_law_that_follows_may_stand_behind_a_shaper():
+    """A table of its own; read, written, pickled, and tried on the plant by its own keys."""
+    case = parse_case(QUIET, ["mesh.divisions=[10,5]", "cables.per_long_edge=11", "cables.per_short_edge=6",
+                              "cables.pretension_x=0.59", "cables.pretension_y=1.1"])  # fmt: skip
+    assert parse_case(case.to_toml()) == case
+    assert pickle.loads(pickle.dumps(case)) == case
+    plant = build_plant(case, build_state(case))
+    law = build_law(case, plant)
+    assert (type(law).__name__, type(law.law).__name__, law.frequencies) == ("ShapedReference", "LQG", (4.43,))
+    blind = case.replaced(sensors={"attitude": {"kind": "rate", "noise": 1e-6}})
+    with pytest.raises(CaseError, match=r"^controller\.0\.law\.observer: .*unstable observer, perhaps for 'theta_x'"):
+        build_law(blind, build_plant(blind, build_state(blind)))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('kind = "lqg"', 'kind = "tension-damping"', r"controller\.0\.law\.kind: expected one of 'pd', .*'tension-dam"),
+        ('kind = "lqg"', 'kind = "shaped-reference"', r"controller\.0\.law\.kind: .*got 'shaped-reference'"),
+        ('kind = "lqg"', "", r"controller\.0\.law\.kind: missing"),
+        ("modes = 30", "modes = 0", r"controller\.0\.law\.modes: expected an integer >= 1, got 0"),
+        ('"ZVD"', '"ZVX"', r"controller\.0\.shaper: expected one of 'ZV', 'ZVD'"),
+        ("frequencies = [4.43]", "frequencies = []", r"controller\.0\.frequencies: expected at least one"),
+        ("[controller.law]", "[controller.low]", r"controller\.0\.(law: missing|low: unknown key)"),
+    ],
+)
+def test_wrong_shapers_are_one_line(old, new, words):
+    assert old in QUIET
+    with pytest.raises(CaseError, match=words) as caught:
+        parse_case(QUIET.replace(old, new, 1))
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -197,7 +236,10 @@ def test_wheels_need_a_hub():
     [
         ("actuators.tension.cables=[999]", "actuators.tension.cables: "),
         ("actuators.tension.delay=0.003", "actuators.tension.delay: expected whole intervals of 0.02 s"),
-        ("sensors.film.points=[3.0,3.0]", r"sensors\.film\."),
+        ("sensors.film.points=[3.0,3.0]", r"sensors\.film\.points\.0: expected a point on the film"),
+        ("actuators.tension.limit=[0.1,0.2]", "actuators.tension.limit: expected one number, or 1 for .*give one for"),
+        ("actuators.tension.cables=z", "actuators.tension.cables: expected cables along z, got none"),
+        ("actuators.push={kind='nodal-force',nodes=[9999],direction=[0,0,1]}", "actuators.push.nodes: .*got 9999"),
         ("controller.torque=wheel", "controller.torque: expected the name of an actuator.*got 'wheel'"),
         ("controller.rate=gyro", "controller.rate: expected the name of a sensor.*got 'gyro'"),
         ("actuators.torque.axis=x", "controller.torque: expected 3, as many numbers as of attitude"),

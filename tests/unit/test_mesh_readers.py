@@ -22,7 +22,7 @@ from tautflex import (
     MissingExtraError,
     read_mesh,
 )
-from tautflex.files.mesh import gmsh as gmsh_reader
+from tautflex.files.mesh.gmsh import reader as gmsh_reader
 from tautflex.files.mesh.numerals import natural, real
 from tautflex.structure.shapes import QUAD4, TRIANGLE6
 from verification.builders import CABLE, FILM, FRAME, THICKNESS, antenna

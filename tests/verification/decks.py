@@ -41,10 +41,19 @@ BARS = "".join(f"CBAR,{k},1,{k},{k + 1},0.,0.,1.\n" for k in range(1, 11))
 HELD = "SPC1,1,123456,1\n"
 
 
-def nastran(bulk: str = HELD, *, control: str = "SPC = 1\n", grids: str = GRIDS, bars: str = BARS) -> str:
+PROPERTIES = "PBAR,1,1,1.0-4,8.33-10,8.33-10,1.4-9\nMAT1,1,7.+10,,.33,2700.\n"
+
+
+def nastran(
+    bulk: str = HELD,
+    *,
+    control: str = "SPC = 1\n",
+    grids: str = GRIDS,
+    bars: str = BARS,
+    properties: str = PROPERTIES,
+) -> str:
     """Mast as a deck."""
-    properties = "PBAR,1,1,1.0-4,8.33-10,8.33-10,1.4-9\nMAT1,1,7.+10,,.33,2700.\nEIGRL,1,,,4\n"
-    return f"SOL 103\nCEND\n{control}BEGIN BULK\n{grids}{bars}{properties}{bulk}ENDDATA\n"
+    return f"SOL 103\nCEND\n{control}BEGIN BULK\n{grids}{bars}{properties}EIGRL,1,,,4\n{bulk}ENDDATA\n"
 
 
 NODES = "*Node\n" + "".join(f"{k + 1}, {k / 10}, 0., 0.\n" for k in range(11))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 from scipy.io import loadmat
 from scipy.linalg import solve_continuous_are
 
-from tautflex.control.estimate import loop_matrix
+from tautflex.control.actuators.drive import Drive
+from tautflex.control.estimate import loop_matrix, steady_reference
 from tautflex.control.law import FunctionLaw, added, law_of
 from tautflex.control.laws.imsc import IndependentModalControl
 from tautflex.control.laws.lqg import LQG
@@ -22,6 +23,8 @@ from tautflex.control.laws.shaped_reference import ShapedReference
 from tautflex.control.laws.stiffness_switching import StiffnessSwitching
 from tautflex.control.laws.tension_damping import TensionDamping
 from tautflex.control.riccati import bryson_weights, kalman_filter, regulator
+from tautflex.control.sampled import Lateness
+from tautflex.control.sensors.sensor import Sensor
 from tautflex.control.signals import Channel, LoopSpec, Reference
 from tautflex.errors import InputError
 from tautflex.motion.shaping import sampled_shaper, shaper_impulses
@@ -106,6 +109,87 @@ def test_discrete_plant_is_the_simulated_one(verification_row):
     assert error < 1e-9
 
 
+LATE = Lateness(lag=(0.03, 0.0), delay=(0.0, 2 * INTERVAL), age=(INTERVAL, 0.0, 1.6 * INTERVAL))
+
+
+def test_late_plants_are_their_drives_and_sensors(verification_row):
+    """Sampled matrices against drives, held commands, and sensors, one after the other."""
+    plant = replace(on_hub(), D=np.array([[0.0, 0.0], [0.0, 0.0], [1e-3, 2e-3]]), late=LATE)
+    sampled, bare = plant.discretize(INTERVAL), replace(plant, late=None).discretize(INTERVAL)
+    assert sampled.states[6:] == (
+        "torque lag 1", "torque acting 1", "u0 waiting 1", "u0 waiting 2", "u0 acting 1", "attitude past 1",
+        "y0 past 1", "y0 past 2",
+    )  # fmt: skip
+    drives = [Drive(lag=lag, delay=delay) for lag, delay in zip(LATE.lag, LATE.delay, strict=True)]
+    sensors = [Age(delay=age) for age in LATE.age]
+    memories = [drive.start(1, INTERVAL) for drive in drives]
+    seen = [one.start(np.zeros(1), INTERVAL, np.random.default_rng(0)) for one in sensors]
+    z, x, acting, random, errors = np.zeros(len(sampled.A)), np.zeros(6), np.zeros(2), np.random.default_rng(1), []
+    last = np.zeros(2)
+    for _ in range(40):
+        exact, readings = bare.C @ x + bare.D @ acting, np.zeros(3)
+        for k, one in enumerate(sensors):
+            seen[k], reading = one.observe(seen[k], exact[[k]], INTERVAL)
+            readings[k] = reading[0]
+        errors.append(np.abs(sampled.C @ z + sampled.D @ last - readings).max() / (1e-9 + np.abs(readings).max()))
+        command = last = random.standard_normal(2)
+        for k, drive in enumerate(drives):
+            memories[k], value = drive.act(memories[k], command[[k]], INTERVAL)
+            acting[k] = value[0]
+        x, z = bare.A @ x + bare.B @ acting, sampled.A @ z + sampled.B @ command
+    verification_row("Sampled plant behind drives, before late sensors", 0.0, max(errors), "drive and sensor, relative")
+    assert max(errors) < 1e-9
+
+
+@dataclass(frozen=True)
+class Age(Sensor):
+    """Sensor that is late and nothing else."""
+
+    def prepare(self, state, hub=None):
+        raise NotImplementedError
+
+
+def test_filter_and_regulator_know_what_is_under_way():
+    """Separation principle behind drives and late sensors; without them the same law makes the loop unstable."""
+    late = Lateness((0.03, 0.03), (8 * INTERVAL,) * 2, (2 * INTERVAL,) * 3)
+    plant, cost = replace(on_hub(), late=late), (HUB, {"torque": 20.0, "u0": 2.0})
+    known, law = plant.discretize(INTERVAL), LQG(*cost, coordinate_noise=10.0, hub_noise=10.0)
+    spec = spec_of(plant, INTERVAL, noise=1e-4)
+    poles = np.abs(np.linalg.eigvals(loop_matrix(known, law.matrices(spec))))
+    gain = regulator(known, bryson_weights(known, *cost)).gain
+    assert poles.max() < 1.0
+    expected = np.abs(np.linalg.eigvals(known.A - known.B @ gain)).max()
+    assert np.min(np.abs(poles - expected)) < 1e-7
+    prompt = law.matrices(replace(spec, model=replace(plant, late=None)))
+    assert radius(loop_matrix(known, prompt)) > 1.0
+    with pytest.raises(InputError, match=r"^interval: .*the delay of 'torque', 0\.08 s, is a multiple, got 0\.03"):
+        plant.discretize(0.03)
+
+
+def test_late_plants_follow_a_steady_acceleration():
+    """What waits in drives and sensors has its place in the reference: the error of attitude stays zero."""
+    late = Lateness((0.03, 0.0), (INTERVAL, 0.0), (0.0, 1.5 * INTERVAL, INTERVAL))
+    plant, rate = replace(on_hub(), late=late), 0.02
+    known, law = plant.discretize(INTERVAL), LQG(HUB, {"torque": 1.0})
+    spec = spec_of(plant, INTERVAL, noise=1e-5)
+    used = plant.selected(["torque"], plant.outputs)
+    state, command = steady_reference(used, used.discretize(INTERVAL), True)
+    numbers = np.array([0.0, 0.0, rate])
+    memory, x = law.start(spec), np.zeros(len(known.A))
+    x[[list(known.states).index(name) for name in used.discretize(INTERVAL).states]] = state @ numbers
+    inner = memory.x.copy()
+    inner[: len(state)], inner[len(state) :] = state @ numbers, command @ numbers
+    memory, errors = memory._replace(x=inner), []
+    last = np.array([*(command @ numbers), 0.0])
+    for step in range(200):
+        t = step * INTERVAL
+        wanted = Reference(t, *np.array([[0.5 * rate * t**2], [rate * t], [rate]]))
+        memory, u = law.act(memory, known.C @ x + known.D @ last, wanted)
+        errors.append(x[0] - 0.5 * rate * t**2)
+        x, last = known.A @ x + known.B @ u, u
+    assert np.abs(errors).max() < 1e-9 * x[0]
+
+
 def test_poles_of_the_loop_are_those_of_regulator_and_filter():
     """Separation principle, with feedthrough of the last command and a static part of modes that are left out."""
     plant = replace(on_hub(), D=np.array([[0.0, 0.0], [0.0, 0.0], [0.0, 2e-3]]))
@@ -138,12 +222,29 @@ def test_a_law_that_does_not_know_a_mode_must_leave_it_stable():
         law = LQG({"attitude": tolerance, "y0": tolerance}, efforts, modes=1, coordinate_noise=1e-2)
         growing.append(radius(loop_matrix(plant.discretize(INTERVAL), law.matrices(spec))) >= 1.0)
         if growing[-1]:
-            with pytest.raises(InputError, match=r"^modes: .*all 2 coordinates grows .*spillover.*raise modes"):
+            with pytest.raises(
+                InputError, match=r"^modes: .*all 2 coordinates, up to 2\.1 Hz, grows .*spillover.*raise modes"
+            ):
                 law.start(spec)
         else:
             law.start(spec)
     assert growing[0] is False
     assert growing[-1] is True
+
+
+@pytest.mark.parametrize("kind", [LQG, MPC])
+def test_modes_beyond_the_whole_model_must_be_left_stable_too(kind):
+    """A law that knows all of its model is tried on one with more modes, which here are driven up."""
+    if kind is MPC:
+        pytest.importorskip("osqp")
+    plant = modal_plant([1.3, 2.1], [0.002, 0.004], [[0.4], [0.3]], [[0.8, -0.6]], axes=1, inertia=5.0)
+    known = plant.truncated(1)
+    cost = {"attitude": 1e-6, "y0": 1e-6}, {"torque": 1.0, "u0": 1e-2}
+    law = kind(*cost, coordinate_noise=1e-2, **({"limits": {"torque": 1.0, "u0": 1.0}} if kind is MPC else {}))
+    spec = spec_of(known, INTERVAL, noise=1e-6)
+    law.start(spec)
+    with pytest.raises(InputError, match=r"^modes: .*all 2 coordinates, up to 2\.1 Hz, grows .*spillover"):
+        law.start(replace(spec, beyond=plant))
 
 
 def test_regulator_of_a_measured_state_is_the_gain():
@@ -444,6 +545,12 @@ def refusals():
     yield TensionDamping(("u0",), 1.0), spec_of(plain, INTERVAL, 1e-4), r"^commands: .*change the stiffness, got 'u0'"
     yield IndependentModalControl("y0", "y1", 2), spec_of(plain, INTERVAL), r"^displacement: expected at least 2 sensor"
     yield IndependentModalControl("y0", "y0"), spec_of(hub, INTERVAL), r"^hub: .*take LQG"
+    yield ShapedReference(LQG(TOLERANCES, EFFORTS), "ZV", [1.0]), spec_of(plain, INTERVAL, 1e-4), r"^shaper: .*free hub"
+    yield (
+        ShapedReference(PD(1.0, 1.0, torque="wheel"), "ZV", [1.0]),
+        spec_of(hub, INTERVAL),
+        r"^law\.torque: .*got 'wheel'",
+    )
     yield MPC(TOLERANCES, EFFORTS, limits={"u0": 1.0}), spec_of(plain, INTERVAL, 1e-4), r"^limits: .*none of 'u1'"
 
 
@@ -464,9 +571,11 @@ def test_wrong_numbers_are_refused():
         (lambda: PD(1.0, 1.0, frequencies=(1.0,)), "frequencies: expected none with shaper = 'none'"),
         (lambda: PD(1.0, 1.0, shaper="ZV"), "frequencies: expected at least one natural frequency"),
         (lambda: ShapedReference(3.0, "ZV", [1.0]), "law: expected a control law"),
+        (lambda: ShapedReference(TensionDamping(("u0",), 1.0), "ZV", [1.0]), "law: expected one that follows the ref"),
         (lambda: sampled_shaper("ZV", [80.0], [0.0], 0.01), "interval: expected less than half a period"),
         (lambda: LQG({"y0": -1.0}, EFFORTS), "tolerances.y0: expected a number > 0"),
         (lambda: StiffnessSwitching((), 1.0), "commands: expected at least one name"),
+        (lambda: replace(spec, model=3), r"model: expected plant\.linearize\(\), or None, got 3"),
     ):
         with pytest.raises(InputError, match=words):
             make()

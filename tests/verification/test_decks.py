@@ -224,13 +224,74 @@ def test_payload_at_the_tip(name, read, verification_row):
     assert mesh.model(beam=TUBE).mass == pytest.approx(2.77)
 
 
+HINGED = decks.BARS.replace("CBAR,5,1,5,6,0.,0.,1.", "CBAR,5,1,5,6,0.,0.,1.\n,,56")
+BEYOND = decks.BARS + ",,,0.,0.,0.,0.5,0.,0.\n"
+JOINED = {
+    "hinge at mid-span": (decks.HELD + "SPC1,1,123456,11\n", HINGED, 4.0 * CLAMPED_FREE, 1.0),
+    "end 0.5 m beyond its point": (decks.HELD, BEYOND, CLAMPED_FREE, 1.5),
+}
+
+
+@pytest.mark.parametrize("name", JOINED)
+def test_ends_that_are_hinged_or_offset(name, read, verification_row):
+    """Pin flags 56 make two cantilevers of half the length, W1B = 0.5 a mast of 1.5 m."""
+    held, bars, factor, length = JOINED[name]
+    found = frequencies(read(".bdf", decks.nastran(held, bars=bars)))[0]
+    wanted = beam_frequency(factor, length)
+    verification_row(f"deck, {name}: first frequency [Hz]", wanted, found, EULER)
+    assert found == pytest.approx(wanted, rel=1e-3)
+
+
+def test_a_hinge_turns_with_its_beam(read):
+    """The mast along a slanted line, its hinge about one local axis only: the other plane is clamped on both sides."""
+    axis = np.array([2.0, 1.0, 2.0]) / 3.0
+    grids = "".join(f"GRID,{k + 1},,{x:.12f},{y:.12f},{z:.12f}\n" for k in range(11) for x, y, z in [axis * k / 10])
+    bars = decks.BARS.replace("0.,0.,1.", "0.,1.,0.").replace("CBAR,5,1,5,6,0.,1.,0.", "CBAR,5,1,5,6,0.,1.,0.\n,,6")
+    mesh = read(".bdf", decks.nastran(decks.HELD + "SPC1,1,123456,11\n", grids=grids, bars=bars))
+    found = frequencies(mesh, n=2)
+    wanted = sorted([beam_frequency(4.0 * CLAMPED_FREE), beam_frequency(CLAMPED_CLAMPED)])
+    np.testing.assert_allclose(found, wanted, rtol=1e-3)
+
+
+def test_supports_along_slanted_axes(read, verification_row):
+    """A mast along a slanted line, its tip held across it in one direction by the displacement system of the point."""
+    turn = np.array([[2.0, 1.0, 2.0], [-2.0, 2.0, 1.0], [-1.0, -2.0, 2.0]]) / 3.0
+    grids = "".join(
+        f"GRID,{k + 1},,{x:.15f},{y:.15f},{z:.15f}" + (",7\n" if k == 10 else "\n")
+        for k in range(11)
+        for x, y, z in [turn[0] * k / 10]
+    )
+    z, x = turn[2], turn[0]
+    system = f"CORD2R,7,,0.,0.,0.,{z[0]:.15f},{z[1]:.15f},{z[2]:.15f}\n,{x[0]:.15f},{x[1]:.15f},{x[2]:.15f}\n"
+    mesh = read(".bdf", decks.nastran(f"{decks.HELD}SPC1,1,2,11\n{system}", grids=grids))
+    found, wanted = frequencies(mesh), [beam_frequency(CLAMPED_FREE), beam_frequency(3.92660231**2)]
+    verification_row("deck, tip held along a slanted axis: second frequency [Hz]", wanted[1], found[1], EULER)
+    np.testing.assert_allclose(found, wanted, rtol=3e-4)
+    assert mesh.supports[0].nodes == (0,)
+
+
+REMOVED = "*Step, nlgeom\n*Static\n1.,1.\n*Model change, remove\nouter\n*End step\n" + decks.STEP
+ABAQUS = {
+    "2.5 kg in total": ("*Nonstructural mass, elset=outer, units=TOTAL MASS\n2.5\n", decks.STEP, 1.907),
+    "5 kg/m": ("*Nonstructural mass, elset=outer, units=MASS PER LENGTH\n5.\n", decks.STEP, 1.907),
+    "outer half removed": ("", REMOVED, 32.895),
+}
+
+
+@pytest.mark.parametrize("name", ABAQUS)
+def test_masses_and_removals_on_the_outer_half(name, read, verification_row):
+    lines, steps, wanted = ABAQUS[name]
+    mesh = read(".inp", decks.abaqus(lines, steps=steps))
+    found = frequencies(mesh)[0]
+    verification_row(f"deck, {name}: first frequency [Hz]", wanted, found, "shared/cases a05")
+    assert found == pytest.approx(wanted, rel=3e-4)
+
+
 REFUSED = {
     **{
         keyword: (".inp", decks.abaqus(lines), f"({keyword.upper()}): not read here")
         for keyword, lines in {
             "release": "*Release\n6, S1, ALLM\n",
-            "nonstructural mass": "*Nonstructural mass, elset=outer, units=TOTAL MASS\n2.5\n",
-            "model change": "*Model change, remove\nouter\n",
             "tie": "*Tie, name=t\na, b\n",
             "imperfection": "*Imperfection, file=a, step=1\n",
             "nfill": "*Nfill\nroot, tip, 10\n",

@@ -6,8 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.io import loadmat
+from scipy.signal import lsim
 
 import tautflex as tf
+from tautflex.case import parse_case, template
 from tautflex.control.authority import authority
 from tautflex.control.linearize import linearize
 from tautflex.control.sensors.attitude import Attitude
@@ -19,6 +22,8 @@ from tautflex.control.sensors.sensor import SensedMotion
 from tautflex.control.sensors.surface_rms import SurfaceRms
 from tautflex.control.sensors.velocity import Velocity
 from tautflex.control.steady import steady_state
+from tautflex.mechanics.loads.inputs import InputSet
+from tautflex.reduction.inputs import ReducedInputs
 from tautflex.solvers.linear.eigenpairs import lowest_eigenpairs
 from tautflex.structure.antenna import AntennaLayout, build_fixed_film
 from verification.builders import FILM, THICKNESS, antenna
@@ -59,7 +64,9 @@ def difference(found, expected):
     return float(np.abs(found - expected).max() / np.abs(expected).max())
 
 
-def test_small_motion_of_the_full_model(state, node, verification_row):
+def test_small_motion_of_the_full_model(state, node, verification_row, tmp_path):
+    """Exported too: what python-control and SciPy make of the matrices is the motion of the nonlinear model."""
+    control = pytest.importorskip("control")
     force = np.array([0.0, 0.0, 1e-7])
     inputs = {"push": tf.NodalForce([node], force).prepare(state.system)}
     sensors = {"A": Displacement(A), "dA": Velocity(A)}
@@ -77,6 +84,15 @@ def test_small_motion_of_the_full_model(state, node, verification_row):
         assert difference(late, slope) < (1.0 if modes == 10 else 0.2)
     verification_row("Linear view, point A under a small force", 0.0, errors[60], "nonlinear full model, relative")
     assert errors[60] < 0.01 < errors[10]
+    times = STEP * np.arange(len(expected))
+    given = np.repeat(force[:, None], len(times), axis=1)
+    answer = control.forced_response(plant.to_control(), times, given)
+    matrices = loadmat(plant.to_mat(tmp_path / "antenna.mat"), simplify_cells=True)
+    _, written, _ = lsim(tuple(matrices[name] for name in "ABCD"), given.T, times)
+    for name, found in (("python-control", answer.outputs[0]), ("the MATLAB file", written[:, 0])):
+        error = difference(found, expected)
+        verification_row(f"Point A by {name}", 0.0, error, "nonlinear full model, relative")
+        assert error < 0.01
 
 
 def test_static_answers_need_no_modes(state, node):
@@ -265,6 +281,47 @@ def test_prescribed_tensions_carry_the_whole_stiffness(verification_row):
     short = authority(state, by_length, limits=dict.fromkeys("xy", 1e-6), modes=3)
     np.testing.assert_allclose(short["stroke"], 1e-6, rtol=1e-12)
     assert "micrometres" in short.attrs["remarks"]
+
+
+def test_bilinear_matrices_are_those_of_reduced_models(state):
+    """What the view finds by differences of the tangent, reduced models have by moments of stresses: in one basis."""
+    rom = tf.reduce(state, tf.ModalBasis(("z", "rx")))
+    bound = tf.CableTension(cables=range(4)).prepare(state.system)
+    plant = linearize(rom, {"tension": bound}, {})
+    given = ReducedInputs(rom, InputSet(state.system, [tf.CableTension(cables=range(4))]))
+    assert np.abs(given.stiffness).max() > 1.0
+    np.testing.assert_allclose(plant.bilinear, given.stiffness, rtol=0.0, atol=1e-9 * np.abs(given.stiffness).max())
+
+
+@pytest.mark.parametrize(
+    ("command", "tendon", "expected"),
+    [("tension", None, (0.042, 0.96)), ("length", 1e-3, (0.036, 0.37)), ("length", None, (4e-4, 9e-4))],
+    ids=["tension", "soft tendons", "length"],
+)
+def test_authority_depends_on_the_tendon(command, tendon, expected, verification_row):
+    """Whole pretension of x, of y, on the lowest mode that a turn about x excites: the prototype's numbers.
+
+    20 x 10 cells, 21 and 11 of the paper's cables; tendons in series with them leave a thousandth of their stiffness.
+    """
+    changes = ["mesh.divisions=[20,10]", "cables.per_long_edge=21", "cables.per_short_edge=11", "cables.area=3.14e-6"]
+    case = parse_case(template("m2"), [*changes, "cables.pretension_x=0.295", "cables.pretension_y=0.55"])
+    bare = tf.solve_prestress(tf.build_model(case))
+    cable = case.cables.youngs_modulus * case.cables.area / 0.25
+    stiffness = None if tendon is None else cable / (1.0 / tendon - 1.0)
+    groups = {axis: tf.TensionGroup(axis, share="pretension", command=command, stiffness=stiffness) for axis in "xy"}
+    state = tf.equip(bare, list(groups.values()))
+    bound = {axis: group.prepare(state.system) for axis, group in groups.items()}
+    per_unit = 1.0 if command == "tension" else cable * (tendon or 1.0)
+    whole = {axis: bare.cable_tension[one.cables].max() / per_unit for axis, one in bound.items()}
+    data = authority(state, bound, limits=whole, modes=10)
+    turned = np.abs(tf.solve_modes(state, n=10).shapes[:, :, 2] @ bare.model.nodes[:, 1])
+    mode = int(np.flatnonzero(turned > 0.1 * turned.max())[0])
+    found = data["stiffness"].values[:, mode]
+    for axis, one, wanted in zip("xy", found, expected, strict=True):
+        verification_row(f"Stiffness by the whole pretension of {axis}, {command}, {tendon}", wanted, one, "control.md")
+    np.testing.assert_allclose(found, expected, rtol=0.05)
+    if command == "tension":
+        assert found.sum() == pytest.approx(1.0, rel=1e-3)  # film and cables have no other stiffness
 
 
 def test_reduced_model_has_the_linear_view_of_its_own_motion(state, node):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex import Attachment, DistributingLink, MeshError, PointMass, RigidLink, Spring, Support, Tie
+from tautflex import Attachment, DistributingLink, LinkEquation, MeshError, PointMass, RigidLink, Spring, Support, Tie
 from tautflex.mechanics.loads.pressure import nodal_load
 
 ALUMINIUM = tf.BeamSection(tf.Material(7e10, 2700.0, 0.33), 1e-4, 8.33e-10, 8.33e-10, 1.4e-9)
@@ -235,3 +235,23 @@ def test_pieces_that_only_links_join() -> None:
     with pytest.raises(MeshError, match="2 pieces"):
         mast(apart, beams)
     assert frequencies(mast(apart, beams, links=[RigidLink(5, [6])]))[0] == pytest.approx(8.2, rel=0.1)
+
+
+def test_links_that_hold_a_free_structure_are_told() -> None:
+    apart = mast(held=(), links=[LinkEquation([(10, "y", 1.0), (5, "y", -1.0)])])
+    assert apart.rigid_freedom == 5
+    assert any("hold the structure against 1 rigid motion" in text for text in tf.solve_prestress(apart).warnings)
+    rigid = mast(held=(), links=[RigidLink(5, [10])])
+    assert rigid.rigid_freedom == 6
+    assert not tf.solve_prestress(rigid).warnings
+    assert mast(held=(), springs=[Spring([3], np.ones(6))]).rigid_freedom == 0
+
+
+def test_turns_of_links_beyond_small_ones_are_told() -> None:
+    """A tip moment that turns the linked end by 0.5 rad."""
+    nodes = np.vstack([LINE, [1.0, 0.3, 0.0]])
+    state = tf.solve_prestress(mast(nodes, links=[RigidLink(10, [11])]))
+    for force, told in ((1.0, False), (60.0, True)):
+        push = tf.NodalForce([11], force=(force, 0.0, 0.0))
+        run = tf.simulate(state, None, time_step=5e-3, end_time=0.1, inputs=[push], probes={"tip": LINE[10]})
+        assert any("turn of a link" in text for text in run.warnings) == told

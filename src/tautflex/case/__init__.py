@@ -4,7 +4,7 @@
 ``tautflex init`` writes.
 """
 
-from tautflex.case.reading import TEMPLATES, load_case, parse_case, template
+from tautflex.case.reading import TEMPLATES, load_case, parse_case, template, template_files
 from tautflex.case.schema import Case
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
@@ -29,4 +29,5 @@ __all__ = [
     "load_case",
     "parse_case",
     "template",
+    "template_files",
 ]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tautflex.case.build import build_damping, build_inputs, build_maneuver
+from tautflex.case.build import build_damping, build_inputs, build_maneuver, stated_sections
 from tautflex.case.loop import check_loop
 from tautflex.errors import CaseError
 from tautflex.motion.kinematics import Maneuver
@@ -50,7 +50,7 @@ def advise(case: Case, state: PrestressedState) -> tuple[list[str], list[str]]:
         *_about_probes(case, state, read),
         *_about_run(case, maneuver),
     ]
-    return warnings, [*state.notes, *_notes(case, state, read)]
+    return warnings, [*state.notes, *_about_sections(case, state), *_notes(case, state, read)]
 
 
 def _notes(case: Case, state: PrestressedState, read: Array) -> Iterator[str]:
@@ -63,6 +63,20 @@ def _notes(case: Case, state: PrestressedState, read: Array) -> Iterator[str]:
                 f"probe {name} is read {away:.3g} m away, at node ({place[0]:.4g}, {place[1]:.4g}); "
                 "output.probe_reading = 'interpolate' reads at the point itself"
             )
+
+
+def _about_sections(case: Case, state: PrestressedState) -> Iterator[str]:
+    """What the case states of a whole kind of elements and some have otherwise."""
+    for name, (kind, stated) in stated_sections(case).items():
+        own = [group.section for group in state.model.groups if group.section.kind == kind]
+        one_for_all = kind == "membrane" and (case.membrane.layers or case.membrane.youngs_modulus_y)
+        for key, value in stated.items() if case.mesh.file is not None and not one_for_all else ():
+            found = {str(getattr(one, key, getattr(one.material, key, value))) for one in own} - {str(value)}
+            if found:
+                yield (
+                    f"{name}.{key} = {value} does not hold for all: some have {', '.join(sorted(found))}, as "
+                    "[mesh.sections.NAME] or sections of the mesh file that differ state it"
+                )
 
 
 def _about_mesh(case: Case) -> Iterator[str]:

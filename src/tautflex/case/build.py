@@ -12,16 +12,18 @@ from tautflex import checks
 from tautflex.case.options import within
 from tautflex.case.schema import Case
 from tautflex.case.sections.inputs import nearest_node
-from tautflex.case.sections.structural import Cables, EdgeCords, Frame, Membrane
+from tautflex.case.sections.structural import EdgeCords, Membrane
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.hub_torque import HubTorque
-from tautflex.errors import MeshError
+from tautflex.errors import CaseError, InputError, MeshError
 from tautflex.files.mesh import read_mesh
+from tautflex.files.mesh.section.section_data import PRESTRESS, keys, made
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.motion.kinematics import Maneuver
 from tautflex.numeric import within_arithmetic
 from tautflex.reduction.inputs import require_linear
+from tautflex.solvers.plausibility import point_text
 from tautflex.solvers.static.equip import equip
 from tautflex.solvers.static.form import find_form
 from tautflex.solvers.static.prestress import PrestressedState, solve_prestress
@@ -33,6 +35,7 @@ from tautflex.structure.materials import (
     Material,
     MembraneSection,
     OrthotropicMaterial,
+    Section,
     laminate,
 )
 from tautflex.structure.mesh import blend_by_direction
@@ -60,7 +63,21 @@ def build_model(case: Case) -> Model:
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
     model = _bare_model(case)
-    return replace(model, masses=(*model.masses, *_bodies(case, model))) if case.masses else model
+    added: dict[str, list[Any]] = {"masses": [*_bodies(case, model)]}
+    if case.mesh.file is None:  # those of a mesh may be what holds its pieces together
+        added |= _joints(case, model)
+    own: dict[str, Any] = {name: (*getattr(model, name), *more) for name, more in added.items() if more}
+    return replace(model, **own) if own else model
+
+
+def _joints(case: Case, where: Any) -> dict[str, list[Any]]:
+    """Links and springs that the case itself places among the nodes of a model or mesh."""
+    found: dict[str, list[Any]] = {"links": [], "springs": []}
+    for name, joints in found.items():
+        for number, given in enumerate(getattr(case, name)):
+            with within(f"{name}[{number}]"):
+                joints.append(given.placed(where))
+    return found
 
 
 def _bodies(case: Case, model: Model) -> Iterator[PointMass]:
@@ -76,31 +93,47 @@ def _bodies(case: Case, model: Model) -> Iterator[PointMass]:
 def _bare_model(case: Case) -> Model:
     """Structure without the bodies that the case places."""
     film, mesh, cables, frame = case.membrane, case.mesh, case.cables, case.frame
-    membrane = _membrane_section(film)
-    stated: dict[str, Any] = {
-        "membrane_stress": membrane_stress(case),
-        "prestress_mode": case.prestress.mode or "equilibrium",
-    }
-    cable = None if cables is None else _cable_section(cables, film.strain)
-    beam = None if frame is None else _beam_section(frame, film.strain)
     if mesh.file is not None:
-        return _meshed_model(case, mesh.file, cable, beam, membrane=membrane, **stated)
+        return _meshed_model(case, mesh.file)
+    own = _membrane_section(film)
+    sections = {
+        name: made(name, kind, None, stated) if own is None or kind != "membrane" else own
+        for name, (kind, stated) in stated_sections(case).items()
+    }
+    stress, mode = membrane_stress(case) or (0.0, 0.0, 0.0), case.prestress.mode or "equilibrium"
     shape: dict[str, Any] = {"length": film.length, "width": film.width, "element": mesh.element}
     shape |= {"divisions": mesh.divisions, "pattern": mesh.pattern}
-    if cables is None or cable is None or frame is None or beam is None:
-        return build_fixed_film(AntennaLayout(**shape), membrane, stated["membrane_stress"])
+    membrane: Any = sections["membrane"]
+    if cables is None or frame is None:
+        return build_fixed_film(AntennaLayout(**shape), membrane, stress)
     shape |= {"frame_length": frame.length, "frame_width": frame.width, "support": frame.support}
     shape |= {f"cables_{name}": getattr(cables, name) for name in ("per_long_edge", "per_short_edge")}
     layout = AntennaLayout(**shape, distribution=cables.distribution, cable_segments=cables.segments)
+    cable: Any = sections["cables"]
+    beam: Any = sections["frame"]
     if case.edge_cords is not None:
-        return _scalloped(layout, case.edge_cords, (membrane, cable, beam), stated["membrane_stress"])
+        return _scalloped(layout, case.edge_cords, (membrane, cable, beam), stress)
     pull_x, pull_y = cables.pretensions
-    return build_antenna(layout, membrane, cable, beam, pretension_x=pull_x, pretension_y=pull_y, **stated)
+    tensions = {"pretension_x": pull_x, "pretension_y": pull_y}
+    return build_antenna(layout, membrane, cable, beam, **tensions, membrane_stress=stress, prestress_mode=mode)
 
 
-def _meshed_model(case: Case, file: str, cable: CableSection | None, beam: BeamSection | None, **stated: Any) -> Model:
-    """Structure whose mesh comes from a file; tensions of cables by their direction."""
-    told = case.mesh
+def stated_sections(case: Case) -> dict[str, tuple[str, dict[str, Any]]]:
+    """What the case states of all elements of a kind: the kind and values by key, by section of the case."""
+    found = {}
+    for name, kind in (("membrane", "membrane"), ("cables", "cable"), ("frame", "beam")):
+        section = getattr(case, name)
+        stated = {"strain": case.membrane.strain}
+        if section is not None:
+            stated |= {key: value for key in keys(kind) if (value := getattr(section, key, None)) is not None}
+        if section is not None or case.mesh.file is not None:
+            found[name] = kind, {key: value for key, value in stated.items() if key not in PRESTRESS[kind]}
+    return found
+
+
+def _meshed_model(case: Case, file: str) -> Model:
+    """Structure whose mesh comes from a file; tensions of cables by their direction, unless groups have their own."""
+    told, cables = case.mesh, case.cables
     mesh = read_mesh(
         file,
         told.names,
@@ -108,16 +141,35 @@ def _meshed_model(case: Case, file: str, cable: CableSection | None, beam: BeamS
         unit_mass=told.unit_mass,
         step=told.step,
     )
-    for kind, section, table in (("cables", cable, "cables"), ("beams", beam, "frame")):
-        count = len(getattr(mesh, kind))
-        if count and section is None:
-            raise MeshError(f"{file}: has {count} {kind}, expected a section [{table}] in the case; add it")
-        if not count and section is not None:
-            raise MeshError(f"{file}: expected {kind}, which the case has a section for, got none; remove [{table}]")
-    given, tension = case.cables, np.zeros(0)
-    if given is not None:
-        tension = blend_by_direction(mesh.nodes, mesh.cables, *given.pretensions)
-    return mesh.model(cable=cable, beam=beam, cable_tension=tension, **stated)
+    given: dict[str, Any] = {}
+    for table, kind, part in (("cables", "cable", "cables"), ("frame", "beam", "beams")):
+        count, stated = len(getattr(mesh, part)), getattr(case, table) is not None
+        if count and not (stated or told.sections or any(one.kind == kind for one in mesh.sections.values())):
+            raise MeshError(f"{file}: has {count} {part}, expected a section [{table}] in the case; add it")
+        if not count and stated:
+            raise MeshError(f"{file}: expected {part}, which the case has a section for, got none; remove [{table}]")
+    stress = membrane_stress(case)
+    if stress is not None:
+        given["membrane_stress"] = stress
+    if cables is not None and cables.pretension_x is not None and cables.pretension_y is not None:
+        given["cable_tension"] = blend_by_direction(mesh.nodes, mesh.cables, cables.pretension_x, cables.pretension_y)
+    sections = {name: one.model_dump(exclude_none=True) for name, one in (told.sections or {}).items()}
+    given |= dict(stated_sections(case).values())
+    given["membrane"] = _membrane_section(case.membrane) or given["membrane"]
+    given |= {name: (*getattr(mesh, name), *more) for name, more in _joints(case, mesh).items()}
+    try:
+        model = mesh.model(sections=sections, prestress_mode=case.prestress.mode or "equilibrium", **given)
+    except InputError as error:
+        raise type(error)(f"{file}: {error}") from None
+    for group in model.groups:
+        if group.section.kind == "cable" and not (group.initial > 0.0).all():
+            row = int(np.argmin(group.initial[:, 0]))
+            place = point_text(model.nodes[group.connectivity[row]].mean(axis=0))
+            raise MeshError(
+                f"{file}: expected tension of every cable, got {group.initial[row, 0]:.4g} N of the one at "
+                f"{place}; give cables.pretension_x and pretension_y, or tension under [mesh.sections.NAME]"
+            )
+    return model
 
 
 def _scalloped(
@@ -134,16 +186,22 @@ def _scalloped(
         return find_form(build_scalloped_antenna(layout, membrane, cable, cord, frame, **chosen))
 
 
-def _membrane_section(given: Membrane) -> MembraneSection:
-    """Section of the film and the layers on it; CaseError if they do not go together."""
-    numbers = given.youngs_modulus, given.density, given.poisson_ratio
+def _membrane_section(given: Membrane) -> Section | None:
+    """Section of a film of two directions or with layers, None of another; CaseError if it is not stated whole."""
+    if given.youngs_modulus_y is None and not given.layers:
+        return None
+    for key in ("youngs_modulus", "density", "poisson_ratio", "thickness"):
+        if getattr(given, key) is None:
+            raise CaseError(f"membrane.{key}: missing beside youngs_modulus_y or layers, expected a number; add it")
+    numbers: Any = given.youngs_modulus, given.density, given.poisson_ratio
+    thickness: Any = given.thickness
     with within("membrane"):
         if given.youngs_modulus_y is None or given.shear_modulus is None:
             material = Material(*numbers)
         else:
             other = {"youngs_modulus_2": given.youngs_modulus_y, "shear_modulus_12": given.shear_modulus}
             material = OrthotropicMaterial(*numbers, **other)
-        film = MembraneSection(material, given.thickness, given.strain, given.law)
+        film = MembraneSection(material, thickness, given.strain, given.law)
         coatings = (
             replace(film, material=Material(on.youngs_modulus, on.density, on.poisson_ratio), thickness=on.thickness)
             for on in given.layers
@@ -151,33 +209,19 @@ def _membrane_section(given: Membrane) -> MembraneSection:
         return laminate(film, *coatings)
 
 
-def _cable_section(given: Cables, strain: str) -> CableSection:
-    material = Material(given.youngs_modulus, given.density)
-    with within("cables"):
-        return CableSection(material, given.area, strain, given.slack, given.law)
-
-
-def _beam_section(given: Frame, strain: str) -> BeamSection:
-    return BeamSection(
-        Material(given.youngs_modulus, given.density, given.poisson_ratio),
-        given.area,
-        given.inertia_y,
-        given.inertia_z,
-        given.torsion_constant,
-        given.strain or strain,
-        given.rotary_inertia,
-    )
-
-
-def membrane_stress(case: Case) -> tuple[float, float, float]:
-    """Return the given film stress (sx, sy, txy) [Pa]; zeros where the film responds to the cables."""
-    film, ratios = case.membrane, case.prestress.resultant_per_pretension
+def membrane_stress(case: Case) -> tuple[float, float, float] | None:
+    """Return the given film stress (sx, sy, txy) [Pa]; None where the case states none."""
+    film, cables, ratios = case.membrane, case.cables, case.prestress.resultant_per_pretension
     if film.stress_x is not None and film.stress_y is not None:
         return film.stress_x, film.stress_y, 0.0
-    if case.prestress.mode == "uniform" and ratios is not None and case.cables is not None:
-        tensions = case.cables.pretensions
-        return ratios[0] * tensions[0] / film.thickness, ratios[1] * tensions[1] / film.thickness, 0.0
-    return 0.0, 0.0, 0.0
+    if case.prestress.mode != "uniform" or ratios is None or cables is None or film.thickness is None:
+        return None
+    if cables.pretension_x is None or cables.pretension_y is None:
+        raise CaseError(
+            "prestress.resultant_per_pretension: expected it beside cables.pretension_x and pretension_y, got none; "
+            "give both, or membrane.stress_x and stress_y"
+        )
+    return ratios[0] * cables.pretension_x / film.thickness, ratios[1] * cables.pretension_y / film.thickness, 0.0
 
 
 def build_maneuver(case: Case) -> Maneuver:

@@ -101,7 +101,7 @@ def build_law(case: Case, plant: Plant) -> ControlLaw:
     several = case.controller if isinstance(case.controller, tuple) else (case.controller,)
     laws = list[ControlLaw]()
     for number, given in enumerate(several):
-        with within("controller" if len(several) == 1 else f"controller.{number}"):
+        with within("controller" if several[0] is case.controller else f"controller.{number}"):
             laws.append(given.build())
             start_law(plant, laws[-1])
     return laws[0] if len(laws) == 1 else added(*laws)

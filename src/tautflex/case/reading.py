@@ -15,7 +15,8 @@ from tautflex.case.schema import Case
 from tautflex.errors import CaseError
 from tautflex.files.content import read_text
 
-_TEMPLATES = files("tautflex").joinpath("data", "templates")
+_DATA = files("tautflex").joinpath("data")
+_TEMPLATES = _DATA.joinpath("templates")
 TEMPLATES = tuple(sorted(file.name.removesuffix(".toml") for file in _TEMPLATES.iterdir()))
 """Names of the commented cases that `tautflex init` writes; each is a file."""
 
@@ -39,6 +40,12 @@ def template(name: str = "m2") -> str:
     if name not in TEMPLATES:
         raise CaseError(f"template: expected one of {choices(TEMPLATES)}, got {show(name)}; choose one of them")
     return _TEMPLATES.joinpath(f"{name}.toml").read_text(encoding="utf-8")
+
+
+def template_files(name: str) -> dict[str, str]:
+    """Texts of the files that a commented case names, by the names it has for them: its mesh."""
+    mesh = tomllib.loads(template(name)).get("mesh", {}).get("file")
+    return {} if mesh is None else {mesh: _DATA.joinpath("meshes", mesh).read_text(encoding="utf-8")}
 
 
 def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Case:

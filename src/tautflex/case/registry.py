@@ -132,6 +132,17 @@ DAMPINGS = Registry(
     {"rayleigh": "mechanics.dampings.rayleigh:Rayleigh", "modal": "mechanics.dampings.modal:Modal"},
 )
 BASES = Registry("basis", ("reduction.bases.vectors:Basis",), {"modal": "reduction.bases.modal_basis:ModalBasis"})
+LINKS = Registry(
+    "link",
+    ("structure.links.link:Link",),
+    {
+        "rigid": "structure.links.rigid:RigidLink",
+        "tie": "structure.links.tie:Tie",
+        "distributing": "structure.links.distributing:DistributingLink",
+        "attachment": "structure.links.attachment:Attachment",
+        "equation": "structure.links.equation:LinkEquation",
+    },
+)
 SENSORS = Registry(
     "sensor",
     ("control.sensors.sensor:Sensor",),
@@ -158,6 +169,7 @@ CONTROLLERS = Registry(
         "independent-modal-control": "control.laws.imsc:IndependentModalControl",
         "tension-damping": "control.laws.tension_damping:TensionDamping",
         "stiffness-switching": "control.laws.stiffness_switching:StiffnessSwitching",
+        "shaped-reference": "control.laws.shaped_reference:ShapedReference",
     },
 )
 
@@ -188,7 +200,7 @@ TASKS = Registry(
         "hold": "control.tasks.hold:HoldTask",
     },
 )
-_ALL = (MANEUVERS, METHODS, INPUTS, DAMPINGS, BASES, SENSORS, CONTROLLERS, TASKS)
+_ALL = (MANEUVERS, METHODS, INPUTS, DAMPINGS, BASES, LINKS, SENSORS, CONTROLLERS, TASKS)
 # Classes for models, which keep their own lists.
 _PARTS = {"elements:Element": "elements:register_element", "elements:Law": "elements:register_law"}
 
@@ -197,9 +209,9 @@ def register(cls: Class) -> Class:
     """Make a class of yours known: to case files, and an element or a constitutive law to models.
 
     May stand as a decorator. What the class is, is seen from its base: `Element`, `Law`, `Maneuver`, `Method`,
-    `TimeInput`, `Damping`, `Basis`, `Sensor`, `ControlLaw` or `Task`. Its name in a case file is that of the class in
-    small letters with hyphens, or its attribute ``kind``; its fields are the keys, its docstring is their help, and an
-    `InputError` of its ``__post_init__`` is the message about a wrong value.
+    `TimeInput`, `Damping`, `Basis`, `Link`, `Sensor`, `ControlLaw` or `Task`. Its name in a case file is that of
+    the class in small letters with hyphens, or its attribute ``kind``; its fields are the keys, its docstring is their
+    help, and an `InputError` of its ``__post_init__`` is the message about a wrong value.
 
     Parameters
     ----------

@@ -14,6 +14,7 @@ from tautflex.case.section import Section, key
 from tautflex.case.sections.control import Actuator, Controller, Hub, Loop, Sensor, Task
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
+from tautflex.case.sections.links import Link, Spring
 from tautflex.case.sections.maneuver import Maneuver
 from tautflex.case.sections.structural import Cables, EdgeCords, Frame, Mass, Membrane, Mesh, Prestress
 from tautflex.structure.shapes import SHAPES
@@ -25,6 +26,13 @@ _GEOMETRY = {
     "membrane": ("length", "width"),
     "cables": ("per_long_edge", "per_short_edge", "distribution", "segments"),
     "frame": ("length", "width", "support"),
+}
+# What a mesh file may state instead.
+_MATERIAL = ("youngs_modulus", "density")
+_SECTIONS = {
+    "membrane": ("thickness", "poisson_ratio", *_MATERIAL),
+    "cables": ("area", *_MATERIAL),
+    "frame": ("area", "inertia_y", "inertia_z", "torsion_constant", "poisson_ratio", *_MATERIAL),
 }
 
 
@@ -54,6 +62,10 @@ class Case(Section):
     frame: Frame | None = key("[frame] section", None, None)
     mesh: Mesh = key("[mesh] section", default=Mesh())
     masses: tuple[Mass, ...] = key("[[masses]] sections", default=())
+    links: tuple[Annotated[SerializeAsAny[Link], BeforeValidator(Link.from_table)], ...] = key(
+        "[[links]] sections", default=()
+    )
+    springs: tuple[Spring, ...] = key("[[springs]] sections", default=())
     prestress: Prestress = key("[prestress] section", default=Prestress())
     maneuver: Annotated[SerializeAsAny[Maneuver], BeforeValidator(Maneuver.from_table)] = Field(
         default_factory=Maneuver, description="[maneuver] section"
@@ -96,10 +108,11 @@ class Case(Section):
         told = {
             name: ", ".join(f"{key} = {shown(value)}" for key, value in dict(keys).items())
             for name, keys in sections.items()
-            if name not in ("schema_number", "masses")
+            if name not in ("schema_number", "masses", "links", "springs")
         }
         if self.masses:
             told["masses"] = f"{len(self.masses)}, {sum(body.mass for body in self.masses):.4g} kg"
+        told |= {name: str(len(own)) for name in ("links", "springs") if (own := getattr(self, name))}
         return card(self, told)
 
     __str__ = __repr__
@@ -126,11 +139,11 @@ class Case(Section):
         file = self.mesh.file
         for name, names in _GEOMETRY.items():
             section = getattr(self, name)
-            for one in names if section is not None else ():
+            for one in (*names, *_SECTIONS[name]) if section is not None else ():
                 value, field = getattr(section, one), type(section).model_fields[one]
                 if file is None and value is None:
                     raise ValueError(f"{name}.{one}: missing, expected the {meaning(one, field)}; add it")
-                if file is not None and value != field.default:
+                if file is not None and one in names and value != field.default:
                     text = f"{name}.{one}: expected no value beside mesh.file = {show(file)}, got {show(value)}"
                     raise ValueError(f"{text}; remove one of the two")
         return self
@@ -142,7 +155,7 @@ class Case(Section):
             section, needed = getattr(self, name), edges == "scalloped" or (edges == "cables" and name != "edge_cords")
             if name == "frame" and has_file:
                 continue  # whether there is one is the file's to say
-            if needed and section is None:
+            if needed and section is None and not has_file:
                 text = f"{name}: missing, membrane.edges = {edges!r} expects a [{name}] section"
                 raise ValueError(f"{text}; add it, or set membrane.edges = 'fixed' for a plain film")
             if not needed and section is not None:
@@ -165,7 +178,7 @@ class Case(Section):
             if scalloped and value != field.default:
                 text = f"cables.{name}: expected no value with membrane.edges = 'scalloped', got {show(value)}"
                 raise ValueError(f"{text}; remove it, tensions follow from membrane.stress_x, stress_y and the cut")
-            if not scalloped and value is None:
+            if not scalloped and value is None and self.mesh.file is None:
                 raise ValueError(f"cables.{name}: missing, expected the {meaning(name, field)}; add it")
         return self
 
@@ -209,7 +222,7 @@ class Case(Section):
             if ratios is not None:
                 text = "prestress.resultant_per_pretension: expected no value with membrane.edges = 'fixed'"
                 raise ValueError(f"{text}, got {list(ratios)}; remove it, there are no cables")
-            if stress is None:
+            if stress is None and self.mesh.file is None:
                 text = "membrane.stress_x: missing, membrane.edges = 'fixed' expects stress_x and stress_y [Pa]"
                 raise ValueError(f"{text}; add them under [membrane], for example 4000.0")
             return self
@@ -222,9 +235,14 @@ class Case(Section):
                 text = "membrane.stress_x: missing, membrane.edges = 'scalloped' expects stress_x and stress_y [Pa]"
                 raise ValueError(f"{text}; add them under [membrane], for example 2e5")
             return self
-        if mode == "uniform" and stress is None and ratios is None:
+        if mode == "uniform" and stress is None and ratios is None and self.mesh.file is None:
             text = "prestress.resultant_per_pretension: missing, mode = 'uniform' expects the membrane's tension"
             raise ValueError(f"{text}; add it, or give membrane.stress_x and stress_y [Pa]")
+        if mode == "uniform" and ratios is not None and self.membrane.thickness is None:
+            text = (
+                f"prestress.resultant_per_pretension: expected it beside membrane.thickness, got {list(ratios)} alone"
+            )
+            raise ValueError(f"{text}; add the thickness, or give membrane.stress_x and stress_y [Pa]")
         if mode == "uniform" and stress is not None and ratios is not None:
             text = f"prestress.resultant_per_pretension: expected no value beside membrane.stress_x = {stress:g}"
             raise ValueError(f"{text}, got {list(ratios)}; keep one of the two")
@@ -253,6 +271,10 @@ class Case(Section):
         if self.membrane.law != "elastic":
             text = f"reduction: expected membrane.law = 'elastic' with a [reduction], got {self.membrane.law!r}"
             raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")
+        for name, section in (self.mesh.sections or {}).items():
+            if section.slack or section.law not in (None, "elastic"):
+                text = f"reduction: expected elastic laws with a [reduction], got another in mesh.sections.{name}"
+                raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")
         if self.cables is not None and self.cables.slack:
             text = "reduction: expected cables.slack = false with a [reduction], got true"
             raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")

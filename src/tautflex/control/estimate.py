@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -78,14 +78,17 @@ def model_for(law: str, spec: LoopSpec, modes: int | None) -> LinearPlant:
 
 
 def direct_estimator(plant: LinearPlant, interval: float) -> Estimator | None:
-    """Estimator of measurements that tell the whole state at once (least squares); None if they do not."""
+    """Estimator of measurements that tell the whole state at once (least squares); None if they do not.
+
+    It takes drives and sensors as prompt.
+    """
     scale = np.linalg.norm(plant.C, axis=0)
     if plant.C.shape[0] < plant.C.shape[1] or np.any(scale == 0.0):
         return None
     left, values, right = np.linalg.svd(plant.C / scale, full_matrices=False)
     if values[-1] <= _SEEN * values[0]:
         return None
-    return Estimator(plant.discretize(interval), (right.T / values @ left.T) / scale[:, None])
+    return Estimator(replace(plant, late=None).discretize(interval), (right.T / values @ left.T) / scale[:, None])
 
 
 def kalman_estimator(plant: LinearPlant, spec: LoopSpec, noise: Noise) -> Estimator:
@@ -107,10 +110,11 @@ def kalman_estimator(plant: LinearPlant, spec: LoopSpec, noise: Noise) -> Estima
             f"measurement_noise: expected a standard deviation > 0 of every measurement, got none of {label!r}; give "
             f"measurement_noise = {{{label!r}: 1e-6}}, or noise of its sensor"
         )
-    half, axes = len(plant.states) // 2, plant.axes
+    half, axes = plant.half, plant.axes
     kicks = np.concatenate([np.full(axes, noise.hub), np.full(half - axes, noise.coordinates)]) * spec.interval
-    process = np.diag(np.concatenate([np.zeros(half), kicks**2]))
     discrete = plant.discretize(spec.interval)
+    process = np.zeros(discrete.A.shape)
+    process[half : 2 * half, half : 2 * half] = np.diag(kicks**2)
     return Estimator(discrete, kalman_filter(discrete, process, np.diag(sizes**2)).gain)
 
 
@@ -131,19 +135,23 @@ def loop_matrix(plant: LinearPlant, law: LawMatrices) -> Array:
 
 
 def refuse_spillover(spec: LoopSpec, law: LawMatrices, name: str) -> None:
-    """Raise InputError if a law that knows some modes alone makes the whole model unstable [Balas 1978]."""
-    plant = spec.plant(name).discretize(spec.interval)
-    growth = float(np.abs(np.linalg.eigvals(loop_matrix(plant, law))).max())
+    """Raise InputError if a law that knows some modes alone makes the plant with more of them unstable [Balas 1978]."""
+    plant = replace(spec, model=spec.beyond or spec.model).plant(name)
+    growth = float(np.abs(np.linalg.eigvals(loop_matrix(plant.discretize(spec.interval), law))).max())
     if growth > 1.0 + _LASTING:
+        highest = float(np.sqrt(np.abs(np.diag(plant.stiffness)).max(initial=0.0))) / (2.0 * np.pi)
         raise InputError(
             f"modes: expected a law that leaves the modes beyond its own at rest, got {name} whose loop with all "
-            f"{plant.coordinates} coordinates grows {growth:.6g} times per interval (spillover); raise modes, or the "
-            "tolerances"
+            f"{plant.coordinates} coordinates, up to {highest:.3g} Hz, grows {growth:.6g} times per interval "
+            "(spillover); raise modes, or the tolerances"
         )
 
 
-def steady_reference(plant: LinearPlant, feedforward: bool) -> tuple[Array, Array]:
+def steady_reference(plant: LinearPlant, known: LinearPlant, feedforward: bool) -> tuple[Array, Array]:
     """State and command that follow a reference, from its numbers: shapes (state, 3 axes) and (input, 3 axes).
+
+    The state is that of ``known``, the plant in discrete time. What waits in drives is the command; what waits in
+    sensors is what there was to see then.
 
     Under a steady angular acceleration the structure leans back as it does at rest under that load, and the commands
     turn it all; without feedforward they and it are zero.
@@ -153,21 +161,25 @@ def steady_reference(plant: LinearPlant, feedforward: bool) -> tuple[Array, Arra
     InputError
         If the commands cannot turn the hub about all of its axes.
     """
-    h, half = plant.axes, len(plant.states) // 2
+    h, half = plant.axes, plant.half
     state, command = np.zeros((2 * half, 3 * h)), np.zeros((len(plant.inputs), 3 * h))
     state[np.arange(h), np.arange(h)] = 1.0
     state[half + np.arange(h), h + np.arange(h)] = 1.0
-    if not feedforward or not h:
-        return state, command
-    eta, turn = plant.positions, half + np.arange(h)
-    lean = -np.linalg.solve(plant.A[np.ix_(eta + half, eta)], plant.B[eta + half])
-    reach = plant.B[turn] + plant.A[np.ix_(turn, eta)] @ lean
-    push = np.linalg.pinv(reach)
-    if not np.allclose(reach @ push, np.eye(h), atol=1e-6):
-        raise InputError(
-            "feedforward: expected commands that turn the hub about all of its axes, got some that do not; add a "
-            "HubTorque, or set feedforward to false"
-        )
-    command[:, 2 * h :] = push
-    state[np.ix_(eta, np.arange(2 * h, 3 * h))] = lean @ push
-    return state, command
+    if feedforward and h:
+        eta, turn = plant.positions, half + np.arange(h)
+        lean = -np.linalg.solve(plant.A[np.ix_(eta + half, eta)], plant.B[eta + half])
+        reach = plant.B[turn] + plant.A[np.ix_(turn, eta)] @ lean
+        push = np.linalg.pinv(reach)
+        if not np.allclose(reach @ push, np.eye(h), atol=1e-6):
+            raise InputError(
+                "feedforward: expected commands that turn the hub about all of its axes, got some that do not; add a "
+                "HubTorque, or set feedforward to false"
+            )
+        command[:, 2 * h :] = push
+        state[np.ix_(eta, np.arange(2 * h, 3 * h))] = lean @ push
+    seen, further = plant.C @ state + plant.D @ command, [state]
+    for of_output, place, samples in known.carried:
+        ago = samples * (known.interval or 0.0)
+        before = np.kron([[1.0, -ago, 0.5 * ago**2], [0.0, 1.0, -ago], [0.0, 0.0, 1.0]], np.eye(h))
+        further.append((seen[place] @ before if of_output else command[place])[None])
+    return np.concatenate(further), command

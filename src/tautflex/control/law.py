@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,9 @@ class ControlLaw(ABC):
     Laws add: the commands of ``a + b`` are the sums of theirs. A function (time, measurement) -> command may stand in
     place of a law.
     """
+
+    follows_reference: ClassVar[bool] = True
+    """Whether what the hub is to follow changes its commands, so that a shaper can stand before it."""
 
     @abstractmethod
     def start(self, spec: LoopSpec) -> Any:
@@ -119,6 +122,7 @@ class FunctionLaw(ControlLaw):
     """
 
     function: Callable[[float, Array], ArrayLike]
+    follows_reference: ClassVar[bool] = False
     __repr__ = brief
 
     def __post_init__(self) -> None:

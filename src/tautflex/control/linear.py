@@ -12,6 +12,7 @@ from scipy.io import savemat
 from scipy.linalg import expm
 
 from tautflex import checks
+from tautflex.control.sampled import Carried, Lateness, Sampled
 from tautflex.errors import InputError, MissingExtraError
 from tautflex.numeric import Array, Indices
 from tautflex.text import card, count
@@ -43,9 +44,15 @@ class LinearPlant:
     level
         Outputs in the steady state, from which y is counted, shape (output,).
     remarks
-        What the matrices do not tell, in words: label of an input -> why it has no column, or a partial one.
+        What the matrices do not tell, in words: label of an input -> why it has no column, or a partial one; what of
+        its drive is left out.
     interval
         Time of one step [s]; None is continuous time.
+    late
+        Lags and delays of drives, ages of readings: `discretize` makes states of them, which come last; the matrices of
+        continuous time have none of it. None is none.
+    carried
+        What these further states hold.
     """
 
     A: Array
@@ -63,12 +70,15 @@ class LinearPlant:
     level: Array
     remarks: dict[str, str] = field(default_factory=dict)
     interval: float | None = None
+    late: Lateness | None = None
+    carried: tuple[Carried, ...] = ()
 
     def __repr__(self) -> str:
         time = "continuous" if self.interval is None else f"{self.interval:g} s"
         lines = {
             "states": f"{len(self.states)}: {count(self.axes, 'angle')} of the hub, "
-            f"{count(self.coordinates, 'coordinate')}, and their rates",
+            f"{count(self.coordinates, 'coordinate')}, and their rates"
+            + (f", {len(self.carried)} of drives and sensors" if self.carried else ""),
             "inputs": ", ".join(self.inputs),
             "outputs": ", ".join(self.outputs),
             "time": time,
@@ -85,6 +95,11 @@ class LinearPlant:
     def positions(self) -> Indices:
         """Places of the coordinates among the states; their rates are ``axes + coordinates`` further on."""
         return np.arange(self.axes, self.axes + self.coordinates)
+
+    @property
+    def half(self) -> int:
+        """Number of positions, hub and coordinates; as many rates follow them."""
+        return self.axes + self.coordinates
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -117,6 +132,7 @@ class LinearPlant:
             output_units=tuple(self.output_units[k] for k in p),
             bilinear=self.bilinear[m],
             level=self.level[p],
+            late=None if self.late is None else self.late.selected(m, p),
             remarks={label: text for label, text in self.remarks.items() if label in inputs},
         )
 
@@ -157,10 +173,14 @@ class LinearPlant:
     def discretize(self, interval: float) -> LinearPlant:
         """Exact motion over one interval with the inputs held, by one matrix exponential [Van Loan 1978].
 
+        What drives and sensors delay is part of it; of inputs that have such states what acts is one, so that
+        ``y = C x`` is measured before the next command.
+
         Raises
         ------
         InputError
-            If the interval is not positive, or the plant is discrete already.
+            If the interval is not positive, the plant is discrete already, or the delay of an input is no multiple of
+            the interval.
         """
         step = checks.positive("interval", interval)
         if self.interval is not None:
@@ -169,7 +189,20 @@ class LinearPlant:
         whole = np.zeros((n + m, n + m))
         whole[:n, :n], whole[:n, n:] = self.A * step, self.B * step
         motion = expm(whole)
-        return replace(self, A=motion[:n, :n], B=motion[:n, n:], interval=step)
+        sampled = Sampled(motion[:n, :n], motion[:n, n:], self.C, self.D)
+        if self.late:
+            sampled.take_in(self.late, step, self.inputs, self.outputs)
+        return replace(
+            self,
+            A=sampled.A,
+            B=sampled.B,
+            C=sampled.C,
+            D=sampled.D,
+            states=(*self.states, *sampled.labels),
+            interval=step,
+            late=None,
+            carried=tuple(sampled.carried),
+        )
 
     def to_control(self) -> Any:
         """State space of python-control with the labels (extra ``control``).

@@ -18,6 +18,7 @@ from tautflex.control.actuators.bank import Bank, checked_actuators
 from tautflex.control.actuators.hub_torque import HubTorque
 from tautflex.control.actuators.monitor import monitor_of
 from tautflex.control.authority import authority
+from tautflex.control.late import behind_drives
 from tautflex.control.linear import LinearPlant
 from tautflex.control.linearize import linearize
 from tautflex.control.runs.full import FullPlantRun
@@ -346,10 +347,11 @@ class Plant:
         return tuple(item.channel.name for item in self._bank.items if item.watch.off)
 
     def linearize(self, modes: int = 60) -> LinearPlant:
-        """Linear view of small motion about the start, without drives, see `linearize`."""
+        """Linear view of small motion about the start, see `linearize`; with lags and delays of drives and sensors."""
         motion = None if self.hub is not None else self.maneuver.start()
         asked = {"hub": self.hub, "damping": self._asked["damping"], "motion": motion, "modes": modes}
-        return linearize(self.state_of, self._bank.effects, self.sensors, **asked)
+        view = linearize(self.state_of, self._bank.effects, self.sensors, **asked)
+        return behind_drives(view, self.actuators, self.inputs, self.sensors, self.outputs)
 
     def authority(self, modes: int = 10) -> xr.Dataset:
         """What each effect at its limit can do to the lowest modes, see `authority`."""
@@ -367,9 +369,8 @@ class Plant:
     @property
     def state(self) -> PlantState:
         """State to go on from."""
-        motion = self._at_work.checkpoint()
         sensors = copy.deepcopy(self._memories)
-        return PlantState(motion, self._intervals, self._bank.memory(), sensors, self._last.copy())
+        return PlantState(self._at_work.checkpoint(), self._intervals, self._bank.memory(), sensors, self._last.copy())
 
     def __repr__(self) -> str:
         lines = {
@@ -384,7 +385,6 @@ class Plant:
 
 
 def _maneuver(given: Any) -> Maneuver:
-    wanted: Maneuver = checks.instance(
-        "maneuver", AtRest() if given is None else given, Maneuver, "a maneuver, or None"
-    )
+    given = AtRest() if given is None else given
+    wanted: Maneuver = checks.instance("maneuver", given, Maneuver, "a maneuver, or None")
     return wanted

@@ -65,6 +65,8 @@ class LoopSpec:
         Axes of the hub that the reference has: 0, 1 or 3.
     model
         Linear view of the plant in continuous time; None where there is none.
+    beyond
+        The same with more modes, which laws that know the model must leave stable; None: the model itself.
     """
 
     measurements: tuple[Channel, ...]
@@ -72,9 +74,12 @@ class LoopSpec:
     interval: float
     axes: int = 0
     model: LinearPlant | None = None
+    beyond: LinearPlant | None = None
 
     def __post_init__(self) -> None:
         checks.positive("interval", self.interval)
+        for name in ("model", "beyond"):
+            checks.instance(name, getattr(self, name), (LinearPlant, type(None)), "plant.linearize(), or None")
 
     @property
     def measured(self) -> tuple[str, ...]:
@@ -132,7 +137,7 @@ def labelled(key: str, values: Mapping[str, float], labels: Sequence[str], least
     for name, value in values.items():
         places = [k for k, label in enumerate(labels) if name in (label, label.partition("[")[0])]
         if not places:
-            known = ", ".join(map(repr, labels)) or "none"
+            known = ", ".join(map(repr, labels[:8])) + (" ..." if len(labels) > 8 else "") or "none"
             raise InputError(f"{key}: expected names among {known}, got {name!r}; choose one of them")
         found |= dict.fromkeys(places, checks.positive(f"{key}.{name}", value))
     if least and not found:

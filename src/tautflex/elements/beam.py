@@ -174,8 +174,10 @@ def _inertia(section: BeamSection, ends: Array, axes: Array, length: Array) -> I
     turns = section.strain == "corotational"
     abscissa, weight = np.polynomial.legendre.leggauss(4)
     ratio, weight = 0.5 * (abscissa + 1.0), 0.5 * weight
-    radius_y = np.sqrt(section.inertia_z / section.area)
-    radius_z = np.sqrt(section.inertia_y / section.area)
+    # What has no stiffness lies on the axis: it does not turn.
+    share = section.material.density * section.area / section.mass_per_measure
+    radius_y = np.sqrt(section.inertia_z / section.area * share)
+    radius_z = np.sqrt(section.inertia_y / section.area * share)
     local = np.zeros((len(length), 4, 2, 2, 3, 12))
     position = np.zeros((len(length), 4, 2, 2, 3))
     for p, e in enumerate(ratio):
@@ -203,7 +205,7 @@ def _inertia(section: BeamSection, ends: Array, axes: Array, length: Array) -> I
     # Local displacements from local unknowns -> global displacements from global unknowns.
     blocks = local.reshape(len(length), 16, 3, 4, 3)
     turned = np.einsum("nal,npabc,ncg->nplbg", axes, blocks, axes)
-    density = section.material.density * section.area * length
+    density = section.mass_per_measure * length
     mass = density[:, None] * np.repeat(weight / 4.0, 4)[None, :]
     points = InertiaPoints(mass, turned.reshape(len(length), 16, 3, 12), position.reshape(len(length), 16, 3))
     if not turns:

@@ -46,7 +46,7 @@ class Cable(Element):
         # Two-point Gauss rule: exact for products of two linear functions.
         ratio = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
         functions = np.stack([1.0 - ratio, ratio], axis=1)
-        mass = section.material.density * volume
+        mass = section.material.density * volume + section.nonstructural_mass * length
         return ElementBlock(
             kind="cable",
             dofs=dofs,

@@ -29,7 +29,7 @@ class Triangle3(Element):
         axes, stretch = film_axes(corners[:, 1:] - corners[:, :1], group.orientation)
         area, section = 0.5 * stretch, membrane_section(group)
         slopes = _slopes(np.einsum("nkx,ncx->nck", axes[:, :2], corners - corners[:, :1]))
-        mass = section.material.density * (area * section.thickness)
+        mass = section.material.density * (area * section.thickness) + section.nonstructural_mass * area
         # Three-point rule of degree 2: exact for products of two area coordinates.
         area_coordinates = np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)
         inertia = translating_points(np.repeat(mass[:, None] / 3.0, 3, axis=1), area_coordinates, corners)

@@ -26,6 +26,7 @@ Cells: TypeAlias = tuple[Indices, int]
 # Kinds of cells and VTK's number of their type, in the order in which they are written; the cell field "kind" counts
 # them in this order.
 CELL_TYPES = {"triangle": 5, "cable": 3, "beam": 3}
+_LINK = {"link": 3}
 _SERIES = ("field_time", "mode")
 
 
@@ -35,8 +36,9 @@ def write_vtu(dataset: xr.Dataset, directory: str | os.PathLike[str], name: str 
 
     Points stand in the reference position; ParaView's filter "Warp By Vector" moves them by ``displacement``.
     Every variable over the nodes becomes point data, every one over the film's elements, cables or beams cell data
-    (NaN, or -1 for integers, on cells of the other kinds); ``kind`` tells film 0, cables 1 and beams 2 apart. The film
-    is written as the elements it has, quadratic triangles as such. Mode shapes are a series over the mode's number.
+    (NaN, or -1 for integers, on cells of the other kinds); ``kind`` tells film 0, cables 1, beams 2 and links 3 apart.
+    The film is written as the elements it has, quadratic triangles as such. Mode shapes are a series over the mode's
+    number.
 
     Parameters
     ----------
@@ -66,11 +68,12 @@ def write_vtu(dataset: xr.Dataset, directory: str | os.PathLike[str], name: str 
     series = _require_fields(dataset)
     steps = dataset[series].values
     points = checks.float_array("node_position", dataset["node_position"].values, (None, 3))
-    parts = [_cells_of(dataset, kind, len(points)) for kind in CELL_TYPES]
+    types = CELL_TYPES | (_LINK if "link" in dataset else {})
+    parts = [_cells_of(dataset, kind, len(points)) for kind in types]
     cells = [group for part in parts for group in part]
     counts = [sum(len(corners) for corners, _ in part) for part in parts]
     kinds = np.repeat(np.arange(len(parts), dtype=np.int32), counts)
-    owners = {str(dataset[kind].dims[0]): place for place, kind in enumerate(CELL_TYPES)}
+    owners = {str(dataset[kind].dims[0]): place for place, kind in enumerate(types)}
     if "membrane" in dataset:
         owners[str(dataset["membrane"].dims[0])] = 0
         # What is known of an element's triangles is the same for all of them: keep the first of each.
@@ -92,7 +95,7 @@ def _cells_of(dataset: xr.Dataset, kind: str, points: int) -> list[Cells]:
     """Groups of like cells of one kind, in the order of its elements."""
     if kind != "triangle" or "membrane" not in dataset:
         corners = 3 if kind == "triangle" else 2
-        return [(checks.index_array(kind, dataset[kind].values, corners, points), CELL_TYPES[kind])]
+        return [(checks.index_array(kind, dataset[kind].values, corners, points), (CELL_TYPES | _LINK)[kind])]
     types = dataset["membrane_cell"].values
     cuts = np.flatnonzero(np.diff(types)) + 1
     rows = np.split(dataset["membrane"].values, cuts)

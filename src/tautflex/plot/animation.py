@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from tautflex.motion.rotations import exponential, matrix, product
 from tautflex.numeric import Array
 from tautflex.plot.shapes import drawn_factor
 from tautflex.plot.style import DIVERGING, length_unit, new_figure, styled
-from tautflex.plot.surface import VIEW, Wireframe, draw_surface, wireframe
+from tautflex.plot.surface import VIEW, draw_surface, wireframe
 from tautflex.solvers.transient.status import Run
 from tautflex.solvers.variables import RUN, dataset_of
 
@@ -139,7 +140,7 @@ class _Film:
         axes, field = self._axes, self._fields[number]
         turn = np.eye(3) if self._turns is None else self._turns[number]
         mesh = self._mesh
-        turned = Wireframe(mesh.nodes @ turn.T, mesh.triangles, mesh.edges, mesh.cables, mesh.beams)
+        turned = replace(mesh, nodes=mesh.nodes @ turn.T)
         axes.clear()
         draw_surface(axes, turned, self._factor * field @ turn.T, self._scale * field[:, 2], self._limit)
         half = 0.5 * mesh.span

@@ -27,13 +27,14 @@ _BEHIND, _SURFACE, _BEFORE = 1, 2, 3
 
 @dataclass(frozen=True)
 class Wireframe:
-    """What is drawn: ``nodes`` (node, 3) [m] and numbers of triangles, lines between its elements, members."""
+    """What is drawn: ``nodes`` (node, 3) [m] and numbers of triangles, lines between its elements, members, links."""
 
     nodes: Array
     triangles: Indices
     edges: Indices
     cables: Indices
     beams: Indices
+    links: Indices
 
     @property
     def span(self) -> float:
@@ -53,7 +54,7 @@ def wireframe(data: xr.Dataset) -> Wireframe:
     triangles, edges = numbers("triangle", 3), numbers("membrane_edge", 2)
     if not len(edges):  # the elements are the triangles
         edges = np.unique(np.sort(TRIANGLE3.sides(triangles), axis=1), axis=0)
-    return Wireframe(nodes, triangles, edges, numbers("cable", 2), numbers("beam", 2))
+    return Wireframe(nodes, triangles, edges, numbers("cable", 2), numbers("beam", 2), numbers("link", 2))
 
 
 def draw_surface(axes: Axes3D, mesh: Wireframe, displacement: Array, color: Array, limit: float) -> None:
@@ -77,7 +78,7 @@ def draw_surface(axes: Axes3D, mesh: Wireframe, displacement: Array, color: Arra
     centre = mesh.nodes.mean(axis=0)
     if mesh.triangles.size:
         _draw_film(axes, mesh, points, color, Normalize(-limit, limit))
-    for members, width, shade in ((mesh.cables, 0.5, GREY), (mesh.beams, 1.4, "black")):
+    for members, width, shade in ((mesh.cables, 0.5, GREY), (mesh.links, 0.8, GREY), (mesh.beams, 1.4, "black")):
         if members.size:
             near = (mesh.nodes[members].mean(axis=1) - centre) @ view > 0.0
             _lines(axes, points[members[~near]], _BEHIND, color=shade, linewidth=width)

@@ -49,8 +49,21 @@ def point_text(position: Array) -> str:
 
 
 def doubts_about_structure(model: Model) -> list[str]:
-    """Film as thick as a plate, nodes at one place that are not joined, elements on top of each other."""
-    return [*_thick_film(model), *_coincident_nodes(model), *_overlapping_film(model), *_doubled_lines(model)]
+    """Film as thick as a plate, nodes at one place, elements on top of each other, links that hold against turning."""
+    found = [*_thick_film(model), *_coincident_nodes(model), *_overlapping_film(model), *_doubled_lines(model)]
+    return [*found, *_holding_links(model)]
+
+
+def _holding_links(model: Model) -> list[str]:
+    if not model.links:
+        return []
+    held = model.freedom_of(np.full(len(model.nodes), True), supports_alone=True) - model.rigid_freedom
+    if not held:
+        return []
+    return [
+        f"links and springs hold the structure against {held} rigid motion(s) that its supports leave free: ties and "
+        "equations between nodes at different places take moments from nowhere; use rigid links"
+    ]
 
 
 def _thick_film(model: Model) -> list[str]:
@@ -72,7 +85,10 @@ def _thick_film(model: Model) -> list[str]:
 def _coincident_nodes(model: Model) -> list[str]:
     radius = _SAME_PLACE * float(np.ptp(model.nodes, axis=0).max())
     pairs = cKDTree(model.nodes).query_pairs(radius, output_type="ndarray")
-    piece = linked_pieces(len(model.nodes), model.linked_pairs)
+    # Of links between held nodes nothing is left but their names.
+    named = [(link.joined[0], node) for link in model.links for node in link.joined[1:]]
+    linked = np.concatenate([model.linked_pairs, np.reshape(named, (-1, 2)).astype(np.int64)])
+    piece = linked_pieces(len(model.nodes), linked)
     pairs = pairs[piece[pairs[:, 0]] != piece[pairs[:, 1]]]
     if not len(pairs):
         return []

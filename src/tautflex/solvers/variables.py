@@ -47,6 +47,7 @@ MESH: Variables = {
     "membrane": _of("membrane_element membrane_node", "1", "nodes of each film element, -1 where it has fewer"),
     "membrane_cell": _of("membrane_element", "1", "VTK's type of each film element"),
     "membrane_edge": _of("membrane_line end", "1", "nodes of each line between film elements"),
+    "link": _of("link_line end", "1", "nodes that each link or spring joins"),
 }
 """Every variable that may describe the mesh of a result."""
 
@@ -253,14 +254,17 @@ def dataset_of(name: str, given: Any, *wanted: str, remedy: str, table: Variable
 def mesh_variables(model: Model) -> dict[str, tuple[Any, ...]]:
     """Mesh as Dataset variables, so that results can be drawn and written without the model.
 
-    ``triangle`` holds linear triangles. Where the film's elements are others, these are what stands for them in
-    pictures, ``triangle_owner`` tells the film element of each, and ``membrane``, ``membrane_cell`` (VTK's number of
-    the cell type) and ``membrane_edge`` hold the elements themselves and the lines between them.
+    ``link`` is there with links or springs. ``triangle`` holds linear triangles. Where the film's elements are others,
+    these are what stands for them in pictures, ``triangle_owner`` tells the film element of each, and ``membrane``,
+    ``membrane_cell`` (VTK's number of the cell type) and ``membrane_edge`` hold the elements themselves and the lines
+    between them.
     """
     lines = {"triangle": model.triangles, "cable": model.cables, "beam": model.beams}
     arrays = {"node_position": model.nodes, **lines}
     if any(group.shape != TRIANGLE3 for group in model.surfaces):
         arrays |= _membranes(model)
+    if len(model.linked_pairs):
+        arrays["link"] = np.unique(np.sort(model.linked_pairs, axis=1), axis=0)
     return described(MESH, arrays)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 from typing import ClassVar, cast
 
 import numpy as np
@@ -204,12 +206,15 @@ class MembraneSection:
     law
         ``"elastic"``, which carries compression, ``"tension-field"``, which wrinkles instead, or a
         `tautflex.elements.laws.Law`.
+    nonstructural_mass
+        Mass per area of what has no stiffness, such as coatings and cells [kg/m^2].
     """
 
     material: Material
     thickness: float
     strain: str = "von-karman"
     law: object = "elastic"
+    nonstructural_mass: float = 0.0
     kind: ClassVar[str] = "membrane"
     rotational: ClassVar[bool] = False
 
@@ -224,7 +229,7 @@ class MembraneSection:
     @property
     def mass_per_measure(self) -> float:
         """Mass per area [kg/m^2]."""
-        return self.material.density * self.thickness
+        return self.material.density * self.thickness + self.nonstructural_mass
 
 
 @dataclass(frozen=True)
@@ -243,6 +248,8 @@ class CableSection:
         Whether the cable goes slack instead of carrying compression; short for ``law="slack"``.
     law
         ``"elastic"``, ``"slack"`` or a `tautflex.elements.laws.Law`.
+    nonstructural_mass
+        Mass per length of what has no stiffness, such as sheaths [kg/m].
     """
 
     material: Material
@@ -250,6 +257,7 @@ class CableSection:
     strain: str = "von-karman"
     slack: bool = False
     law: object = "elastic"
+    nonstructural_mass: float = 0.0
     kind: ClassVar[str] = "cable"
     rotational: ClassVar[bool] = False
 
@@ -262,7 +270,7 @@ class CableSection:
     @property
     def mass_per_measure(self) -> float:
         """Mass per length [kg/m]."""
-        return self.material.density * self.area
+        return self.material.density * self.area + self.nonstructural_mass
 
 
 @dataclass(frozen=True)
@@ -285,6 +293,8 @@ class BeamSection:
         rotations of any size, for booms that bend, buckle and turn; see :mod:`tautflex.elements.local_frame`).
     rotary_inertia
         Whether sections resist turning about their own axes when the beam bends; "corotational" beams always do.
+    nonstructural_mass
+        Mass per length of what has no stiffness, such as harness [kg/m]; it lies on the axis.
     """
 
     material: Material
@@ -294,6 +304,7 @@ class BeamSection:
     torsion_constant: float
     strain: str = "von-karman"
     rotary_inertia: bool = False
+    nonstructural_mass: float = 0.0
     kind: ClassVar[str] = "beam"
     rotational: ClassVar[bool] = True
 
@@ -304,7 +315,7 @@ class BeamSection:
     @property
     def mass_per_measure(self) -> float:
         """Mass per length [kg/m]."""
-        return self.material.density * self.area
+        return self.material.density * self.area + self.nonstructural_mass
 
 
 Section = MembraneSection | CableSection | BeamSection
@@ -316,11 +327,44 @@ def _check(section: Section, *sizes: str) -> None:
         raise InputError(f"material: expected an isotropic Material of a {section.kind}, got {section.material!r}")
     for name in sizes:
         checks.positive(name, getattr(section, name))
+    checks.non_negative("nonstructural_mass", section.nonstructural_mass)
     checks.one_of("strain", section.strain, BEAM_STRAINS if isinstance(section, BeamSection) else STRAINS)
     if not isinstance(section, BeamSection) and isinstance(section.law, str):
         checks.one_of("law", section.law, LAW_NAMES[section.kind])
 
 
-def require_section(name: str, section: object, kind: type[Section]) -> Section:
-    """Return a section of the wanted kind, or raise InputError."""
-    return cast(Section, checks.instance(name, section, kind, f"a {kind.__name__}", remedy="elements need a section"))
+def section_runs(
+    name: str, given: object, kind: type[Section], elements: str, first: int, count: int
+) -> Iterator[tuple[Section, slice]]:
+    """Sections of ``count`` elements from number ``first``, and where each holds: elements in a row that have the same.
+
+    Parameters
+    ----------
+    name
+        Of the argument, for messages.
+    given
+        One section for all elements, or a sequence with one for each.
+    kind
+        Class of the sections.
+    elements
+        What needs the section, for messages.
+    first, count
+        Which of the elements are asked for.
+
+    Raises
+    ------
+    InputError
+        If there is none, one of another kind, or not one for each element.
+    """
+    if isinstance(given, Sequence) and not isinstance(given, str):
+        each = list(given[first : first + count])
+        if len(each) < count:
+            raise InputError(f"{name}: expected one section, or one for each element, got {len(given)}; give one each")
+    else:
+        each = [given] * count
+    start = 0
+    for section, members in groupby(each):
+        end = start + len(list(members))
+        found = checks.instance(elements, section, kind, f"a {kind.__name__}", remedy="elements need a section")
+        yield cast(Section, found), slice(start, end)
+        start = end

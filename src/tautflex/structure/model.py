@@ -15,7 +15,7 @@ from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import ElementGroup, Support
 from tautflex.structure.links.link import Link
 from tautflex.structure.masses import PointMass
-from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, require_section
+from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, section_runs
 from tautflex.structure.mesh import blend_by_direction, check_elements, check_joints, connected_pieces
 from tautflex.structure.numbering import Numbering
 from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6, Shape, surface_shape
@@ -47,14 +47,14 @@ class Model(Numbering):
         triangles: ArrayLike | None = None,
         quads: ArrayLike | None = None,
         surfaces: Mapping[str, ArrayLike] | None = None,
-        membrane: MembraneSection | None = None,
+        membrane: MembraneSection | Sequence[MembraneSection] | None = None,
         membrane_stress: ArrayLike = (0.0, 0.0, 0.0),
         membrane_orientation: ArrayLike = (1.0, 0.0, 0.0),
         cables: ArrayLike | None = None,
-        cable: CableSection | None = None,
+        cable: CableSection | Sequence[CableSection] | None = None,
         cable_tension: ArrayLike = 0.0,
         beams: ArrayLike | None = None,
-        beam: BeamSection | None = None,
+        beam: BeamSection | Sequence[BeamSection] | None = None,
         beam_axial_force: ArrayLike = 0.0,
         beam_orientation: ArrayLike = (0.0, 0.0, 1.0),
         supports: Sequence[Support] = (),
@@ -77,7 +77,8 @@ class Model(Numbering):
         cables, beams
             Node numbers from 0, shapes (c, 2), (b, 2).
         membrane, cable, beam
-            Section of each kind that is present.
+            Section of each kind that is present: one for all its elements, or a sequence with one for each, the film's
+            in the order of these arguments. Elements in a row that have the same are computed together.
         membrane_stress
             Given stress (sx, sy, txy) in the film's local axes [Pa], shape (3,) or (t, 3), the film's elements in
             the order of these arguments.
@@ -120,11 +121,11 @@ class Model(Numbering):
         stress = checks.spread("membrane_stress", membrane_stress, count, 3)
         groups, first = [], 0
         for shape, elements in film:
-            section = require_section(f"{shape.domain}s", membrane, MembraneSection)
-            own = stress[first : first + len(elements)]
-            first += len(elements)
             direction = checks.vector3("membrane_orientation", membrane_orientation)
-            groups.append(ElementGroup(section, shape, elements, own, direction))
+            own = stress[first : first + len(elements)]
+            runs = section_runs("membrane", membrane, MembraneSection, f"{shape.domain}s", first, len(elements))
+            groups += [ElementGroup(section, shape, elements[rows], own[rows], direction) for section, rows in runs]
+            first += len(elements)
         for name, lines, given, kind, load, initial, orientation in (
             ("cables", cables, cable, CableSection, "cable_tension", cable_tension, (0.0, 0.0, 1.0)),
             ("beams", beams, beam, BeamSection, "beam_axial_force", beam_axial_force, beam_orientation),
@@ -134,7 +135,12 @@ class Model(Numbering):
                 continue
             values = checks.spread(load, initial, len(elements))[:, None]
             direction = _directions("beam_orientation", orientation, len(elements))
-            groups.append(ElementGroup(require_section(name, given, kind), LINE2, elements, values, direction))
+            groups += [
+                ElementGroup(
+                    section, LINE2, elements[rows], values[rows], direction if direction.ndim == 1 else direction[rows]
+                )
+                for section, rows in section_runs(kind.kind, given, kind, name, 0, len(elements))
+            ]
         held, stated = checks.several("supports", supports, Support, _SUPPORT), prestress_mode is not None
         return cls(
             points,

@@ -167,16 +167,30 @@ class Numbering:
 
     @property
     def rigid_freedom(self) -> int:
-        """Number of independent rigid motions that the supports leave free."""
+        """Number of independent rigid motions that supports, links and springs leave free."""
         return self.freedom_of(np.full(len(self.nodes), True))
 
-    def freedom_of(self, nodes: Mask) -> int:
-        """The same of a piece of the structure, given as a flag for each node, shape (node,)."""
+    def freedom_of(self, nodes: Mask, *, supports_alone: bool = False) -> int:
+        """The same of a piece of the structure, given as a flag for each node, shape (node,), or of supports alone."""
         motions = self.rigid_motions / max(1.0, float(np.abs(self.nodes).max()))
         own = np.repeat(nodes, np.diff(self.dof_offset))
         held = motions[self.fixed_dofs[own[self.fixed_dofs]]]
-        if self.links:
+        if self.links and not supports_alone:
             misfit = self.constraints.misfit(motions)
             held = np.concatenate([held, misfit[own[self.constraints.dependent]]])
+        for spring in () if supports_alone else self.springs:
+            if nodes[spring.nodes[0]]:
+                held = np.concatenate([held, self._strained(spring, motions)])
         rank = int(np.linalg.matrix_rank(held, tol=1e-9)) if held.size else 0
         return int(np.linalg.matrix_rank(motions[own], tol=1e-9)) - rank
+
+    def _strained(self, spring: Spring, motions: Array) -> Array:
+        """What rigid motions (dof, 6) do to a spring along its axes, shape (stiffness, 6)."""
+        moved = np.zeros((6, 6))
+        for node, sign in zip(spring.nodes, (1.0, -1.0), strict=False):
+            own = motions[self.dof_offset[node] : self.dof_offset[node + 1]]
+            moved[: len(own)] += sign * own
+        if spring.place is not None:  # rigid arms
+            moved[:3] = 0.0
+        axes = spring.axes_at(self.nodes)
+        return np.concatenate([axes @ moved[:3], axes @ moved[3:]])[spring.stiffnesses > 0.0]

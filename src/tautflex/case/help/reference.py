@@ -15,11 +15,14 @@ from tautflex.case.options import Chosen
 from tautflex.case.schema import Case
 from tautflex.case.section import Section, Words
 from tautflex.case.sections.maneuver import Step
+from tautflex.case.sections.structural import GroupSection
 from tautflex.case.tables import TimeTableKeys
 from tautflex.errors import CaseError
 
 _RANGE = re.compile(r"(?<=, )[<>]=? ?\d+(?:[./]\d+)?|in [\[(][^\])]*[\])]")
-_TITLES = {name: f"[{name}.NAME]" for name in ("inputs", "actuators", "sensors")} | {"masses": "[[masses]]"}
+_TITLES = {name: f"[{name}.NAME]" for name in ("inputs", "actuators", "sensors")} | {
+    name: f"[[{name}]]" for name in ("masses", "links", "springs")
+}
 _NAMES = {float: "number", int: "integer", bool: "true or false", str: "text", type(None): ""}
 
 
@@ -55,7 +58,7 @@ def reference(name: str | None = None) -> list[SectionEntry]:
         If there is no such section.
     """
     sections = {one: list(_entries(one, field)) for one, field in Case.model_fields.items() if _section(field)}
-    found = {**sections, "maneuver.steps": [_steps()]}
+    found = {**sections, "maneuver.steps": [_steps()], "mesh.sections": [_groups()]}
     if name is not None and name not in found:
         raise CaseError(f"keys: expected one of {choices(list(found))}, got {show(name)}; choose one of them")
     return [entry for one in sections for entry in sections[one]] if name is None else found[name]
@@ -66,6 +69,8 @@ def _entries(name: str, field: FieldInfo) -> Iterator[SectionEntry]:
     assert section is not None
     if not issubclass(section, Chosen):
         yield SectionEntry(title, _about(section), _keys(section))
+        if name == "mesh":
+            yield _groups()
         return
     shared = _keys(section)
     if shared:
@@ -82,6 +87,10 @@ def _entries(name: str, field: FieldInfo) -> Iterator[SectionEntry]:
 
 def _steps() -> SectionEntry:
     return SectionEntry("[[maneuver.steps]]", f"{_about(Step)} Its kind and keys are those of [maneuver].", _keys(Step))
+
+
+def _groups() -> SectionEntry:
+    return SectionEntry("[mesh.sections.NAME]", _about(GroupSection), _keys(GroupSection))
 
 
 def _section(field: FieldInfo) -> type[Section] | None:
@@ -120,9 +129,15 @@ def _key(name: str, field: FieldInfo, text: str) -> KeyEntry:
         type=" | ".join(f'"{word}"' for word in _words(field)) or _type(field.annotation),
         unit=docstrings.unit(text),
         range=", ".join(limits) or (found[0] if found else ""),
-        default="needed" if field.is_required() else _default(field),
+        default="needed" if field.is_required() else _needed(field) or _default(field),
         meaning=text,
     )
+
+
+def _needed(field: FieldInfo) -> str:
+    """When a key is needed that another one may replace."""
+    extra = field.json_schema_extra
+    return str(extra.get("needed", "")) if isinstance(extra, dict) else ""
 
 
 def _words(field: FieldInfo) -> list[str]:

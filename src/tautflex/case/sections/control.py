@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Annotated, Any, Self
 
-from pydantic import Field, Strict, model_validator
+from pydantic import BeforeValidator, Field, SerializeAsAny, Strict, model_validator
 
 from tautflex.case.messages import problem
 from tautflex.case.options import Built, Chosen, section_of, within
@@ -83,6 +83,11 @@ class Controller(Chosen):
     registry = CONTROLLERS
 
     @classmethod
+    def parts_for(cls, kind: str, target: type) -> tuple[type[Chosen], ...]:
+        """A shaped law has a table of its own."""
+        return (_Shaped, cls) if kind == "shaped-reference" else (cls,)
+
+    @classmethod
     def one_or_more(cls, values: Any) -> Any:
         """Make the law of a table, or the laws of a list of tables."""
         if values is None or isinstance(values, Controller):
@@ -106,6 +111,30 @@ class Task(Chosen):
     """What the controller is trained and judged on."""
 
     registry = TASKS
+
+
+class FollowingLaw(Chosen):
+    """Law behind a shaper, [controller.law]: one that follows the reference of the hub."""
+
+    registry = CONTROLLERS
+
+    @classmethod
+    def kinds(cls) -> list[str]:
+        """All that follow, but no second shaper."""
+        laws: dict[str, Any] = dict(cls.registry)
+        return [kind for kind, law in laws.items() if law.follows_reference and kind != "shaped-reference"]
+
+
+class _Shaped(Chosen):
+    """The law behind a shaper is a table of its own."""
+
+    law: Annotated[SerializeAsAny[FollowingLaw], BeforeValidator(FollowingLaw.from_table)] = key(
+        "law that follows the shaped reference, a [controller.law] table", {"kind": "pd", "stiffness": 30.0}
+    )
+
+    def arguments(self) -> dict[str, Any]:
+        with within("law"):
+            return super().arguments() | {"law": self.law.build()}
 
 
 class Loop(Section):

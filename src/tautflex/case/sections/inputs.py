@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -30,7 +30,7 @@ class Placed(Chosen):
     def parts_for(cls, kind: str, target: type) -> tuple[type[Chosen], ...]:
         """Nodes and cables, which a case knows no numbers of, may be chosen by place."""
         names = {field.name for field in dataclasses.fields(target)}
-        return (*((_Nodes,) if "nodes" in names else ()), *((_Cables,) if "cables" in names else ()), cls)
+        return (*((ChosenNodes,) if "nodes" in names else ()), *((_Cables,) if "cables" in names else ()), cls)
 
     def placed(self, model: Model) -> Any:
         """Make it for a model.
@@ -54,16 +54,17 @@ class Input(Placed):
         return (target.signal,) if issubclass(target, Effect) else ()
 
 
-class _Nodes(Chosen):
+class ChosenNodes(Chosen):
     """Nodes by number or place."""
 
-    optional_keys = ("nodes",)
+    optional_keys: ClassVar[tuple[str, ...]] = ("nodes",)
     near: Point | tuple[Point, ...] | None = key(
         "point, or list of points, whose nearest nodes are meant [m]", (0.5, 0.2), None
     )
     side: Side | None = key("side of the film whose nodes are meant", "+x", None)
 
-    def check_values(self) -> None:
+    def require_one_choice(self) -> None:
+        """Raise CaseError unless the nodes are said in one way."""
         given = [name for name in ("nodes", "near", "side") if getattr(self, name) is not None]
         if not given:
             text = f"nodes: missing, {self.choice()} expects nodes, near or side"
@@ -71,16 +72,23 @@ class _Nodes(Chosen):
         if len(given) > 1:
             value = show(getattr(self, given[1]))
             raise CaseError(f"{given[1]}: expected no value beside {given[0]}, got {value}; keep one of the two")
+
+    def check_values(self) -> None:
+        """Raise CaseError unless the nodes are said in one way and the class takes the values."""
+        self.require_one_choice()
         if self.nodes is not None:
             super().check_values()
 
-    def placed(self, model: Model) -> Any:
+    def known(self, model: Model) -> dict[str, Any]:
+        """What the places stand for in a structure."""
         if self.near is not None:
             points = np.atleast_2d(np.asarray(self.near, dtype=float))
-            return self.build(nodes=tuple(nearest_node(model, point) for point in points))
-        if self.side is not None:
-            return self.build(nodes=_nodes_of_side(model, self.side))
-        return self.build()
+            return {"nodes": tuple(nearest_node(model, point) for point in points)}
+        return {} if self.side is None else {"nodes": _nodes_of_side(model, self.side)}
+
+    def placed(self, model: Model) -> Any:
+        """Make it for a model."""
+        return self.build(**self.known(model))
 
 
 class _Cables(Chosen):

@@ -21,19 +21,24 @@ def init(
         str,
         Parameter(
             help="m2, the antenna that could be built; m2-paper or m2-nearest-node, readings of the paper; "
-            "scalloped, a film cut along arcs with cords in its edges; control, a slew under closed-loop control."
+            "scalloped, a film cut along arcs with cords in its edges; sail, a triangular solar sail; control, a slew "
+            "under closed-loop control; slew, a quiet one under an optimal law."
         ),
     ] = "m2",
     force: Force = False,
 ) -> Answer:
-    """Write a commented case: the paper's antenna M2 and its stop maneuver, or a closed loop.
+    """Write a commented case: the paper's antenna M2 and its stop maneuver, a closed loop, a solar sail.
 
     Example: tautflex init m2.toml
     """
     from tautflex import case
 
-    text = case.template(template)
-    require_new_file(name, force=force)
-    name.write_text(text, encoding="utf-8")
-    following = "control" if template == "control" else "run"
-    return Answer({"file": name}, partial(say, f"Wrote {name}. Next: tautflex {following} {name}"))
+    wanted = {name: case.template(template)}
+    wanted |= {name.parent / file: text for file, text in case.template_files(template).items()}
+    for place in wanted:
+        require_new_file(place, force=force)
+    for place, text in wanted.items():
+        place.write_text(text, encoding="utf-8")
+    written = " and ".join(str(place) for place in wanted)
+    following = "control" if template in ("control", "slew") else "run"
+    return Answer({"file": name}, partial(say, f"Wrote {written}. Next: tautflex {following} {name}"))

@@ -46,6 +46,10 @@ def tune(
     if loaded.cables is None or loaded.edge_cords is not None:
         text = f"{case}: membrane.edges: expected 'cables', got {loaded.membrane.edges!r}"
         raise CaseError(f"{text}; tuning scales cable tensions, here choose membrane.stress_x and stress_y")
+    own = [name for name, one in (loaded.mesh.sections or {}).items() if one.tension or one.stress_x or one.stress_y]
+    if loaded.cables.pretension_x is None or loaded.cables.pretension_y is None or own:
+        text = f"{case}: cables.pretension_x and pretension_y: expected all tension stated there, got some elsewhere"
+        raise CaseError(f"{text}; state it there, tuning scales these two")
     if output is not None:
         require_new_file(output, force=force)
 

@@ -81,8 +81,12 @@ class Drive:
 
     def start(self, count: int, interval: float) -> DriveMemory:
         """Memory at rest, for ``count`` numbers; InputError if it does not fit them, or the interval [s]."""
-        if self.limit is not None:
-            checks.spread("limit", self.limit, count)
+        limit = np.asarray(np.inf if self.limit is None else self.limit)
+        if limit.shape not in ((), (count,)):
+            raise InputError(
+                f"limit: expected one number, or {count} for as many numbers of the actuator, got {limit.size}; give "
+                "one for all"
+            )
         late = self.delay / interval
         if abs(late - round(late)) > 1e-6:
             raise InputError(

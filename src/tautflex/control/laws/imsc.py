@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -43,6 +44,7 @@ class IndependentModalControl(LinearLaw):
     velocity: str
     modes: int = 1
     effort: float = 1.0
+    follows_reference: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         checks.whole("modes", self.modes, 1)
@@ -59,7 +61,7 @@ class IndependentModalControl(LinearLaw):
         if count > plant.coordinates:
             raise InputError(f"modes: expected at most {plant.coordinates}, those of the model, got {count}")
         require_columns(plant)
-        first, half, eta = plant.positions[:count], len(plant.states) // 2, np.arange(count)
+        first, half, eta = plant.positions[:count], plant.half, np.arange(count)
         w = np.sqrt(np.diag(plant.stiffness)[eta])
         g = -(w**2) + w * np.sqrt(w**2 + 1.0 / self.effort)
         h = np.sqrt(2.0 * g + 1.0 / self.effort)

@@ -31,5 +31,5 @@ class LQG(Filtered, LinearLaw):
         plant, used = self.design(spec)
         estimator = kalman_estimator(plant, spec, self.noise)
         gain = regulator(estimator.plant, self.weights(estimator.plant)).gain
-        state, command = steady_reference(plant, self.feedforward)
+        state, command = steady_reference(plant, estimator.plant, self.feedforward)
         return of_all(estimator.with_gain(gain, gain @ state + command), used, len(spec.commanded))

@@ -42,14 +42,14 @@ class LQR(Optimal, LinearLaw):
                 "take fewer modes, or take LQG"
             )
         gain = regulator(estimator.plant, self.weights(estimator.plant)).gain
-        state, command = steady_reference(plant, self.feedforward)
+        state, command = steady_reference(plant, estimator.plant, self.feedforward)
         return of_all(estimator.with_gain(gain, gain @ state + command), used, len(spec.commanded))
 
 
 def started(law: Any, spec: LoopSpec) -> LinearMemory:
     """Memory of an optimal law before the first measurement, its loop with all modes looked at."""
     memory: LinearMemory = LinearLaw.start(law, spec)
-    if law.modes is not None:
+    if law.modes is not None or spec.beyond is not None:
         refuse_spillover(spec, memory.matrices, type(law).__name__)
     return memory
 

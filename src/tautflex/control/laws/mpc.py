@@ -11,8 +11,9 @@ from scipy.linalg import block_diag
 from scipy.sparse import csc_matrix
 
 from tautflex import checks
-from tautflex.control.estimate import Estimator, any_estimator, steady_reference
+from tautflex.control.estimate import Estimator, any_estimator, refuse_spillover, steady_reference
 from tautflex.control.law import ControlLaw
+from tautflex.control.laws.lqr import of_all
 from tautflex.control.laws.optimal import Filtered
 from tautflex.control.riccati import regulator
 from tautflex.control.signals import LoopSpec, Reference, check_numbers, labelled
@@ -65,7 +66,8 @@ class MPC(Filtered, ControlLaw):
 
     The cost is that of `LQG` over the horizon, and beyond it that of the regulator without limits, so that the two
     agree where no limit is met [Rawlings, Mayne & Diehl 2017]. The state is told by the sensors if they tell all of
-    it, else by the Kalman filter. OSQP solves the program (extra ``control``).
+    it, else by the Kalman filter. OSQP solves the program (extra ``control``). Like them it is refused where, without
+    limits, it makes modes unstable that it does not know; what these do while a limit is met is not looked at.
 
     Parameters
     ----------
@@ -102,7 +104,11 @@ class MPC(Filtered, ControlLaw):
                 raise InputError(f"limits: expected a limit of every command with an effort, got none of {label!r}")
         sizes = np.array([given[k] for k in range(m)])
         weights = self.weights(known)
-        final = regulator(known, weights).solution
+        gain, final = regulator(known, weights)
+        state, command = steady_reference(plant, known, self.feedforward)
+        # Where no limit is met the law is the regulator.
+        free_law = of_all(estimator.with_gain(gain, gain @ state + command), used, len(spec.commanded))
+        refuse_spillover(spec, free_law, type(self).__name__)
         # x of steps 0 to N from the first x and all commands, in parts of their limits.
         free, forced, moved = [np.eye(len(known.A))], [np.zeros((len(known.A), self.horizon * m))], known.B * sizes
         for step in range(self.horizon):
@@ -121,7 +127,8 @@ class MPC(Filtered, ControlLaw):
             _solver(whole / scale),
             (pushed.T @ cost + cross.T) @ states / scale,
             sizes,
-            *steady_reference(plant, self.feedforward),
+            state,
+            command,
         )
         none = np.zeros(self.horizon * m)
         return MPCMemory(estimator, program, used, len(spec.commanded), np.zeros(len(known.A)), np.zeros(m), none, none)

@@ -10,7 +10,7 @@ import numpy as np
 from tautflex import checks
 from tautflex.control.estimate import Noise, model_for
 from tautflex.control.linear import LinearPlant
-from tautflex.control.riccati import Weights, bryson_weights
+from tautflex.control.riccati import Weights, bryson_weights, require_columns
 from tautflex.control.signals import LoopSpec, check_numbers, labelled
 from tautflex.numeric import Indices
 from tautflex.text import brief
@@ -50,7 +50,9 @@ class Optimal:
         """Continuous model with the commands that have an effort, and the places of these in the command."""
         plant = model_for(type(self).__name__, spec, self.modes)
         used = sorted(labelled("efforts", self.efforts, spec.commanded))
-        return plant.selected([spec.commanded[k] for k in used], plant.outputs), np.array(used, dtype=np.int64)
+        plant = plant.selected([spec.commanded[k] for k in used], plant.outputs)
+        require_columns(plant)
+        return plant, np.array(used, dtype=np.int64)
 
     def weights(self, plant: LinearPlant) -> Weights:
         """Cost of a model."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -46,6 +47,7 @@ class PositivePositionFeedback(LinearLaw):
     measurement: str
     command: str
     damping_ratio: float = 0.5
+    follows_reference: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         checks.finite("gain", self.gain)
@@ -55,7 +57,7 @@ class PositivePositionFeedback(LinearLaw):
     def limit(self, plant: LinearPlant) -> float:
         """Gain at which the loop with a plant loses its static stiffness, ``1/G(0)``; infinite where G(0) is zero."""
         plant = plant.selected([self.command], [self.measurement])
-        eta, half = plant.positions, len(plant.states) // 2
+        eta, half = plant.positions, plant.half
         lean = -np.linalg.solve(plant.A[np.ix_(eta + half, eta)], plant.B[eta + half])
         static = float((plant.C[:, eta] @ lean + plant.D)[0, 0])
         return np.inf if static == 0.0 else 1.0 / static

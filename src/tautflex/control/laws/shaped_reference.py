@@ -8,11 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tautflex.control.law import ControlLaw, LawMatrices, law_of
+from tautflex.control.law import ControlLaw, LawMatrices, SumOfLaws, law_of
 from tautflex.control.signals import LoopSpec, Reference
+from tautflex.errors import InputError
 from tautflex.motion.shaping import checked_modes, sampled_shaper
 from tautflex.numeric import Array
-from tautflex.text import brief
+from tautflex.text import brief, shown
 
 
 class ShapedMemory(NamedTuple):
@@ -30,7 +31,7 @@ class ShapedReference(ControlLaw):
     Parameters
     ----------
     law
-        The law that follows the shaped reference.
+        The law that follows the shaped reference; in a case the table controller.law, with the keys of a controller.
     shaper
         ``"ZV"`` or ``"ZVD"``, which also forgives modes that are not quite where they were thought.
     frequencies
@@ -41,7 +42,7 @@ class ShapedReference(ControlLaw):
     Raises
     ------
     InputError
-        If a number is out of range.
+        If a number is out of range, or the law follows no reference; when a loop starts, if it has no free hub.
     """
 
     law: ControlLaw
@@ -52,6 +53,12 @@ class ShapedReference(ControlLaw):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "law", law_of("law", self.law))
+        parts = self.law.laws if isinstance(self.law, SumOfLaws) else (self.law,)
+        if not any(part.follows_reference for part in parts):
+            raise InputError(
+                f"law: expected one that follows the reference of the hub, got {shown(self.law)}, which does not; add "
+                "it to the shaped law instead"
+            )
         checked_modes(self.shaper, self.frequencies, self.damping_ratios)
 
     def _taps(self, spec: LoopSpec) -> Array:
@@ -59,8 +66,18 @@ class ShapedReference(ControlLaw):
 
     def start(self, spec: LoopSpec) -> ShapedMemory:
         """No reference before the first."""
+        if not spec.axes:
+            raise InputError(
+                "shaper: expected a free hub, which follows a reference, got one whose motion is prescribed; give the "
+                "plant a FreeHub, or the maneuver a profile that is shaped"
+            )
         taps = self._taps(spec)
-        return ShapedMemory(taps, np.zeros((len(taps), 3, spec.axes)), self.law.start(spec))
+        try:
+            own = self.law.start(spec)
+        except InputError as error:
+            # That there is no model yet is the loop's to mend, see `start_law`.
+            raise error if str(error).startswith("model:") else InputError(f"law.{error}") from None
+        return ShapedMemory(taps, np.zeros((len(taps), 3, spec.axes)), own)
 
     def act(self, memory: ShapedMemory, measurement: Array, reference: Reference) -> tuple[ShapedMemory, Array]:
         """The law's command for the sum of delayed references."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -28,6 +29,7 @@ class StiffnessSwitching(ParametricLaw, ControlLaw):
     """
 
     mode: int = 1
+    follows_reference: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         super().__post_init__()

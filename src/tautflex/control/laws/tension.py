@@ -29,7 +29,7 @@ class TensionMemory(NamedTuple):
         """State, coordinates and rates at a sample."""
         plant = self.estimator.plant
         x = self.estimator.update(self.expected, self.last, measurement)
-        return x, x[plant.positions], x[plant.positions + len(plant.states) // 2]
+        return x, x[plant.positions], x[plant.positions + plant.half]
 
     def done(self, x: Array, command: Array) -> tuple[TensionMemory, Array]:
         """Memory behind a command of the used inputs, and the command of all."""
@@ -93,4 +93,4 @@ class ParametricLaw:
                 )
         noise = Noise(self.coordinate_noise, self.hub_noise, self.measurement_noise or {})
         estimator, total = any_estimator(plant, spec, noise), len(spec.commanded)
-        return TensionMemory(estimator, used, total, np.zeros(len(plant.states)), np.zeros(total))
+        return TensionMemory(estimator, used, total, np.zeros(len(estimator.plant.A)), np.zeros(total))

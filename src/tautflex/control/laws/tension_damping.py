@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -27,6 +28,7 @@ class TensionDamping(ParametricLaw, ControlLaw):
     """
 
     gain: float = 1.0
+    follows_reference: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -18,6 +18,9 @@ from tautflex.motion.kinematics import Maneuver
 from tautflex.motion.rotations import rotation_vector
 from tautflex.numeric import Array
 
+# Modes that a law which knows fewer must leave stable: they reach a few times its own band.
+_MODES_BEYOND = 200
+
 
 class Commanded(Protocol):
     """Any plant."""
@@ -46,7 +49,9 @@ def spec_of(plant: Commanded, law: ControlLaw) -> LoopSpec:
     except InputError as error:
         if not str(error).startswith("model:"):
             raise
-        return replace(spec, model=plant.linearize())
+        model, beyond = plant.linearize(), plant.linearize(_MODES_BEYOND)
+        more = beyond.coordinates > model.coordinates
+        return replace(spec, model=model, beyond=beyond if more else None)
     return spec
 
 

@@ -41,7 +41,10 @@ def point_rows(system: StructuralSystem, points: ArrayLike, component: str) -> c
         away = np.linalg.norm(model.nodes[:, : len(point)] - point, axis=1)
         node = int(away.argmin())
         if away[node] > near and model.surfaces:
-            rows.append(place_probes(system, {f"points.{number}": point}).map[[axis]])
+            try:
+                rows.append(place_probes(system, {f"points.{number}": point}).map[[axis]])
+            except InputError as error:
+                raise type(error)(str(error).removeprefix("probes.")) from None
             continue
         if away[node] > near:
             place = ", ".join(f"{x:g}" for x in model.nodes[node])

@@ -6,5 +6,6 @@ outside: whatever they hold, reading them ends in a mesh or in a tautflex error.
 
 from tautflex.files.mesh.mesh_data import MeshData
 from tautflex.files.mesh.read import read_mesh
+from tautflex.files.mesh.section.section_data import MeshSection
 
-__all__ = ["MeshData", "read_mesh"]
+__all__ = ["MeshData", "MeshSection", "read_mesh"]

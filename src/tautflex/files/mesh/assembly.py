@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,11 @@ from tautflex.errors import InputError, MeshError
 from tautflex.files.mesh import roles
 from tautflex.files.mesh.mesh_data import MeshData
 from tautflex.files.mesh.raw import KINDS, RawGroup, RawMesh, shorten
-from tautflex.files.mesh.raw_links import attached, finished
+from tautflex.files.mesh.raw_links import RawLink, attached, finished
+from tautflex.files.mesh.section.spread import in_kilograms, initial_stress, nonstructural, section_numbers, sections
 from tautflex.numeric import Indices
 from tautflex.structure.groups import DIRECTIONS, Support
+from tautflex.structure.links.equation import LinkEquation
 from tautflex.structure.links.link import Link
 from tautflex.structure.masses import PointMass
 from tautflex.structure.mesh import check_elements
@@ -50,11 +53,13 @@ def assemble(
     _require_no_doubt(raw, stated)
     role = {kind: np.full(len(raw.elements[kind]), "", dtype="<U8") for kind in KINDS}
     held: list[tuple[str, Indices, tuple[str, ...]]] = []
-    left_out = []
+    left_out, skew = [], list[RawLink]()
     for group in raw.groups:
         own = stated.get(group.name.strip().casefold())
         found = own or _role(raw, group)
-        if found in roles.SUPPORTS:
+        if group.links and not own:
+            skew += group.links
+        elif found in roles.SUPPORTS:
             parts = (raw.elements[kind][group.of(kind)].ravel() for kind in KINDS)
             nodes = np.unique(np.concatenate([group.of("nodes"), *parts]))
             by_name = DIRECTIONS if found == "clamped" else DIRECTIONS[:3]
@@ -68,7 +73,7 @@ def assemble(
     for group in left_out:  # last, because left out is left out, whatever other groups say
         for kind in KINDS:
             role[kind][group.of(kind)] = "ignore"
-    return _collect(raw, role, held, unit_length, unit_mass)
+    return _collect(raw, role, held, skew, unit_length, unit_mass)
 
 
 def _require_no_doubt(raw: RawMesh, stated: Mapping[str, str]) -> None:
@@ -84,8 +89,8 @@ def _require_no_doubt(raw: RawMesh, stated: Mapping[str, str]) -> None:
 
 def _role(raw: RawMesh, group: RawGroup) -> str | None:
     """Role of a group without a stated one: what the file holds, what the name says."""
-    if group.directions:
-        return "clamped"
+    if group.directions or group.role:
+        return group.role or "clamped"
     named = roles.role_of_name(group.name.rpartition(".")[2] if raw.typed else group.name)
     has_elements = any(len(group.of(kind)) for kind in KINDS)
     if raw.typed and named == "membrane" and _all_shells(raw, group):
@@ -137,10 +142,16 @@ def _collect(
     raw: RawMesh,
     role: Mapping[str, NDArray[np.str_]],
     held: list[tuple[str, Indices, tuple[str, ...]]],
+    skew: list[RawLink],
     unit_length: float,
     unit_mass: float | None,
 ) -> MeshData:
-    chosen = {part: np.flatnonzero(role[kind] == wanted) for part, (kind, wanted) in _PARTS.items()}
+    section = section_numbers(raw, role)
+    extra = nonstructural(raw, role, section, unit_length, unit_mass)
+    chosen = {}
+    for part, (kind, wanted) in _PARTS.items():
+        rows = np.flatnonzero(role[kind] == wanted)
+        chosen[part] = rows[np.lexsort((rows, extra[kind][rows], section[kind][rows]))]  # those of one section in a row
     elements = {part: raw.elements[_PARTS[part][0]][rows] for part, rows in chosen.items()}
     for part, connectivity in elements.items():
         copies = len(connectivity) - len(np.unique(np.sort(connectivity, axis=1), axis=0))
@@ -152,26 +163,42 @@ def _collect(
         raise MeshError("mesh: expected triangles, cables or beams, got none; put the elements into named groups")
     new = {part: _renumbering(rows, len(raw.elements[_PARTS[part][0]])) for part, rows in chosen.items()}
     new["nodes"] = _renumbering(used, len(raw.nodes))
-    parts = {part: new["nodes"][connectivity] for part, connectivity in elements.items()}
+    parts: dict[str, Any] = {part: new["nodes"][connectivity] for part, connectivity in elements.items()}
     nodes = raw.nodes[used] * unit_length
     triangle = TRIANGLE6 if parts["triangles"].shape[1] == 6 else TRIANGLE3
     for part, shape in {"triangles": triangle, "quads": QUAD4, "cables": LINE2, "beams": LINE2}.items():
         check_elements(part, shape, nodes, parts[part])
     orientation = np.where(np.isnan(raw.orientation), DEFAULT_ORIENTATION, raw.orientation)[chosen["beams"]]
+    stress = {part: initial_stress(raw, _PARTS[part][0], rows, unit_length, unit_mass) for part, rows in chosen.items()}
     supports = _supports([(name, new["nodes"][rows], directions) for name, rows, directions in held])
-    groups = _selections(raw, new)
-    masses = tuple(_bodies(raw, new["nodes"], unit_length, unit_mass))
-    joined = list(finished(links, new["nodes"], unit_length, unit_mass))
+    skew = list(_held_along(skew, used, elements["beams"], links))
+    joined = list(finished([*links, *skew], new["nodes"], unit_length, unit_mass))
     return MeshData(
         nodes,
         **parts,
         supports=supports,
-        groups=groups,
+        groups=_selections(raw, new),
         beam_orientation=orientation,
-        masses=masses,
+        masses=tuple(_bodies(raw, new["nodes"], unit_length, unit_mass)),
+        initial_stress={part: found for part, found in stress.items() if found is not None},
+        nonstructural_mass={part: extra[_PARTS[part][0]][rows] for part, rows in chosen.items()},
+        sections=dict(sections(raw, role, unit_length, unit_mass)),
         links=tuple(one for one in joined if isinstance(one, Link)),
         springs=tuple(one for one in joined if isinstance(one, Spring)),
     )
+
+
+def _held_along(skew: list[RawLink], used: Indices, beams: Indices, links: list[RawLink]) -> Iterator[RawLink]:
+    """Supports along turned axes; rotations of nodes that have none are held anyway."""
+    there = set(used.tolist())
+    turning = {*beams.ravel().tolist(), *(node for raw in links for node in getattr(raw.link, "turning", ()))}
+    for raw in skew:
+        assert isinstance(raw.link, LinkEquation)
+        node, name, _ = raw.link.terms[0]
+        if node not in there:
+            raise MeshError(f"{raw.where}: its node belongs to no element; correct the support")
+        if name in DIRECTIONS[:3] or node in turning:
+            yield raw
 
 
 def _bodies(raw: RawMesh, new: Indices, unit_length: float, unit_mass: float | None) -> Iterator[PointMass]:
@@ -182,12 +209,7 @@ def _bodies(raw: RawMesh, new: Indices, unit_length: float, unit_mass: float | N
             continue
         if node < 0:
             raise MeshError(f"{body.where}: expected a point mass at a node of an element, got another; join it by one")
-        if unit_length != 1.0 and unit_mass is None:
-            raise MeshError(
-                f"{body.where}: expected unit_mass beside unit_length = {unit_length:g}, got none; state the file's "
-                "unit of mass in kg (1000 for t, mm, s)"
-            )
-        unit = unit_mass or 1.0
+        unit = in_kilograms(body.where, unit_length, unit_mass)
         try:
             yield PointMass(
                 node, unit * body.mass, unit * unit_length**2 * body.inertia, tuple(unit_length * body.offset)

@@ -29,14 +29,12 @@ def natural(text: str, where: str) -> int:
     return value
 
 
-def vector(texts: Sequence[str], where: str) -> Array:
-    """Read numbers below 1e9, blank being 0, of which products and rotations stay finite."""
+def vector(texts: Sequence[str], where: str, largest: float = _LARGEST_LENGTH) -> Array:
+    """Read numbers up to ``largest``, blank being 0; of lengths below 1e9 products and rotations stay finite."""
     values = [real(text, where) for text in texts]
-    large = [value for value in values if not abs(value) <= _LARGEST_LENGTH]
+    large = [value for value in values if not abs(value) <= largest]
     if large:
-        raise MeshError(
-            f"{where}: expected finite numbers below {_LARGEST_LENGTH:g}, got {large[0]:g}; correct the line"
-        )
+        raise MeshError(f"{where}: expected finite numbers below {largest:g}, got {large[0]:g}; correct the line")
     return np.array(values)
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.raw_links import RawLink
+from tautflex.files.mesh.section.section_data import RawSection
 from tautflex.numeric import Array, Indices
 
 CORNERS = {"triangles": 3, "quads": 4, "lines": 2}
@@ -23,13 +24,19 @@ class RawGroup:
     """Named selection in a file: rows of ``"nodes"`` and of each kind (or, before that, shape) of elements.
 
     ``directions`` are those that the file itself holds at these nodes; empty if it says nothing. ``doubt`` is why the
-    file alone does not tell what the group is: an error, unless the user's names tell.
+    file alone does not tell what the group is: an error, unless the user's names tell. ``sections`` are what the file
+    states of its elements of one kind or several, ``nonstructural`` masses spread over them. ``links`` are equations of
+    nodes that are held along other directions, ``role`` what the file itself makes of the group.
     """
 
     name: str
     rows: Mapping[str, Indices]
     directions: tuple[str, ...] = ()
     doubt: str = ""
+    sections: tuple[RawSection, ...] = ()
+    links: tuple[RawLink, ...] = ()
+    role: str = ""
+    nonstructural: tuple[RawNonstructural, ...] = ()
 
     def of(self, kind: str) -> Indices:
         """Rows of one kind."""
@@ -48,6 +55,18 @@ class RawMass:
     inertia: Array
     offset: Array
     node: int = -1
+
+
+@dataclass(frozen=True)
+class RawNonstructural:
+    """Mass without stiffness of the elements of a group, in the file's units.
+
+    ``per`` is ``"membrane"`` (per area), ``"line"`` (per length) or ``"total"``; ``where`` is its place for messages.
+    """
+
+    where: str
+    per: str
+    value: float
 
 
 @dataclass(frozen=True)
@@ -73,6 +92,8 @@ class RawMesh:
         Rigid bodies at nodes.
     links
         Links and springs between nodes.
+    stress
+        Initial stress (sx, sy, txy) of elements of a kind, along lines the first alone, shapes (element, 3).
     """
 
     nodes: Array
@@ -83,6 +104,7 @@ class RawMesh:
     typed: bool
     masses: tuple[RawMass, ...] = ()
     links: tuple[RawLink, ...] = ()
+    stress: Mapping[str, Array] = field(default_factory=dict)
 
 
 class Numbering:

@@ -66,8 +66,8 @@ def read_mesh(
     unit_length
         Length of the file's unit [m], 0.001 for a mesh in millimetres.
     unit_mass
-        Mass of the file's unit [kg], needed where ``unit_length`` is given and the file has point masses: 1000 for
-        tonnes.
+        Mass of the file's unit [kg], needed where ``unit_length`` is given and the file has point masses, moduli or
+        densities: 1000 for tonnes. Seconds are the unit of time.
     step
         Step (Abaqus) or subcase (Nastran) whose supports hold, from 1. None takes the only one, the only one that asks
         for frequencies, or any if all have the same supports.

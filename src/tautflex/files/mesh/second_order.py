@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,7 @@ def simplified(
     typed: bool,
     masses: Iterable[RawMass] = (),
     links: Iterable[RawLink] = (),
+    stress: Mapping[str, Array] | None = None,
 ) -> RawMesh:
     """Mesh of triangles, quads and lines from the shapes of `WIDTHS`.
 
@@ -54,6 +56,8 @@ def simplified(
         Rigid bodies at nodes.
     links
         Links and springs between nodes.
+    stress
+        Initial stress (sx, sy, txy) of elements by shape, shapes (element, 3); along lines the first.
 
     Raises
     ------
@@ -69,6 +73,7 @@ def simplified(
     found: dict[str, Indices] = {}
     role: dict[str, NDArray[np.str_]] = {}
     first: dict[str, int] = {}
+    stressed: dict[str, Array] = {}
     for kind in KINDS:
         own = [shape for shape in WIDTHS if KIND_OF[shape] == kind and len(pieces.get(shape, ()))]
         widths = {pieces[shape].shape[2] for shape in own} or {CORNERS[kind]}
@@ -83,6 +88,8 @@ def simplified(
             count += pieces[shape].shape[0] * pieces[shape].shape[1]
         width = widths.pop()
         found[kind] = np.concatenate([np.zeros((0, width), np.int64), *(pieces[s].reshape(-1, width) for s in own)])
+        given = [np.repeat((stress or {}).get(s, np.zeros((len(elements[s]), 3))), pieces[s].shape[1], 0) for s in own]
+        stressed[kind] = np.concatenate([np.zeros((0, 3)), *given])
         role[kind] = np.concatenate([np.zeros(0, "<U8"), *(np.repeat(roles[s], pieces[s].shape[1]) for s in own)])
     split = [
         np.repeat(part, 2 if k else 1, axis=0)
@@ -96,10 +103,9 @@ def simplified(
             rows.setdefault(KIND_OF[shape], []).append(
                 (start + per * group.of(shape)[:, None] + np.arange(per)).ravel()
             )
-        moved.append(
-            RawGroup(group.name, {k: np.concatenate(parts) for k, parts in rows.items()}, group.directions, group.doubt)
-        )
-    return RawMesh(nodes, found, role, np.concatenate(split), tuple(moved), typed, tuple(masses), tuple(links))
+        moved.append(replace(group, rows={kind: np.concatenate(parts) for kind, parts in rows.items()}))
+    split_orientation = np.concatenate(split)
+    return RawMesh(nodes, found, role, split_orientation, tuple(moved), typed, tuple(masses), tuple(links), stressed)
 
 
 def _halved(nodes: Array, quads: Indices) -> tuple[Array, Indices]:

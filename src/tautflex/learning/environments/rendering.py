@@ -6,6 +6,7 @@ import os
 import sys
 import tempfile
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from PIL import Image
 from tautflex.control.sensors.sensor import hub_rows
 from tautflex.learning.environments.loops import Loops
 from tautflex.motion.rotations import exponential, matrix
-from tautflex.plot.surface import VIEW, Wireframe, draw_surface, wireframe
+from tautflex.plot.surface import VIEW, draw_surface, wireframe
 from tautflex.solvers.variables import mesh_variables
 
 MODES = ("rgb_array", "human")
@@ -34,7 +35,7 @@ def picture(loops: Loops, row: int) -> NDArray[np.uint8]:
     mesh = wireframe(xr.Dataset(mesh_variables(arena.state.model)))
     shift, largest = loops.bodies.displacement(row), 100.0 * arena.task.surface_tolerance
     turn = matrix(exponential(loops.attitude(row) @ hub_rows(arena.hub)[: arena.spec.axes]))
-    turned = Wireframe(mesh.nodes @ turn.T, mesh.triangles, mesh.edges, mesh.cables, mesh.beams)
+    turned = replace(mesh, nodes=mesh.nodes @ turn.T)
     figure = Figure(figsize=(6.0, 4.5), dpi=80)
     canvas: Any = FigureCanvasAgg(figure)
     axes: Any = figure.add_axes((0.0, 0.0, 1.0, 0.95), projection="3d")

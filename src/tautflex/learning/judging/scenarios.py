@@ -117,7 +117,7 @@ class Disturbed(ControlLaw):
             if seen < self.commands:
                 known.append(channel)
             seen += channel.size
-        return self.law.start(LoopSpec(spec.measurements, tuple(known), spec.interval, spec.axes, spec.model))
+        return self.law.start(replace(spec, commands=tuple(known)))
 
     def act(self, memory: Any, measurement: Array, reference: Reference) -> tuple[Any, Array]:
         """Command of the law, and what disturbs."""

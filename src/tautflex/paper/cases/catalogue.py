@@ -147,6 +147,7 @@ def model_case(model: str, variant: str = "published", divisions: tuple[int, int
         text = f"divisions: expected cells shaped like those of {base.mesh.divisions}, got {cells}"
         raise InputError(f"{text}; refine both directions alike")
     spacing = base.mesh.divisions[0] / cells[0]
+    assert base.cables.area is not None
     cables = {
         "pretension_x": _rounded(pull_x * ratio_x * spacing),
         "pretension_y": _rounded(pull_y * ratio_y * spacing),

@@ -51,12 +51,17 @@ def find_form(model: Model, *, tolerance: float = 1e-10, max_iterations: int = 2
     Raises
     ------
     InputError
-        If nothing is taut, nothing can move, or a stress pushes.
+        If there are links, nothing is taut, nothing can move, or a stress pushes.
     NotConvergedError
         If no such shape is found.
     """
     checks.instance("model", model, Model, "a Model", remedy="Model.from_mesh(...) gives one")
     checks.positive("tolerance", tolerance)
+    if model.links:
+        raise InputError(
+            f"model: expected no links, which moving nodes would bend, got {len(model.links)}; find the form of the "
+            "parts before they are linked"
+        )
     soft = [group for group in model.groups if group.section.kind != "beam"]
     if not soft:
         raise InputError("model: expected film or cables, whose form can be found, got beams alone")
@@ -140,7 +145,7 @@ def _of_soft_parts(model: Model) -> Model:
     turning = np.flatnonzero(np.diff(model.dof_offset) > 3)
     held = (*model.supports, Support.clamped(turning)) if turning.size else model.supports
     groups = tuple(replace(group, section=replace(group.section, strain="green-lagrange")) for group in model.groups)
-    found = replace(model, groups=groups, supports=held, masses=(), prestress_mode="uniform")
+    found = replace(model, groups=groups, supports=held, masses=(), springs=(), prestress_mode="uniform")
     if not len(found.free_dofs):
         raise InputError("model: expected nodes that can move, got supports and a frame that hold all of them")
     return found

@@ -12,8 +12,8 @@ from tautflex.files.mesh.abaqus.sets import Names
 from tautflex.files.mesh.abaqus.text import Block, fields
 from tautflex.files.mesh.numerals import natural, real
 from tautflex.files.mesh.raw import Budget, RawGroup, integers, shorten
-from tautflex.files.mesh.systems import global_directions
-from tautflex.numeric import Array
+from tautflex.files.mesh.systems import held_directions
+from tautflex.numeric import Array, Indices
 
 # Directions 1 to 6 of the conditions that have names; those of symmetry and antisymmetry by their plane's normal.
 NAMED = {
@@ -30,9 +30,10 @@ NAMED = {
 
 @dataclass
 class Steps:
-    """Boundary conditions of the model, then of each step."""
+    """Boundary conditions of the model, then of each step, and elements that come or go."""
 
     conditions: list[list[Block]] = field(default_factory=lambda: [[]])
+    changes: list[list[Block]] = field(default_factory=lambda: [[]])
     frequencies: list[int] = field(default_factory=list)
     inside: bool = False
 
@@ -40,17 +41,25 @@ class Steps:
         """Read a block that begins or ends a step, asks for frequencies, or holds nodes."""
         if block.keyword == "STEP":
             self.conditions.append([])
+            self.changes.append([])
             self.inside = True
         elif block.keyword == "END STEP":
             self.inside = False
         elif block.keyword == "FREQUENCY":
             self.frequencies.append(len(self.conditions) - 1)
+        elif block.keyword == "MODEL CHANGE":
+            block.require_options("ADD", "REMOVE", "TYPE")
+            if block.option("TYPE").upper() not in ("", "ELEMENT") or ("ADD" in block.options) == (
+                "REMOVE" in block.options
+            ):
+                raise MeshError(f"{block.where}: expected ADD or REMOVE of elements, got another change; leave it out")
+            self.changes[-1 if self.inside else 0].append(block)
         else:
             block.require_options("TYPE", "OP", "AMPLITUDE", "FIXED", "REGION TYPE")
             self.conditions[-1 if self.inside else 0].append(block)
 
-    def in_force(self, step: int | None) -> list[Block]:
-        """Conditions of a step, those of earlier ones included until an ``OP=NEW`` takes them away.
+    def in_force(self, step: int | None) -> tuple[list[Block], list[Block]]:
+        """Conditions of a step, those of earlier ones included until an ``OP=NEW`` takes them away; changes up to it.
 
         Without ``step`` it is the only one, the only one that asks for frequencies, or any if all hold the same.
         """
@@ -61,20 +70,25 @@ class Steps:
         if step is None and len(self.frequencies) == 1:
             step = self.frequencies[0]
         if step is None and any(found[k] != found[1] for k in range(2, count + 1)):
-            listed = ", ".join(f"{k} holds {len(blocks)} conditions" for k, blocks in enumerate(found[1:21], start=1))
+            listed = ", ".join(
+                f"{k} has {len(blocks)} conditions, {len(changes)} changes of elements"
+                for k, (blocks, changes) in enumerate(found[1:21], start=1)
+            )
             raise MeshError(
-                f"expected steps with the same supports, got others ({listed}); choose one with step = number"
+                f"expected steps with the same supports and elements, got others ({listed}); choose one with step = "
+                "number"
             )
         return found[min(step or 1, count)]
 
-    def _by_step(self) -> Iterator[list[Block]]:
+    def _by_step(self) -> Iterator[tuple[list[Block], list[Block]]]:
         held: list[Block] = []
-        for blocks in self.conditions:
+        changed: list[Block] = []
+        for blocks, changes in zip(self.conditions, self.changes, strict=True):
             operations = {block.option("OP").upper() or "MOD" for block in blocks}
             if operations - {"NEW", "MOD"}:
                 raise MeshError(f"{blocks[0].where}: expected OP=NEW or OP=MOD, got another; correct it")
-            held = [*([] if "NEW" in operations else held), *blocks]
-            yield held
+            held, changed = [*([] if "NEW" in operations else held), *blocks], [*changed, *changes]
+            yield held, changed
 
 
 def held_groups(conditions: list[Block], names: Names, axes: dict[int, Array], budget: Budget) -> Iterator[RawGroup]:
@@ -95,11 +109,15 @@ def held_groups(conditions: list[Block], names: Names, axes: dict[int, Array], b
             for row in rows[own].tolist():
                 turned.setdefault(row, set()).update(directions)
             if not own.all():
-                held = global_directions(directions, None, where)
+                held, _ = held_directions(directions, None, 0, where)
                 yield RawGroup(f"boundary {target}", {"nodes": rows[~own]}, held)
     alike: dict[tuple[str, ...], list[int]] = {}
     for row, found in turned.items():
-        alike.setdefault(global_directions(found, axes[row], "BOUNDARY of a transformed node"), []).append(row)
+        along, links = held_directions(found, axes[row], row, "BOUNDARY of a transformed node")
+        if along:
+            alike.setdefault(along, []).append(row)
+        if links:
+            yield RawGroup("boundary in transformed directions", {"nodes": integers([row])}, links=tuple(links))
     for held, members in alike.items():
         yield RawGroup("boundary in transformed directions", {"nodes": integers(members)}, held)
 
@@ -120,3 +138,12 @@ def _condition(where: str, line: str) -> tuple[str, list[int]]:
     if len(rest) > 2 and real(rest[2], where) != 0.0:
         raise MeshError(f"{where}: expected held nodes, got a displacement in {shorten(line)}; set it to zero")
     return target.strip().strip('"'), list(range(first - 1, last))
+
+
+def removed_elements(changes: list[Block], names: Names) -> Indices:
+    """Rows of the elements that are gone after some changes."""
+    gone: set[int] = set()
+    for block in changes:
+        rows = {row for where, line in block.lines for name in fields(line) for row in names.find(name, where).tolist()}
+        gone = gone | rows if "REMOVE" in block.options else gone - rows
+    return integers(sorted(gone))

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from tautflex.errors import MeshError
-from tautflex.files.mesh.abaqus.conditions import Steps, held_groups
+from tautflex.files.mesh.abaqus.conditions import Steps, held_groups, removed_elements
+from tautflex.files.mesh.abaqus.initial import initial_stress
 from tautflex.files.mesh.abaqus.instances import Placement
 from tautflex.files.mesh.abaqus.keywords import WORDS
 from tautflex.files.mesh.abaqus.links import Joints
-from tautflex.files.mesh.abaqus.masses import body
+from tautflex.files.mesh.abaqus.masses import body, nonstructural
+from tautflex.files.mesh.abaqus.materials import MATERIALS, Materials
+from tautflex.files.mesh.abaqus.properties import section
 from tautflex.files.mesh.abaqus.scope import Scope
 from tautflex.files.mesh.abaqus.sections import beam_directions, node_axes
 from tautflex.files.mesh.abaqus.sets import Names
@@ -21,9 +24,19 @@ from tautflex.files.mesh.abaqus.springs import spring
 from tautflex.files.mesh.abaqus.text import Block, blocks
 from tautflex.files.mesh.gathered import SHAPES, UNSTATED
 from tautflex.files.mesh.include import Folder
-from tautflex.files.mesh.raw import Budget, RawGroup, RawMass, RawMesh, integers, require_coordinates, shorten
+from tautflex.files.mesh.raw import (
+    Budget,
+    RawGroup,
+    RawMass,
+    RawMesh,
+    RawNonstructural,
+    integers,
+    require_coordinates,
+    shorten,
+)
 from tautflex.files.mesh.raw_links import RawLink
 from tautflex.files.mesh.second_order import simplified
+from tautflex.files.mesh.section.section_data import RawSection
 from tautflex.numeric import Array, Indices
 
 
@@ -51,7 +64,7 @@ def read_abaqus(text: str, folder: Folder | None = None, step: int | None = None
     for block in blocks(text, folder or Folder()):
         if WORDS.is_read(block.keyword, block.where):
             content.read(block)
-    return _Whole(content.placements()).mesh(content.steps, step)
+    return _Whole(content.placements()).mesh(content, step)
 
 
 @dataclass
@@ -62,6 +75,8 @@ class _Content:
     parts: dict[str, Scope] = field(default_factory=dict)
     instances: list[tuple[Block, Scope]] = field(default_factory=list)
     steps: Steps = field(default_factory=Steps)
+    materials: Materials = field(default_factory=Materials)
+    initial: list[Block] = field(default_factory=list)
     current: Scope | None = None
 
     def read(self, block: Block) -> None:
@@ -76,10 +91,14 @@ class _Content:
             self.instances.append((block, self.current))
         elif block.keyword in ("END PART", "END INSTANCE", "ASSEMBLY", "END ASSEMBLY"):
             self.current = None
-        elif block.keyword in ("BOUNDARY", "STEP", "END STEP", "FREQUENCY"):
+        elif block.keyword == "INITIAL CONDITIONS":
+            self.initial.append(block)
+        elif block.keyword in ("BOUNDARY", "STEP", "END STEP", "FREQUENCY", "MODEL CHANGE"):
             if self.current is not None:
                 raise MeshError(f"{block.where}: expected this outside of parts and instances; move it behind them")
             self.steps.read(block)
+        elif block.keyword in MATERIALS:
+            self.materials.read(block)
         elif block.keyword not in ("HEADING", "INCLUDE"):
             (self.current or self.outside).read(block)
 
@@ -149,7 +168,7 @@ class _Whole:
             for block in placement.blocks("sets"):
                 (self._node_names if block.keyword == "NSET" else self._element_names)[k].read(block, self._budget)
 
-    def mesh(self, steps: Steps, step: int | None) -> RawMesh:
+    def mesh(self, content: _Content, step: int | None) -> RawMesh:
         """The mesh with its groups and the supports of a step."""
         shape, row = np.concatenate(self._shape), np.concatenate(self._row)
         elements = {
@@ -160,23 +179,37 @@ class _Whole:
         orientation = np.array([UNSTATED] * len(elements["line2"])).reshape(-1, 3)
         ends = self.nodes[elements["line2"]]
         line = list(SHAPES).index("line2")
+        sections: dict[tuple[str, str], list[RawSection]] = {}
+        nonstructural_of: dict[tuple[str, str], list[RawNonstructural]] = {}
         for placement, nodes, names in zip(self._placements, self._node_names, self._element_names, strict=True):
             for block in placement.blocks("transforms"):
                 axes |= node_axes(block, placement, nodes, self.nodes)
             for block in placement.blocks("sections"):
                 if block.option("ELSET") not in names:
                     continue  # the section of no element
-                found = names.find(block.option("ELSET"), block.where)
-                lines = row[found[shape[found] == line]]
-                orientation[lines] = beam_directions(block, placement, ends[lines])
+                own = sections.setdefault((placement.name, names.key(block.option("ELSET"))), [])
+                own.append(section(block, content.materials))
+                if own[-1].kind == "beam":
+                    found = names.find(block.option("ELSET"), block.where)
+                    lines = row[found[shape[found] == line]]
+                    orientation[lines] = beam_directions(block, placement, ends[lines])
+            for block in placement.blocks("nonstructural"):
+                names.find(block.option("ELSET"), block.where)
+                nonstructural_of.setdefault((placement.name, names.key(block.option("ELSET"))), []).append(
+                    nonstructural(block)
+                )
+        conditions, changes = content.steps.in_force(step)
+        gone = removed_elements(changes, self._element_names[0])
         groups = [
-            *self._groups(shape, row),
-            *held_groups(steps.in_force(step), self._node_names[0], axes, self._budget),
+            *self._groups(shape, row, sections, nonstructural_of),
+            *held_groups(conditions, self._node_names[0], axes, self._budget),
+            *([RawGroup("model change", _by_shape(shape[gone], row[gone]), role="ignore")] if len(gone) else ()),
         ]
         roles = {name: np.array(own, dtype="<U8") for name, own in self.roles.items()}
         masses = list(self._masses(shape, row, elements["point1"]))
+        stress = initial_stress(content.initial, self._element_names[0], shape, row, elements, self.nodes)
         links = [*self._links(shape, row, elements, axes), *self._springs(shape, row, elements)]
-        return simplified(self.nodes, elements, roles, orientation, groups, True, masses, links)
+        return simplified(self.nodes, elements, roles, orientation, groups, True, masses, links, stress)
 
     def _links(
         self, shape: Indices, row: Indices, elements: dict[str, Indices], axes: dict[int, Array]
@@ -231,8 +264,14 @@ class _Whole:
                 f"expected *MASS or *ROTARY INERTIA of every point element, got none of {len(left)}; add it"
             )
 
-    def _groups(self, shape: Indices, row: Indices) -> Iterator[RawGroup]:
-        """Groups of all sets; a name that several scopes use has the instance in front of it."""
+    def _groups(
+        self,
+        shape: Indices,
+        row: Indices,
+        sections: Mapping[tuple[str, str], Sequence[RawSection]],
+        nonstructural_of: Mapping[tuple[str, str], Sequence[RawNonstructural]],
+    ) -> Iterator[RawGroup]:
+        """Groups of all sets with their sections; a name that several scopes use has the instance in front of it."""
         scopes = [
             {name.casefold() for names in both for name, _ in names.items()}
             for both in zip(self._node_names, self._element_names, strict=True)
@@ -243,7 +282,11 @@ class _Whole:
                 for name, rows in names.items():
                     long = placement.name and times[name.casefold()] > 1
                     found = {"nodes": rows} if of_nodes else _by_shape(shape[rows], row[rows])
-                    yield RawGroup(f"{placement.name}.{name}" if long else name, found)
+                    key = placement.name, name.casefold()
+                    own = () if of_nodes else tuple(sections.get(key, ()))
+                    more = () if of_nodes else tuple(nonstructural_of.get(key, ()))
+                    full = f"{placement.name}.{name}" if long else name
+                    yield RawGroup(full, found, sections=own, nonstructural=more)
 
 
 def _by_shape(shape: Indices, row: Indices) -> dict[str, Indices]:

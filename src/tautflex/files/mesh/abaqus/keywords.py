@@ -13,7 +13,13 @@ WORDS = Words(
         "nodes and sets": "NODE NSET ELSET",
         "films, cables and beams by their type": "ELEMENT",
         "parts, placed as often as there are instances": "PART END_PART ASSEMBLY END_ASSEMBLY INSTANCE END_INSTANCE",
-        "direction of the cross-section": "BEAM_SECTION BEAM_GENERAL_SECTION",
+        "sections of films; laminates and stiffnesses need theirs stated": (
+            "MEMBRANE_SECTION SHELL_SECTION SHELL_GENERAL_SECTION"
+        ),
+        "sections of cables": "SOLID_SECTION",
+        "sections of beams and their direction: RECT, CIRC, PIPE, THICK PIPE, GENERAL, BOX and I where they are "
+        "symmetric; others need theirs stated": "BEAM_SECTION BEAM_GENERAL_SECTION",
+        "isotropic materials; others need theirs stated": "MATERIAL ELASTIC DENSITY NO_COMPRESSION NO_TENSION",
         "point masses and principal inertias": "MASS ROTARY_INERTIA",
         "multipoint constraints BEAM, TIE and PIN, and equations": "MPC EQUATION",
         "rigid bodies, and couplings of nodes or of surfaces that list nodes": (
@@ -21,15 +27,16 @@ WORDS = Words(
         ),
         "stiffness of SPRINGA, SPRING1 and SPRING2": "SPRING",
         "directions of supports": "TRANSFORM",
-        "supports of the chosen step, OP=NEW included": "BOUNDARY STEP END_STEP FREQUENCY",
+        "supports and elements of the chosen step, OP=NEW included": "BOUNDARY STEP END_STEP FREQUENCY MODEL_CHANGE",
+        "mass per area or length, or in total, of the elements of a set": "NONSTRUCTURAL_MASS",
+        "stress of films, cables and beams (TYPE=STRESS); initial temperatures without effect": "INITIAL_CONDITIONS",
         "text": "INCLUDE HEADING",
     },
     idle={
-        "sections and materials are yours to state": (
-            "MEMBRANE_SECTION SHELL_SECTION SOLID_SECTION SHELL_GENERAL_SECTION MATERIAL ELASTIC DENSITY EXPANSION "
-            "PLASTIC DAMPING HYPERELASTIC VISCOELASTIC CONDUCTIVITY SPECIFIC_HEAT DEPVAR USER_MATERIAL ORIENTATION "
-            "NO_COMPRESSION NO_TENSION HOURGLASS_STIFFNESS TRANSVERSE_SHEAR_STIFFNESS SECTION_POINTS "
-            "BEAM_SECTION_GENERATE CONSTANTS FAIL_STRESS FAIL_STRAIN"
+        "behaviour of materials beside elasticity and density, directions of isotropic ones, shear of shells": (
+            "EXPANSION PLASTIC DAMPING HYPERELASTIC VISCOELASTIC CONDUCTIVITY SPECIFIC_HEAT DEPVAR USER_MATERIAL "
+            "ORIENTATION HOURGLASS_STIFFNESS TRANSVERSE_SHEAR_STIFFNESS SECTION_POINTS BEAM_SECTION_GENERATE CONSTANTS "
+            "FAIL_STRESS FAIL_STRAIN"
         ),
         "loads, temperatures and histories are yours to state": (
             "CLOAD DLOAD DSLOAD TEMPERATURE FIELD AMPLITUDE CFLUX DFLUX FILM RADIATE PRE-TENSION_SECTION BASE_MOTION "
@@ -59,7 +66,6 @@ WORDS = Words(
             "DISPLAY_BODY CYCLIC_SYMMETRY_MODEL NETWORK_MPC SUBMODEL",
             _JOIN,
         ),
-        "masses of other kinds": ("NONSTRUCTURAL_MASS", "add the mass to the density of the section"),
         "springs, dashpots and connectors": (
             "DASHPOT CONNECTOR_SECTION CONNECTOR_BEHAVIOR CONNECTOR_ELASTICITY CONNECTOR_DAMPING "
             "CONNECTOR_MOTION CONNECTOR_STOP CONNECTOR_LOAD JOINT JOINTED_MATERIAL GAP",
@@ -70,9 +76,8 @@ WORDS = Words(
             "CONTACT_INITIALIZATION_DATA CONTACT_INITIALIZATION_ASSIGNMENT CLEARANCE CONTACT_INTERFERENCE",
             _JOIN,
         ),
-        "parts that come or go": ("MODEL_CHANGE", "leave those elements out of the file"),
         "initial states": (
-            "INITIAL_CONDITIONS INITIAL_STRAIN_INCREASE",
+            "INITIAL_STRAIN_INCREASE",
             "state the prestress as membrane_stress, cable_tension, or in the case",
         ),
         "substructures and matrices": (

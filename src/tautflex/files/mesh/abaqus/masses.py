@@ -8,7 +8,22 @@ from tautflex.errors import MeshError
 from tautflex.files.mesh.abaqus.instances import Placement
 from tautflex.files.mesh.abaqus.text import Block, fields
 from tautflex.files.mesh.numerals import vector
-from tautflex.files.mesh.raw import RawMass
+from tautflex.files.mesh.raw import RawMass, RawNonstructural, shorten
+
+_PER = {"MASS PER AREA": "membrane", "MASS PER LENGTH": "line", "TOTAL MASS": "total"}
+
+
+def nonstructural(block: Block) -> RawNonstructural:
+    """Mass that a NONSTRUCTURAL MASS block gives each element of its set."""
+    block.require_options("ELSET", "UNITS", "DISTRIBUTION")
+    units = " ".join(block.option("UNITS").upper().split())
+    if units not in _PER or len(block.lines) != 1:
+        raise MeshError(
+            f"{block.where}: expected UNITS of {', '.join(_PER)} and a line with a number, got {shorten(units)}; write "
+            "one of them"
+        )
+    value = vector(fields(block.lines[0][1])[:1], block.where)
+    return RawNonstructural(block.where, _PER[units], float(value[0]) if len(value) else 0.0)
 
 
 def body(block: Block, placement: Placement) -> RawMass:

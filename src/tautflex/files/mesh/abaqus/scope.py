@@ -56,6 +56,7 @@ class Scope(Gathered):
     sections: list[Block] = field(default_factory=list)
     transforms: list[Block] = field(default_factory=list)
     bodies: list[Block] = field(default_factory=list)
+    nonstructural: list[Block] = field(default_factory=list)
     links: list[Block] = field(default_factory=list)
     springs: list[Block] = field(default_factory=list)
 
@@ -71,6 +72,8 @@ class Scope(Gathered):
             self.transforms.append(block)
         elif block.keyword in ("MASS", "ROTARY INERTIA"):
             self.bodies.append(block)
+        elif block.keyword == "NONSTRUCTURAL MASS":
+            self.nonstructural.append(block)
         elif block.keyword in LINKS:
             self.links.append(block)
         elif block.keyword == "SPRING":

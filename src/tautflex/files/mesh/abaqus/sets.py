@@ -32,7 +32,12 @@ class Names:
         self._sets: dict[str, tuple[str, list[Indices]]] = {}
 
     def __contains__(self, name: str) -> bool:
-        return name.strip().strip('"').strip().casefold() in self._sets
+        return self.key(name) in self._sets
+
+    @staticmethod
+    def key(name: str) -> str:
+        """Name of a set as it is compared: bare, in lower case."""
+        return name.strip().strip('"').strip().casefold()
 
     def add(self, name: str, rows: Indices) -> None:
         """Add members to a set, which need not exist before."""

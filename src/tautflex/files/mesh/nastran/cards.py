@@ -14,8 +14,15 @@ WORDS = Words(
         "points, with `GRDSET` for their blank fields": "GRID GRDSET",
         "coordinate systems that points use; others are not looked at": "CORD1R CORD1C CORD1S CORD2R CORD2C CORD2S",
         "film; a property (PSHELL) with bending stiffness, or a laminate, must be asked for": (
-            "CTRIA3 CTRIAR CQUAD4 CQUADR CTRIA6 CQUAD8 PSHELL PCOMP PCOMPG"
+            "CTRIA3 CTRIAR CQUAD4 CQUADR CTRIA6 CQUAD8"
         ),
+        "sections of films: thickness and nonstructural mass; laminates need theirs stated": "PSHELL PCOMP PCOMPG",
+        "sections of cables: area and nonstructural mass, torsion without effect": "PROD PTUBE",
+        "sections of beams: area, moments, torsion, nonstructural mass; PBARL and PBEAML with ROD, TUBE, TUBE2, BAR, "
+        "BOX and I of equal flanges; others, tapers, I12, warping and offsets need theirs stated; shear flexibility "
+        "and stress recovery without effect": "PBAR PBARL PBEAM PBEAML PBRSECT PBMSECT PBCOMP",
+        "isotropic materials (MAT1): E, G, nu, density; sections of others need theirs stated; damping, strength and "
+        "temperature of reference without effect": "MAT1 MAT2 MAT3 MAT8 MAT9 MAT10 MATHP MATPOR",
         "cables": "CROD CONROD CTUBE",
         "beams with orientation, offsets and pin flags, `BAROR` and `BEAMOR` for blank fields": (
             "CBAR CBEAM BAROR BEAMOR"
@@ -31,9 +38,8 @@ WORDS = Words(
         "text": "INCLUDE ENDDATA",
     },
     idle={
-        "sections and materials are yours to state": (
-            "PROD PTUBE PBAR PBARL PBEAM PBEAML PBRSECT PBMSECT MAT1 MAT2 MAT3 MAT4 MAT5 MAT8 MAT9 MAT10 MATS1 MATT1 "
-            "MATT2 MATT8 MATT9 MATHP MATPOR CREEP SNORM"
+        "heat, plasticity and creep of materials, normals of shells": (
+            "MAT4 MAT5 MATS1 MATT1 MATT2 MATT8 MATT9 CREEP SNORM"
         ),
         "properties of elements that are refused themselves": (
             "PELAST PBUSH1D PBUSHT PGAP PDAMP PDAMP5 PDAMPT PVISC PSOLID PSHEAR PBEAM3 PBEND PFAST "

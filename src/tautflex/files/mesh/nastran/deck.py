@@ -14,6 +14,7 @@ from tautflex.files.mesh.nastran.coordinates import Systems
 from tautflex.files.mesh.nastran.elements import Elements
 from tautflex.files.mesh.nastran.links import LINKS, Links
 from tautflex.files.mesh.nastran.masses import MASSES, Masses
+from tautflex.files.mesh.nastran.properties import PROPERTIES, Properties
 from tautflex.files.mesh.nastran.springs import SPRINGS, Springs
 from tautflex.files.mesh.nastran.supports import Supports, components, held_groups
 from tautflex.files.mesh.nastran.text import Card, cards, included
@@ -60,7 +61,7 @@ def read_nastran(text: str, folder: Folder | None = None, step: int | None = Non
     ]
     joined = [connectivity[shape].ravel() for shape in connectivity] + [integers(one.link.joined) for one in links]
     groups = [
-        *deck.elements.groups(),
+        *deck.elements.groups(deck.properties, deck.masses.factor or 1.0),
         *held_groups("grid", deck.held_points(np.concatenate(joined)), nodes, deck.axes),
         *deck.supports.groups(selection, nodes, deck.axes),
     ]
@@ -82,6 +83,7 @@ class _Deck:
     elements: Elements = field(default_factory=Elements)
     supports: Supports = field(default_factory=Supports)
     masses: Masses = field(default_factory=Masses)
+    properties: Properties = field(default_factory=Properties)
     links: Links = field(default_factory=Links)
     springs: Springs = field(default_factory=Springs)
     grid: dict[int, Card] = field(default_factory=dict)
@@ -108,6 +110,10 @@ class _Deck:
             self.supports.read(card)
         elif card.name in MASSES:
             self.masses.read(card)
+        elif card.name in PROPERTIES:
+            self.properties.read(card)
+            if card.name in ("PSHELL", "PCOMP", "PCOMPG"):
+                self.elements.read(card)
         elif card.name in LINKS:
             self.links.read(card)
         elif card.name in SPRINGS:

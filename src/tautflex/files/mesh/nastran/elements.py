@@ -12,6 +12,7 @@ import numpy as np
 from tautflex.errors import MeshError
 from tautflex.files.mesh.gathered import UNSTATED, Gathered
 from tautflex.files.mesh.nastran.ends import ENDS, MovedEnds, Turned, offset
+from tautflex.files.mesh.nastran.properties import Properties
 from tautflex.files.mesh.nastran.text import Card
 from tautflex.files.mesh.numerals import natural, vector
 from tautflex.files.mesh.raw import RawGroup, integers, shorten
@@ -30,7 +31,7 @@ class Layout(NamedTuple):
     idle: tuple[int, ...] = ()
 
 
-# Idle: the angle of the material of a film, which is isotropic; section and material of CONROD, which are the user's.
+# Idle: the angle of the material of a film, which is isotropic; the torsion of CONROD. Its section is read apart.
 LAYOUTS = {
     "CTRIA3": Layout("triangle3", "membrane", (3, 4, 5), (6,)),
     "CTRIAR": Layout("triangle3", "membrane", (3, 4, 5), (6,)),
@@ -57,6 +58,7 @@ class Elements(Gathered):
     defaults: dict[str, Card] = field(default_factory=dict)
     beams: list[tuple[int, Card]] = field(default_factory=list)
     cards: list[Card] = field(default_factory=list)
+    rods: dict[tuple[str, ...], list[tuple[int, Card]]] = field(default_factory=dict)
 
     def read(self, card: Card) -> None:
         """Read an element or a property; MeshError if a field asks for what is not read."""
@@ -67,7 +69,7 @@ class Elements(Gathered):
             if card.name in self.defaults:
                 raise MeshError(f"{card.where}: expected one {card.name}, got a second one; remove it")
             self.defaults[card.name] = card
-        elif card.name != "PSHELL" or card.get(4) not in ("", "0", "-1"):
+        elif card.name in ("PCOMP", "PCOMPG") or card.get(4) not in ("", "0", "-1"):
             self.bending.add(natural(card.get(1), card.where))
 
     def finish(self) -> None:
@@ -93,15 +95,25 @@ class Elements(Gathered):
         if card.name != "CONROD":
             number = natural(card.get(2) or (default.get(2) if default else "") or card.get(1), card.where)
         self.properties.setdefault(number, {}).setdefault(shape, []).append(row)
+        if not number:
+            self.rods.setdefault(tuple(card.get(place) for place in (4, 5, 8)), []).append((row, card))
         if beam:
             self.beams.append((row, card))
 
-    def groups(self) -> list[RawGroup]:
-        """Group of each property."""
-        return [
-            RawGroup(f"pid{number}" if number else "conrod", {kind: integers(rows) for kind, rows in found.items()})
-            for number, found in sorted(self.properties.items())
-        ]
+    def groups(self, properties: Properties, factor: float) -> list[RawGroup]:
+        """Group of each property with its sections, their masses times ``factor``; CONROD states its own."""
+        rods = [properties.rod(members[0][1], factor) for members in self.rods.values()]
+        groups = []
+        for number, found in sorted(self.properties.items()):
+            sections = tuple(properties.sections(number, factor)) if number else tuple(rods if len(rods) == 1 else ())
+            name = f"pid{number}" if number else "conrod"
+            rows = {kind: integers(rows) for kind, rows in found.items()}
+            groups.append(RawGroup(name, rows, sections=sections))
+        if len(rods) > 1:
+            for place, (section, members) in enumerate(zip(rods, self.rods.values(), strict=True), start=1):
+                rows = {"line2": integers(row for row, _ in members)}
+                groups.append(RawGroup(f"conrod{place}", rows, sections=(section,)))
+        return groups
 
     def orientations(self, point: Callable[[int, str], Array], turned: Callable[[int, Array, str], Array]) -> Array:
         """Direction of each line's local z axis, shape (line, 3): normal to its axis and to its orientation vector.

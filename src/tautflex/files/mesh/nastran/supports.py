@@ -12,7 +12,7 @@ from tautflex.files.mesh.nastran.case_control import Selection
 from tautflex.files.mesh.nastran.text import Card
 from tautflex.files.mesh.numerals import natural, real
 from tautflex.files.mesh.raw import Budget, Numbering, RawGroup, integers, shorten
-from tautflex.files.mesh.systems import global_directions
+from tautflex.files.mesh.systems import held_directions
 from tautflex.numeric import Array
 
 Held = dict[int, set[int]]
@@ -88,10 +88,15 @@ class Supports:
 def held_groups(
     name: str, held: Held, nodes: Numbering, axes: Callable[[int], Array | None], doubt: str = ""
 ) -> Iterator[RawGroup]:
-    """Groups of points that are held in the same global directions."""
+    """Groups of points that are held in the same global directions, and of each that is held in others."""
     alike: dict[tuple[str, ...], list[int]] = {}
     for point, directions in held.items():
-        alike.setdefault(global_directions(directions, axes(point), f"{name}: grid point {point}"), []).append(point)
+        row = nodes.rows(integers([point]), name)
+        found, links = held_directions(directions, axes(point), int(row[0]), f"{name}: grid point {point}")
+        if found:
+            alike.setdefault(found, []).append(point)
+        if links:
+            yield RawGroup(name, {"nodes": row}, (), doubt, links=tuple(links))
     for found, points in alike.items():
         yield RawGroup(name, {"nodes": nodes.rows(integers(points), name)}, found, doubt)
 

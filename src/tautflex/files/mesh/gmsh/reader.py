@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import MeshError, MissingExtraError
-from tautflex.files.mesh._gmsh_worker import NO_GMSH, REFUSED
+from tautflex.files.mesh.gmsh._gmsh_worker import NO_GMSH, REFUSED
 from tautflex.files.mesh.raw import Numbering, RawGroup, RawMesh, require_coordinates, shorten
 from tautflex.files.mesh.second_order import WIDTHS, simplified
 from tautflex.numeric import Indices
