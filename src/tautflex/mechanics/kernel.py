@@ -102,11 +102,11 @@ def _scatter(
 @jit
 def _give_way(data: Any, first: int, width: int, strain: Array, stress: Array, energies: bool) -> float:
     """Replace the trial stresses of a pack by those of its law; work of the stresses from zero unknowns, if wanted."""
-    strains, energy = strain.shape[0], 0.0
-    tangent, density = np.empty((strains, strains, PACK)), np.empty(PACK)
+    (strains, most), energy = strain.shape, 0.0
+    tangent, density = np.empty((strains, strains, most)), np.empty(most)
     if energies:
         # By the mean stress: nothing is lost in a difference to the energy of the prestress.
-        ends, rest = np.empty((2 * strains, PACK)), np.zeros((strains, PACK))
+        ends, rest = np.empty((2 * strains, most)), np.zeros((strains, most))
         for s in range(strains):
             for e in range(width):
                 ends[s, e], ends[strains + s, e] = data.initial_stress[s, first + e], stress[s, e]
@@ -123,8 +123,9 @@ def _block_force(
     data: Any, q: Array, force: Array, stresses: Array, forces: bool, energies: bool, sizes: bool
 ) -> float:
     strains, count = data.initial_stress.shape
-    local, g = np.empty((data.dofs.shape[0], PACK)), np.empty((data.gradients * (1 + data.turns), PACK))
-    strain, stress, conjugate = np.empty((strains, PACK)), np.empty((strains, PACK)), np.empty((data.gradients, PACK))
+    most, gradients = min(PACK, count), data.gradients
+    local, g = np.empty((data.dofs.shape[0], most)), np.empty((gradients * (1 + data.turns), most))
+    strain, stress, conjugate = np.empty((strains, most)), np.empty((strains, most)), np.empty((gradients, most))
     energy = 0.0
     for first in range(0, count, PACK):
         width = min(PACK, count - first)

@@ -8,6 +8,8 @@ counted from the film's centre of area. The plane that fits best is ``c = (P' A 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.sparse import csr_array
 
@@ -41,6 +43,8 @@ class FilmSurface:
         P, and ``A P (P' A P)^-1``, shapes (film node, 3).
     area
         [m^2].
+    parts
+        What `measure_surface` reads.
     """
 
     def __init__(self, model: Model) -> None:
@@ -54,11 +58,11 @@ class FilmSurface:
         weighed = self.weights @ self.plane
         self.fit = np.linalg.solve(self.plane.T @ weighed, weighed.T).T if len(nodes) else weighed
         self.look = _seen_across(model, nodes, axes[2])
-        self._parts = (*_rows(self.look), *_rows(self.weights), self.plane, self.fit, self.area)
+        self.parts = (*_rows(self.look), *_rows(self.weights), self.plane, self.fit, self.area)
 
     def measure(self, q: Array, found: Array) -> None:
         """Write rms [m], tilt about both axes [rad] and piston [m] at free unknowns, shape (size,), to shape (4,)."""
-        _measure(*self._parts, q, found)
+        measure_surface(self.parts, q, found)
 
 
 class SurfaceOnVectors:
@@ -135,10 +139,9 @@ def _rows(matrix: csr_array) -> tuple[Indices, Places, Array]:
 
 
 @jit
-def _measure(
-    look_start: Indices, look_column: Places, look_value: Array, start: Indices, column: Places, value: Array,
-    plane: Array, fit: Array, area: float, q: Array, found: Array,
-) -> None:  # fmt: skip
+def measure_surface(parts: Any, q: Array, found: Array) -> None:
+    """`FilmSurface.measure` with the ``parts`` of a surface."""
+    look_start, look_column, look_value, start, column, value, plane, fit, area = parts
     if not area > 0.0:
         found[:] = np.nan
         return

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -32,12 +33,12 @@ class RigidMotion:
     angular_acceleration: Array
     origin_acceleration: Array
 
-    @property
+    @cached_property
     def euler(self) -> Array:
         """Matrix S(dw) of the Euler acceleration, shape (3, 3)."""
         return cross_matrix(self.angular_acceleration)
 
-    @property
+    @cached_property
     def centrifugal(self) -> Array:
         """Matrix S(w)^2 of the centrifugal acceleration, shape (3, 3)."""
         x, y, z = self.angular_velocity.tolist()

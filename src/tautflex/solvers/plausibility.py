@@ -244,24 +244,24 @@ class MotionWatch:
     """Follows a run and says how far strains, slopes and rotations went.
 
     They are measured at the instants of largest strain energy and of largest displacement, when the run has ended.
+
+    Attributes
+    ----------
+    largest
+        Largest strain energy [J] and largest ``q . q`` of the stored instants, each with its time [s], shape (2, 2).
+    places
+        Free unknowns [m, rad] at these times, shape (2, size).
     """
 
     def __init__(self, system: StructuralSystem, inputs: InputSet | None = None) -> None:
         self._inputs = [] if inputs is None else inputs.named
         self._system = system
-        self._energy, self._square = 0.0, 0.0
-        self._kept: dict[str, tuple[float, Array]] = {}
-
-    def see(self, time: float, q: Array, energy: float, square: float) -> None:
-        """Look at one instant [s]: free unknowns [m, rad], strain energy [J] and ``q . q``."""
-        if energy > self._energy:
-            self._energy, self._kept["energy"] = energy, (time, q.copy())
-        if square > self._square:
-            self._square, self._kept["displacement"] = square, (time, q.copy())
+        self.largest, self.places = np.zeros((2, 2)), np.zeros((2, system.size))
 
     def warnings(self) -> list[str]:
         """Sentences with how much, where, when and what to do; empty if there is nothing to say."""
-        measured = [(time, measure(self._system, q)) for time, q in self._kept.values()]
+        kept = [(time, q) for (value, time), q in zip(self.largest.tolist(), self.places, strict=True) if value > 0.0]
+        measured = [(time, measure(self._system, q)) for time, q in kept]
         found = []
         for name, (limit, style, remedy) in _REMEDY.items():
             time, worst = max(
@@ -271,7 +271,7 @@ class MotionWatch:
                 at = f"{worst.kind} {worst.element} at {place_of(self._system.model, worst.kind, worst.element)}"
                 found.append(f"the {name} reached {worst.value:{style}} at t = {time:.4g} s in {at}: {remedy}")
         for name, item in self._inputs:
-            angle, time = max(((item.turned(q), time) for *_, time, q in self._kept.values()), default=(0.0, 0.0))
+            angle, time = max(((item.turned(q), time) for time, q in kept), default=(0.0, 0.0))
             if angle > ASTRAY:
                 found.append(
                     f"inputs: the pull of {name} keeps its direction, which motion turned by {angle:.2g} rad at "

@@ -165,7 +165,7 @@ class Numbering:
             motions[self.dof_offset[turning] + 3 + axis, 3 + axis] = 1.0
         return motions
 
-    @property
+    @cached_property
     def rigid_freedom(self) -> int:
         """Number of independent rigid motions that supports, links and springs leave free."""
         return self.freedom_of(np.full(len(self.nodes), True))

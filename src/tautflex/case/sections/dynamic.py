@@ -66,7 +66,7 @@ class Solver(Chosen):
 
     time_error: Annotated[bool, Strict()] = Field(
         default=True,
-        description="estimate the time error, at 4 to 8 % of a run's cost; false: null in the JSON",
+        description="estimate the time error, at about 1 % of a run's cost; false: null in the JSON",
         examples=[True],
     )
 

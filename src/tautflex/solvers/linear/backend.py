@@ -33,6 +33,11 @@ class Backend(ABC):
     def _upper(self, values: Array) -> csc_array:
         return csc_array((values, self._rows, self._start), shape=(self._size, self._size))
 
+    @property
+    def parts(self) -> tuple[Any, ...] | None:
+        """Factors as `substitute` reads them; None where they are others."""
+        return None
+
     @abstractmethod
     def factorize(self, values: Array) -> None:
         """Factorize the matrix with these values of its upper triangle; LinAlgError if it is singular."""

@@ -182,6 +182,11 @@ class SymmetricFactorization(Remembering):
         return 1 if count is None else count
 
     @property
+    def parts(self) -> tuple[Any, ...] | None:
+        """Factors as `substitute` reads them; None where there are none, or others."""
+        return self._factors.parts if self.ready else None
+
+    @property
     def fill(self) -> int:
         """Stored entries of the factors."""
         return self._factors.fill

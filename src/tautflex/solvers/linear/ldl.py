@@ -38,6 +38,11 @@ class PanelLDL(Backend):
         solution: Array = substitute(self._pattern, self._values, self._inverse, right)
         return solution
 
+    @property
+    def parts(self) -> tuple[Any, ...]:
+        """Pattern, entries of L and reciprocal pivots."""
+        return self._pattern, self._values, self._inverse
+
     def negative_pivots(self) -> int:
         """Number of negative eigenvalues (Sylvester's law of inertia)."""
         return int(np.count_nonzero(self._pivots < 0.0))

@@ -36,6 +36,11 @@ class LowRankUpdate(Remembering):
         none: Array = np.zeros((0, 0))
         self._back = self._vectors = none
 
+    @property
+    def rank(self) -> int:
+        """Number of vectors that correct A."""
+        return len(self._vectors)
+
     def correct(self, vectors: Array, core: Array) -> None:
         """Take the present factors and add ``vectors' core vectors`` to their matrix in place of any before.
 

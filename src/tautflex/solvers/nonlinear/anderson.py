@@ -73,7 +73,7 @@ def _correct(changes: Array, shifts: Array, gram: Array, used: int, step: Array)
 
 
 @jit
-def _propose(
+def propose_step(
     changes: Array, shifts: Array, gram: Array, count: int, known: bool, last: Array, solution: Array, residual: Array
 ) -> tuple[Array, float, int]:
     """Learn from the last step if it is known; next step, its slope and the number of pairs learned so far."""
@@ -137,6 +137,21 @@ class AndersonAcceleration(Remembering):
         super().recall(memory)
         self._last = np.zeros((3, self._changes.shape[1]))
 
+    def parts(self, size: int) -> tuple[Array, Array, Array, Array]:
+        """What `propose_step` reads and writes, for vectors of a size."""
+        if self._last.shape[1] != size:
+            self._reserve(size)
+        return self._changes, self._shifts, self._gram, self._last
+
+    @property
+    def learned(self) -> int:
+        """Pairs learned since `clear`."""
+        return self._count
+
+    @learned.setter
+    def learned(self, count: int) -> None:
+        self._count = count
+
     def clear(self) -> None:
         """Forget everything (after a refactorization)."""
         self._count = 0
@@ -166,10 +181,9 @@ class AndersonAcceleration(Remembering):
         if self._axes is not None:
             residual = self._axes.into(residual)
         solution = solve(residual)
-        if self._last.shape[1] != residual.size:
-            self._reserve(residual.size)
-        step, slope, self._count = _propose(
-            self._changes, self._shifts, self._gram, self._count, self._known, self._last, solution, residual
+        changes, shifts, gram, last = self.parts(residual.size)
+        step, slope, self._count = propose_step(
+            changes, shifts, gram, self._count, self._known, last, solution, residual
         )
         self._known = self._depth > 0
         return step if self._axes is None else self._axes.out_of(step), slope

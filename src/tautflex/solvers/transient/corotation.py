@@ -12,12 +12,14 @@ turns likewise). Only the iteration's speed depends on it, never its result.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.sparse import csr_array
 
 from tautflex.mechanics.products import product
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.numeric import Array, Indices, Places, cross_matrix, jit, jit_in_order
+from tautflex.numeric import Array, Indices, Places, cross_matrix, jit_in_order
 from tautflex.solvers.remembering import Remembering
 
 # Directions in which the neighbours of a node say nothing about its rotation: along a straight cable or beam.
@@ -25,8 +27,8 @@ _SINGULAR = 1e-6
 _CROSS_MATRICES = np.array([cross_matrix(axis) for axis in np.eye(3)])
 
 
-@jit
-def _turn(places: Places, owner: Places, angle: Array, sign: float, vector: Array) -> None:
+@jit_in_order
+def turn(places: Places, owner: Places, angle: Array, sign: float, vector: Array) -> None:
     """Rotate every vector of three unknowns by ``sign angle``, in place.
 
     By Cayley's map, ``v + (t x v + t x (t x v) / 2) / (1 + t't/4)``: orthogonal however large the angle, and its
@@ -44,7 +46,7 @@ def _turn(places: Places, owner: Places, angle: Array, sign: float, vector: Arra
 
 
 @jit_in_order
-def _angles(start: Indices, column: Places, value: Array, q: Array, then: Array, share: float) -> Array:
+def node_angles(start: Indices, column: Places, value: Array, q: Array, then: Array, share: float) -> Array:
     """Rotations of all nodes from ``then`` to ``q``, shape (node, 3)."""
     moved = np.empty(q.size)
     for i in range(q.size):
@@ -129,6 +131,11 @@ class Corotation(Remembering):
         self._then = np.zeros(system.size)
         self._angle = np.zeros((len(nodes), 3))
 
+    @property
+    def parts(self) -> tuple[Any, ...]:
+        """Operator of `node_angles`, places and owners of `turn`, and where the tangent was factorized."""
+        return *self._operator, self._places, self._owner, self._then
+
     def restart(self, q: Array) -> None:
         """A tangent was factorized at ``q``, shape (size,)."""
         self._then = q.copy()
@@ -136,15 +143,15 @@ class Corotation(Remembering):
 
     def follow(self, q: Array, share: float = 1.0) -> None:
         """Turn with the nodes to ``q``, shape (size,); ``share`` is the part of the stiffness that turns."""
-        self._angle = _angles(*self._operator, q, self._then, share)
+        self._angle = node_angles(*self._operator, q, self._then, share)
 
     def into(self, vector: Array) -> Array:
         """``Q' vector``: as seen where the tangent was factorized, a new array of shape (size,)."""
         turned = vector.copy()
-        _turn(self._places, self._owner, self._angle, -1.0, turned)
+        turn(self._places, self._owner, self._angle, -1.0, turned)
         return turned
 
     def out_of(self, vector: Array) -> Array:
         """``Q vector``, in place."""
-        _turn(self._places, self._owner, self._angle, 1.0, vector)
+        turn(self._places, self._owner, self._angle, 1.0, vector)
         return vector

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet, earlier
@@ -81,7 +79,8 @@ class EquationOfMotion:
         if motion is self._motion:
             return self._terms
         self._motion = motion
-        key = (*motion.angular_velocity, *motion.angular_acceleration, *motion.origin_acceleration)
+        parts = motion.angular_velocity, motion.angular_acceleration, motion.origin_acceleration
+        key = tuple(number for part in parts for number in part.tolist())
         if self._terms.key == key:
             return self._terms
         self._terms = MotionTerms(
@@ -155,11 +154,6 @@ class EquationOfMotion:
         forces = None if at.forces is None else at.forces + change
         a = at.a + self.mass_solve(-change)
         return MotionState(at.time, at.q, at.v, a, forces, books=self.books_behind_jump(at, stored))
-
-    @cached_property
-    def stiffness(self) -> csr_array:
-        """Tangent stiffness of the reference, shape (size, size)."""
-        return self.system.pattern.symmetric_matrix(self.state.tangent_entries)
 
     def strain_energy(self, q: Array) -> float:
         """Strain energy above the reference at the instant that is set [J]."""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from tautflex.motion.kinematics import Segment
-from tautflex.numeric import Array
+from tautflex.numeric import Array, Indices
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.anderson import AndersonAcceleration
@@ -125,6 +126,9 @@ class Stepper(Remembering):
             return
         self._fewest_iterations = min(self._fewest_iterations, iterations)
         self._lost_iterations += iterations - self._fewest_iterations
+        self._give_up_factor()
+
+    def _give_up_factor(self) -> None:
         if self._lost_iterations > self._refresh_cost:
             self._factor_size = 0.0
 
@@ -159,6 +163,30 @@ class Stepper(Remembering):
     def usable_factor(self, size: float) -> bool:
         """Whether the last factors belong to this step size."""
         return self.factor.ready and self._factor_size == size
+
+    def tangent(self, size: float) -> tuple[Any, ...] | None:
+        """Tangent, axes, pairs, limits, counts and scales of `take_steps`; None unless the tangent serves this size."""
+        factors = self.factor.parts if self.usable_factor(size) and not self.solver.rank else None
+        if factors is None or self._corotation is None:
+            return None
+        round_off = _ROUND_OFF / self.tolerance
+        limits = self.tolerance, self._max_iterations, round_off, self._met_forces, _SCALE_FLOOR, self._refresh_cost
+        counts = np.array([self._memory.learned, self._fewest_iterations, self._lost_iterations, 0, 0, 0])
+        return (
+            (*factors, self._diagonal, self._factor_inertia), self._corotation.parts,
+            self._memory.parts(len(self._diagonal)), limits, counts, np.array([self._largest_scale]),
+        )  # fmt: skip
+
+    def took(self, steps: int, counts: Indices, scales: Array) -> None:
+        """Take up what `take_steps` has left in the counts and scales of `tangent`."""
+        learned, self._fewest_iterations, self._lost_iterations, iterations, evaluations, solves = counts.tolist()
+        self._memory.learned, self._largest_scale = learned, float(scales[0])
+        self._give_up_factor()
+        statistics = self.equation.statistics
+        statistics.steps += steps
+        statistics.iterations += iterations
+        statistics.force_evaluations += evaluations
+        self.factor.solves += solves
 
     def resolved(self, end: MotionState, error: Array) -> Array:
         """Part of a vector that the step to ``end`` resolves, shape (size,).

@@ -105,7 +105,7 @@ class TransientProblem:
     max_halvings
         Times a step may be halved when Newton fails; an adaptive run goes down to its smallest step instead.
     time_error
-        Whether the time error is estimated, at 4 to 8 % of the run's cost; if not, ``run.error`` and the record's
+        Whether the time error is estimated, at about 1 % of the run's cost; if not, ``run.error`` and the record's
         ``time_error`` are NaN, which is null in the JSON.
 
     Raises

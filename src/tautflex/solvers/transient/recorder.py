@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,8 +12,9 @@ from numpy.typing import NDArray
 from tautflex.mechanics.kernel import add_forces
 from tautflex.mechanics.membrane import MEMBRANE_STATES, SURVEYED, StressSurvey, survey_stresses
 from tautflex.mechanics.products import quadratic_form
-from tautflex.motion.kinematics import Segment
-from tautflex.numeric import Array, Indices, Places, jit
+from tautflex.mechanics.surface import measure_surface
+from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.numeric import Array, jit
 from tautflex.solvers.plausibility import MotionWatch
 from tautflex.solvers.transient.accuracy.compression import CompressionWatch
 from tautflex.solvers.transient.equation import EquationOfMotion
@@ -47,32 +49,32 @@ class Samples(NamedTuple):
 
 
 @jit
-def _read(
-    store: Any, q: Array, v: Array, stresses: Array, table: Any, reference: Array, start: Indices, column: Places,
-    mass: Array, rows: Any, numbers: Array, probe: Array, sample: int,
-) -> None:  # fmt: skip
-    """Fill in one sample of ``numbers``, shape (sample, 2 + 8 + 1), and of ``probe``, shape (sample, 2, 3 probes).
-
-    They are the `SCALARS` and what else `survey_stresses` finds, then ``q . q``.
-    """
+def record(parts: Any, q: Array, v: Array, time: float, row: int) -> None:
+    """Store a sample in a row of the arrays of a `Recorder`, whose ``parts`` these are."""
+    elements, (reference, start, column, mass), probes, surface, (largest, places), stored = parts
+    (store, stresses, table), (first, unknown, weights), (times, numbers, probe, surfaces) = elements, probes, stored
     size, linear, square = q.size, 0.0, 0.0
-    extended, found = np.empty(size + 1), numbers[sample]
+    extended, found = np.empty(size + 1), numbers[row]
     for i in range(size):
         extended[i] = q[i]
         linear += reference[i] * q[i]
         square += q[i] * q[i]
     extended[size] = 0.0
+    times[row] = time
     found[0] = 0.5 * quadratic_form(start, column, mass, v)
     found[1] = add_forces(store, extended, extended, stresses, False, True, False) - linear
-    survey_stresses(table, stresses, found[2 : 2 + SURVEYED])
-    found[2 + SURVEYED] = square
-    first, places, weights = rows
+    survey_stresses(table, stresses, found[2:])
     for k in range(first.size - 1):
         place, speed = 0.0, 0.0
         for entry in range(first[k], first[k + 1]):
-            place += weights[entry] * q[places[entry]]
-            speed += weights[entry] * v[places[entry]]
-        probe[sample, 0, k], probe[sample, 1, k] = place, speed
+            place += weights[entry] * q[unknown[entry]]
+            speed += weights[entry] * v[unknown[entry]]
+        probe[row, 0, k], probe[row, 1, k] = place, speed
+    measure_surface(surface, q, surfaces[row])
+    for k, value in ((0, found[1]), (1, square)):
+        if value > largest[k, 0]:
+            largest[k, 0], largest[k, 1] = value, time
+            places[k] = q
 
 
 class Recorder:
@@ -88,6 +90,13 @@ class Recorder:
         Number of stored instants at most.
     field_steps
         Steps whose whole displacement field is stored.
+
+    Attributes
+    ----------
+    count
+        Samples stored so far.
+    parts
+        What `record` reads and writes.
     """
 
     def __init__(self, equation: EquationOfMotion, probes: ProbeSet, samples: int, field_steps: set[int]) -> None:
@@ -95,30 +104,33 @@ class Recorder:
         self._survey = StressSurvey(equation.system, equation.workspace)
         self._time, self._spin = np.zeros(samples), np.zeros((samples, 2, 3))
         self._probe = np.zeros((samples, 2, 3 * len(probes.names)))
-        self._numbers = np.zeros((samples, 2 + SURVEYED + 1))
-        workspace, products = equation.workspace, equation.products
-        self._parts: Any = (
-            workspace.stresses, self._survey.table, equation.state.reference_force, products.start, products.column,
-            products.mass, probes.rows, self._numbers, self._probe,
-        )  # fmt: skip
+        # The `SCALARS` and what else `survey_stresses` finds.
+        self._numbers, self._surface = np.zeros((samples, 2 + SURVEYED)), np.zeros((samples, len(OF_SURFACE)))
         self._fields: list[tuple[float, Array, NDArray[np.int8]]] = []
-        self._surface = np.zeros((samples, len(OF_SURFACE)))
-        self._watch = CompressionWatch(equation.system)
-        self._motion = MotionWatch(equation.system, equation.inputs)
-        self._count = 0
+        self._watch = MotionWatch(equation.system, equation.inputs)
+        self.count = 0
+        workspace, products = equation.workspace, equation.products
+        self.parts: Any = (
+            (workspace.store, workspace.stresses, self._survey.table),
+            (equation.state.reference_force, products.start, products.column, products.mass),
+            probes.rows,
+            equation.system.surface.parts,
+            (self._watch.largest, self._watch.places),
+            (self._time, self._numbers, self._probe, self._surface),
+        )
 
     def store(self, at: MotionState, segment: Segment) -> None:
         """Store one sample, of an instant in this stretch of the maneuver."""
-        equation, row, time = self._equation, self._count, at.time
-        equation.set_time(time)
-        _read(equation.workspace.store, at.q, at.v, *self._parts, row)
-        motion, spin = equation.motion(at, segment), self._spin[row]
-        self._time[row], spin[0], spin[1] = time, motion.angular_velocity, motion.angular_acceleration
-        _, strain, *found, square = self._numbers[row].tolist()
-        self._watch.see(time, found)
-        self._motion.see(time, at.q, strain, square)
-        equation.system.surface.measure(at.q, self._surface[row])
-        self._count += 1
+        self._equation.set_time(at.time)
+        record(self.parts, at.q, at.v, at.time, self.count)
+        self.stored([self._equation.motion(at, segment)])
+
+    def stored(self, motions: Sequence[RigidMotion]) -> None:
+        """Count samples that `record` has stored, with the motion of the frame at each."""
+        for motion in motions:
+            spin = self._spin[self.count]
+            spin[0], spin[1] = motion.angular_velocity, motion.angular_acceleration
+            self.count += 1
 
     def store_field(self, step: int, at: MotionState) -> None:
         """Store the whole field if this step was asked for."""
@@ -128,14 +140,16 @@ class Recorder:
 
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""
-        n = self._count
+        n = self.count
+        compression = CompressionWatch(self._equation.system)
+        compression.look_through(self._time[:n], self._numbers[:n, 2:])
         scalars = dict(zip(SCALARS, self._numbers[:n].T, strict=False))
         scalars |= zip(OF_SURFACE, self._surface[:n].T, strict=True)
         probe = self._probe[:n].reshape(n, 2, -1, 3)
         samples = Samples(self._time[:n], probe, self._spin[:n], scalars, self._fields)
         attributes = {
             **attributes,
-            "warnings": [*attributes.get("warnings", ()), *self._watch.warnings(), *self._motion.warnings()],
+            "warnings": [*attributes.get("warnings", ()), *compression.warnings(), *self._watch.warnings()],
         }
         return run_dataset(self._equation.system.model, self._probes, samples, attributes)
 

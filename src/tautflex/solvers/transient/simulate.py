@@ -29,6 +29,7 @@ from tautflex.solvers.transient.free_hub.equation import HubEquation
 from tautflex.solvers.transient.free_hub.motion import HubMotion
 from tautflex.solvers.transient.free_hub.record import HubRecorder, check_coupling, steady_motion
 from tautflex.solvers.transient.implicit import Stepper
+from tautflex.solvers.transient.march.stretch import March
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, SteppingModel, TransientProblem
 from tautflex.solvers.transient.recorder import Recorder
@@ -99,11 +100,12 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     first, count = problem.begin, problem.count
     run.start()
     try:
-        for number in range(first + 1, count + 1):
+        part = count - first if progress is None else max(1, (count - first) // 100)
+        for number in [*range(first + part, count, part), count]:
             if not run.advance(number):
                 status = Status.NOT_CONVERGED
                 break
-            if progress is not None and (number - first) % max(1, (count - first) // 100) == 0:
+            if progress is not None and (number - first) % part == 0:
                 progress((number - first) / (count - first), f"t = {run.at.time:.3g} s")
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
@@ -148,6 +150,7 @@ class FullRun:
         self._errors = TimeError(self.equation, self._stepper.resolved) if problem.time_error else None
         watch = None if self._errors is None else self._errors.step
         self._driver = _driver(problem, self._stepper, self.segments, watch)
+        self._number, self._march = problem.begin, self._marching()
         # Where energies and errors began: of a run that goes on, in the earlier one.
         self._first: Energies | None = None
         self._largest, self._taken, self._inside = 0.0, 0, True
@@ -171,12 +174,19 @@ class FullRun:
 
     def advance(self, number: int) -> bool:
         """Take the steps to an instant of the grid; whether they converged."""
-        self._inside = True
-        advanced = self._driver.advance(self.at, self.problem.instant(number))
-        if advanced is None:
-            return False
-        self.at, self._inside = advanced, False
-        self._record(number)
+        while self._number < number:
+            self._inside, before = True, self._number
+            if self._march is not None:
+                self._number, self.at = self._march.take(self.at, before, number, self._driver.segment)
+            if self._number > before:
+                self._driver.last, self._inside = self.at, False
+                self._recorder.store_field(self._number, self.at)
+                continue
+            advanced = self._driver.advance(self.at, self.problem.instant(before + 1))
+            if advanced is None:
+                return False
+            self.at, self._number, self._inside = advanced, before + 1, False
+            self._record(self._number)
         return True
 
     def renew(self) -> None:
@@ -250,11 +260,18 @@ class FullRun:
             self._stepper = _stepper(self.problem, self.equation)
             watch = None if self._errors is None else self._errors.step
             self._driver = _driver(self.problem, self._stepper, self.segments, watch)
+            self._march = self._marching()
             return False
         self._first, self._largest, self._taken = Energies(**memory["energies"]), memory["largest"], memory["taken"]
         if self._errors is not None:
             self._errors.recall(memory.get("errors", {}))
         return True
+
+    def _marching(self) -> March | None:
+        problem, equation, stepper = self.problem, self.equation, self._stepper
+        if not (isinstance(stepper, Stepper) and March.serves(problem, equation, stepper)):
+            return None
+        return March(problem, equation, stepper, self._recorder, self._errors)
 
     def _from_motion(self, initial: Checkpoint) -> MotionState:
         """State of an earlier run's displacements and velocities alone, with the accelerations that follow."""

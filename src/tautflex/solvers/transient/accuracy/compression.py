@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array
 from tautflex.solvers.plausibility import place_of
 from tautflex.solvers.static.diagnosis import film_wrinkles
 
@@ -58,6 +61,14 @@ class CompressionWatch:
             self._film.see(smallest, time, int(element), wrinkled + slack)
         if push < 0.0:
             self._cable.see(push, time, int(pushing), 0.0)
+
+    def look_through(self, times: Array, found: Array) -> None:
+        """Look at all instants [s] of a run, shape (time, 8)."""
+        smallest, largest, push = found[:, 0], found[:, 1], found[:, 6]
+        some = (smallest < -_NOTABLE * np.maximum(largest, 0.0)) | (push < 0.0)
+        self._instants += int(np.count_nonzero(~some))
+        for time, numbers in zip(times[some].tolist(), found[some].tolist(), strict=True):
+            self.see(time, numbers)
 
     def warnings(self) -> list[str]:
         """Sentences with how much, where, when, and what to switch on; empty if there is nothing to say."""

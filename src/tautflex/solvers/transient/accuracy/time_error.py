@@ -20,12 +20,14 @@ and its error is that of two motions that know nothing of each other.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from tautflex.mechanics.kernel import add_forces
+from tautflex.mechanics.products import quadratic_form
 from tautflex.motion.kinematics import Segment
-from tautflex.numeric import Array, jit
+from tautflex.numeric import Array, Indices, Places, jit, jit_in_order
 from tautflex.solvers.remembering import Remembering
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.state import MotionState
@@ -42,11 +44,12 @@ _APART = 2.0
 _FEW_STEPS, _BETWEEN = 20, 8
 # Motion across (w) sets the scale unless it is a smaller part of the whole than this.
 _ACROSS = 1e-3
+_NONE = np.zeros(0)
 # Errors worth a warning.
 NOTABLE = 0.05
 
 
-@jit
+@jit_in_order
 def _travel(state: Array, local: float, time: float, size: float, decay: float, growth: float) -> None:
     state[0] = state[0] * np.exp(-decay * size) + local
     state[1] = max(state[1], state[0])
@@ -68,23 +71,101 @@ def travelled(state: Array, local: Array, times: Array, size: float, decay: floa
 
 
 @jit
-def _seen(
-    state: Array, rates: Array, measured: Array, q: Array, before: Array, after: Array, time: float, size: float
-) -> None:
-    """Take in a step from its end and its accelerations.
-
-    ``rates`` holds the part of the local error that is resolved, decay and growth; ``measured`` tells the unknowns that
-    count for all displacements and for those across (1, else 0), shape (2, size).
-    """
+def _squares(measured: Array, q: Array, before: Array, after: Array) -> tuple[float, float, float]:
+    """Sums of squares of all displacements, of those across, and of all changes of the acceleration."""
     place, across, change = 0.0, 0.0, 0.0
     for i in range(q.size):
         square, d = q[i] * q[i], after[i] - before[i]
         place += measured[0, i] * square
         across += measured[1, i] * square
         change += measured[0, i] * d * d
+    return place, across, change
+
+
+@jit
+def _damped(start: Indices, column: Places, damping: Array, vectors: Array, coefficients: Array, x: Array) -> float:
+    """``x' C x``."""
+    found = quadratic_form(start, column, damping, x)
+    for k in range(vectors.shape[0]):
+        part = 0.0
+        for i in range(x.size):
+            part += vectors[k, i] * x[i]
+        found += coefficients[k] * part * part
+    return found
+
+
+@jit
+def _sum_of_squares(weights: Array, x: Array) -> float:
+    total = 0.0
+    for i in range(x.size):
+        total += weights[i] * x[i] * x[i]
+    return total
+
+
+@jit_in_order
+def is_sampled(when: Indices) -> bool:
+    """Count a step; whether it is to be sampled."""
+    when[0] -= 1
+    return bool(when[0] < 0)
+
+
+@jit_in_order
+def _look(parts: Any, q: Array, v: Array, a: Array, change: Array, error: Array, size: float) -> None:
+    """Sample a step of a size [s] from its end, the change of its acceleration and the part of it that is resolved.
+
+    It tells what the step resolves, of damping and how far from quadratic the energy is. ``parts`` are those of a
+    `TimeError`.
+    """
+    (_, rates, measured), (when, pooled, squares), matrices, stiffness, (store, stresses, reference) = parts
+    when[2] += 1
+    # Uneven, so that no vibration keeps step with the samples.
+    when[0] = int(when[1] * (0.75 + 0.5 * (0.618 * when[2] % 1.0)))
+    when[1] = min(_LONGEST, 2 * when[1])
+    start, column, mass, damping, vectors, coefficients = matrices
+    raw, found = np.sqrt(_sum_of_squares(measured[0], change)), np.sqrt(_sum_of_squares(measured[0], error))
+    velocity, acceleration = quadratic_form(start, column, mass, v), quadratic_form(start, column, mass, a)
+    loss = _damped(start, column, damping, vectors, coefficients, v)
+    for k in range(pooled.size):
+        pooled[k] *= _MEMORY
+    pooled[0] += size * size * raw
+    pooled[1] += size * size * found
+    pooled[2] += velocity
+    pooled[3] += acceleration
+    squares[0] += acceleration
+    squares[1] += velocity
+    rates[0] = pooled[1] / pooled[0] if pooled[0] > 0.0 else 1.0
+    if not velocity > 0.0:
+        return
+    if loss > 0.0:
+        # Times are averaged, not rates: stiff waves that are gone at once say nothing about the error that stays.
+        pooled[6] += 1.0
+        pooled[7] += velocity / loss
+        rates[1] = 0.5 * pooled[6] / pooled[7]
+    fastest = GROWTH * np.sqrt(pooled[3] / pooled[2])
+    lost = 0.5 * _damped(start, column, damping, vectors, coefficients, error)
+    lost /= max(quadratic_form(start, column, mass, error), 1e-300)
+    if lost < fastest:
+        extended, energy = np.zeros(q.size + 1), 0.0
+        for i in range(q.size):
+            extended[i] = q[i]
+            energy -= reference[i] * q[i]
+        energy += add_forces(store, extended, extended, stresses, False, True, False)
+        linear = 0.5 * quadratic_form(stiffness[0], stiffness[1], stiffness[2], q)
+        pooled[4] += abs(energy - linear)
+        pooled[5] += min(abs(energy), abs(linear))
+        fastest *= pooled[4] / max(pooled[4] + pooled[5], 1e-300)
+    rates[2] = fastest - lost
+
+
+@jit_in_order
+def see_step(parts: Any, q: Array, v: Array, a: Array, before: Array, error: Array, time: float, size: float) -> None:
+    """Take in a step of a size [s] from its end and the acceleration at its start; ``error`` is for `_look`."""
+    state, rates, measured = parts[0]
+    if error.size:
+        _look(parts, q, v, a, a - before, error, size)
+    place, across, change = _squares(measured, q, before, a)
     state[6], state[7] = max(state[6], place), max(state[7], across)
-    raw = size * size * np.sqrt(change)
-    _travel(state, raw * rates[0], time, size, rates[1], rates[2])
+    _travel(state, size * size * np.sqrt(change) * rates[0], time, size, rates[1], rates[2])
 
 
 class ErrorSum(Remembering):
@@ -156,73 +237,57 @@ class TimeError(ErrorSum):
         Takes out of a vector what the last step did not resolve, see `Stepper.resolved`.
     """
 
-    MEMORY = (*ErrorSum.MEMORY, "_wait", "_gap", "_samples", "_pooled", "_rates")
+    MEMORY = (*ErrorSum.MEMORY, "_when", "_pooled", "_rates")
 
     def __init__(self, equation: EquationOfMotion, resolved: Callable[[MotionState, Array], Array]) -> None:
         super().__init__()
-        self._equation, self._resolved = equation, resolved
-        system = equation.system
+        self._nodes, self._resolved = equation.system.model.nodes, resolved
+        system, products = equation.system, equation.products
         places = system.place[system.model.translation_dofs]
-        self._measured = np.zeros((2, system.size + 1))
-        self._measured[0, places] = self._measured[1, places[:, 2]] = 1.0
-        self._measured = np.ascontiguousarray(self._measured[:, :-1])
-        self._wait, self._gap, self._samples = 0, 1, 0
+        measured = np.zeros((2, system.size + 1))
+        measured[0, places] = measured[1, places[:, 2]] = 1.0
+        # The unknowns that count for all displacements and for those across (1, else 0), shape (2, size).
+        self._measured = np.ascontiguousarray(measured[:, :-1])
+        # Steps until the next sample, until the one after that at most, and samples so far.
+        self._when = np.array([0, 1, 0])
         # Local errors as they are and resolved; v'Mv, a'Ma; energies that are not and that are quadratic; samples, and
         # their v'Mv / v'Cv [s].
         self._pooled = np.zeros(8)
+        # Part of the local error that is resolved, decay and growth [1/s].
         self._rates = np.array([1.0, 0.0, 0.0])
+        pattern, workspace = system.pattern, equation.workspace
+        self._matrices: Any = (
+            products.start, products.column, products.mass, products.damping, products.vectors, products.coefficients,
+        )  # fmt: skip
+        # Symmetric: columns are rows as well.
+        entries = equation.state.tangent_entries
+        self._stiffness: Any = pattern.column_start.astype(np.int64), pattern.rows.astype(np.uint32), entries
+        self._elements: Any = workspace.store, workspace.stresses, equation.state.reference_force
+
+    @property
+    def parts(self) -> Any:
+        """What `see_step` reads and writes."""
+        sums = (self.state, self._rates, self._measured), (self._when, self._pooled, self._squares)
+        return *sums, self._matrices, self._stiffness, self._elements
 
     def step(self, at: MotionState, end: MotionState, segment: Segment) -> None:
         """See an accepted step."""
         size = end.time - at.time
         if at.jerk is None:
-            self._wait, self._gap = 0, 1
-        self._wait -= 1
-        if self._wait < 0:
-            self._sample(at, end, size)
-        _seen(self.state, self._rates, self._measured, end.q, at.a, end.a, end.time, size)
-        self.missed += missed_between(self._equation.system.model.nodes, at.time, size, segment)
+            self._when[:2] = 0, 1
+        error = self._resolved(end, end.a - at.a) if is_sampled(self._when) else _NONE
+        see_step(self.parts, end.q, end.v, end.a, at.a, error, end.time, size)
+        self.missed += missed_between(self._nodes, at.time, size, segment)
 
-    def _sample(self, at: MotionState, end: MotionState, size: float) -> None:
-        """Look at what the step resolves, at damping and at how far from quadratic the energy is."""
-        self._samples += 1
-        # Uneven, so that no vibration keeps step with the samples.
-        self._wait = int(self._gap * (0.75 + 0.5 * (0.618 * self._samples % 1.0)))
-        self._gap = min(_LONGEST, 2 * self._gap)
-        equation, products = self._equation, self._equation.products
-        change = end.a - at.a
-        error = self._resolved(end, change)
-        raw, found = (size * size * float(np.linalg.norm(self._measured[0] * each)) for each in (change, error))
-        velocity, acceleration = products.mass_norm(end.v), products.mass_norm(end.a)
-        damped = products.damped
-        loss = float(end.v @ products.damping_product(end.v)) if damped else 0.0
-        self._pooled *= _MEMORY
-        self._pooled[:4] += raw, found, velocity, acceleration
-        self.add_speeds(acceleration, velocity)
-        self._rates[0] = self._pooled[1] / self._pooled[0] if self._pooled[0] > 0.0 else 1.0
-        if not velocity > 0.0:
-            return
-        if loss > 0.0:
-            # Times are averaged, not rates: stiff waves that are gone at once say nothing about the error that stays.
-            self._pooled[6:] += 1.0, velocity / loss
-            self._rates[1] = 0.5 * self._pooled[6] / self._pooled[7]
-        fastest = GROWTH * np.sqrt(self._pooled[3] / self._pooled[2])
-        lost = (
-            0.5 * float(error @ products.damping_product(error)) / max(products.mass_norm(error), 1e-300)
-            if damped
-            else 0.0
-        )
-        if lost < fastest:
-            energy = equation.strain_energy(end.q)
-            linear = 0.5 * float(end.q @ (equation.stiffness @ end.q))
-            self._pooled[4:6] += abs(energy - linear), min(abs(energy), abs(linear))
-            fastest *= self._pooled[4] / max(self._pooled[4] + self._pooled[5], 1e-300)
-        self._rates[2] = fastest - lost
+
+def long_for(segment: Segment, size: float) -> bool:
+    """Whether a stretch of the maneuver is so long that steps of a size [s] miss nothing of it."""
+    return segment.end - segment.start > _FEW_STEPS * size
 
 
 def missed_between(nodes: Array, start: float, size: float, segment: Segment) -> float:
     """Displacement that a short motion of the frame makes between the ends of a step, beside what they tell [m]."""
-    if segment.end - segment.start > _FEW_STEPS * size:
+    if long_for(segment, size):
         return 0.0
 
     def push(time: float) -> Array:

@@ -46,7 +46,7 @@ class HubRecorder(Recorder):
         """Store one sample."""
         assert isinstance(at, HubMotion)
         super().store(at, segment)
-        self._numbers[self._count - 1, 0] = self._equation.kinetic_energy(at)
+        self._numbers[self.count - 1, 0] = self._equation.kinetic_energy(at)
         hub = at.hub
         vectors = np.array([hub.position, at.velocity, hub.momentum[:3], hub.momentum[3:]])
         self._of_hub.append((hub.attitude, vectors, at.work))

@@ -1,0 +1,199 @@
+"""Compiled march of a method of one stage: whole steps of a fixed size, one after the other.
+
+They are those of `Stepper`, number by number: the same compiled parts in the same order. What a step meets beside the
+plain course of things (a tangent that has to be renewed, an iteration that does not converge) it leaves undone, as if
+it had not been tried, and whoever called takes it.
+
+Arguments come in groups:
+
+========= ==================================================================================================
+group     what
+========= ==================================================================================================
+matrices  start, column, mass, damping, whether there is damping, ``linear`` of `StepNumbers`, pair products, force
+          of the reference
+elements  store and stresses of a `Workspace`
+scheme    ``known`` and ``end`` of `StepNumbers`, weight, evaluation instant after the start [s], size [s], share of
+          the stiffness that turns
+tangent   pattern, values and reciprocal pivots of L D L', see `substitute`; diagonal of the stiffness, share of
+          the mass
+axes      operator, places, owner of a `Corotation` and where the tangent was factorized
+pairs     changes, shifts, Gram matrix and last step of `AndersonAcceleration`
+frame     row of every step, then velocity and displacement weights and loads of the rows, see `MotionTerms`
+limits    Newton tolerance, iterations allowed, round-off over tolerance, sizes of the elements' forces at the tangent,
+          floor of the force scale over its largest value, iterations that pay for a new tangent
+========= ==================================================================================================
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tautflex.mechanics.products import product
+from tautflex.numeric import Array, Indices, jit_in_order
+from tautflex.solvers.linear.substitution import substitute
+from tautflex.solvers.nonlinear.anderson import propose_step
+from tautflex.solvers.nonlinear.newton import PATIENCE, SLOPE_ACCEPTED
+from tautflex.solvers.transient.accuracy.books import INERTIA
+from tautflex.solvers.transient.accuracy.time_error import is_sampled, see_step
+from tautflex.solvers.transient.corotation import node_angles, turn
+from tautflex.solvers.transient.recorder import record
+from tautflex.solvers.transient.step_kernel import begin_step, end_of_step, first_guess, step_residual
+
+# Of `counts`: pairs learned, fewest iterations with this tangent, iterations lost to its age; iterations,
+# evaluations and substitutions of all steps.
+LEARNED, FEWEST, LOST, ITERATIONS, EVALUATIONS, SOLVES = range(6)
+
+
+@jit_in_order
+def _left(
+    x: Array, q: Array, matrices: Any, elements: Any, weight: float, begun: Any, limits: Any, lost: float, floor: float
+) -> tuple[Array, Array, float, float]:
+    """Internal force of an increment, what it leaves unbalanced, that over the force scale, and the scale."""
+    start, column, _, _, _, linear, pairs, reference = matrices
+    rows, turning, _, load_norm, _ = begun
+    force, residual, norm, internal, inertia = step_residual(
+        x, q, elements[0], elements[1], start, column, linear, pairs, turning, weight, reference, rows
+    )
+    scale = max(internal, load_norm)
+    measured = max(scale, lost + limits[2] * (inertia + 0.02 * limits[3]), floor)
+    error = 0.0
+    if norm != 0.0:
+        error = norm / measured if 0.0 < measured < np.inf else np.inf
+    return force, residual, error, scale
+
+
+@jit_in_order
+def _given_up(before: float, after: float, tolerance: float, iterations: int) -> bool:
+    """Whether the tangent is too slow, see `solve_newton`."""
+    if after <= tolerance or not np.isfinite(after):
+        return False
+    if not after < before:
+        return True
+    return iterations > 1 and np.log(after / tolerance) / np.log(before / after) > PATIENCE
+
+
+@jit_in_order
+def _restore(pairs: Any, kept: Any, first: int, count: int) -> None:
+    """Forget the pairs that were learned after the first ones."""
+    changes, shifts, gram, _ = pairs
+    for k in range(min(count - first, changes.shape[0])):
+        row = (first + k) % changes.shape[0]
+        changes[row], shifts[row] = kept[0][k], kept[1][k]
+    gram[:] = kept[2]
+
+
+@jit_in_order
+def _solve(
+    x: Array, q: Array, matrices: Any, elements: Any, weight: float, begun: Any, tangent: Any, axes: Any, pairs: Any,
+    kept: Any, limits: Any, lost: float, counts: Indices, scales: Array,
+) -> tuple[bool, Array, Array, Array]:  # fmt: skip
+    """Whether the iteration converges with the tangent at hand; increment, residual and internal force."""
+    tolerance, depth, floor = limits[0], pairs[0].shape[0], limits[4] * scales[0]
+    places, owner, angle = axes
+    learned = first = counts[LEARNED]
+    iterations, evaluations, known = 0, 1, False
+    force, residual, error, scale = _left(x, q, matrices, elements, weight, begun, limits, lost, floor)
+    good = True
+    while good and error > tolerance and iterations < limits[1] and np.isfinite(error):
+        turned = residual.copy()
+        turn(places, owner, angle, -1.0, turned)
+        solution = substitute(tangent[0], tangent[1], tangent[2], turned)
+        if known and learned - first < depth:
+            if learned == first:
+                kept[2][:] = pairs[2]
+            kept[0][learned - first], kept[1][learned - first] = pairs[0][learned % depth], pairs[1][learned % depth]
+        step, slope, learned = propose_step(pairs[0], pairs[1], pairs[2], learned, known, pairs[3], solution, turned)
+        turn(places, owner, angle, 1.0, step)
+        iterations, evaluations, known, before, along = iterations + 1, evaluations + 1, True, error, 0.0
+        x = x + step
+        force, residual, error, scale = _left(x, q, matrices, elements, weight, begun, limits, lost, floor)
+        for i in range(step.size):
+            along += step[i] * residual[i]
+        good = error <= tolerance or abs(along) <= SLOPE_ACCEPTED * abs(slope)
+        good = good and not _given_up(before, error, tolerance, iterations)
+    if not good or not error <= tolerance:
+        if learned > first:
+            _restore(pairs, kept, first, learned)
+        return False, x, residual, force
+    counts[LEARNED] = learned
+    counts[LOST] += max(iterations - counts[FEWEST], 0)
+    counts[FEWEST] = min(iterations, counts[FEWEST])
+    counts[ITERATIONS] += iterations
+    counts[SOLVES] += iterations
+    counts[EVALUATIONS] += evaluations
+    scales[0] = max(scales[0], scale)
+    return True, x, residual, force
+
+
+@jit_in_order
+def take_steps(
+    times: Array, matrices: Any, elements: Any, scheme: Any, tangent: Any, axes: Any, pairs: Any, frame: Any,
+    limits: Any, counts: Indices, scales: Array, begin: Any, watched: bool, watch: Any, samples: Any, rows: Indices,
+) -> tuple[int, Array, Array, Array, float]:  # fmt: skip
+    """Take steps between instants, shape (steps + 1,), until one is left undone or the tangent is to be renewed.
+
+    ``scales`` holds the largest force scale of the run; ``begin`` the parts of a `MotionState`: displacement, velocity,
+    acceleration, jerk, forces, and of its `Books` work, forces by kind of the last equilibrium and of its evaluation
+    instant alone, and lateness; ``watch`` those of a `TimeError`, if the run is ``watched``; ``samples`` what `record`
+    writes to, and ``rows`` where, for every step; -1: nowhere.
+
+    Returns the number of steps taken, then of the last one rows as `end_of_step` has them, all forces but inertia,
+    the work since the start of the run, and the lateness.
+    """
+    start, column, mass, damping, damped, _, products, reference = matrices
+    known, ends, weight, reach, size, share = scheme
+    operator, columns, values, _, _, then = axes
+    which, velocities, displacements, loads = frame
+    q, v, a, jerk, forces, work, own, now, late = begin
+    end, taken, none = np.zeros((0, q.size)), 0, np.zeros((0, 0))
+    beside, strengths, depth = none, np.zeros(0), pairs[0].shape[0]
+    kept = np.empty((depth, q.size)), np.empty((depth, q.size)), np.empty((depth, depth))
+    no_input, unseen = np.zeros(q.size), np.zeros(0)
+    for k in range(times.size - 1):
+        load = loads[which[k]]
+        begun = begin_step(
+            start, column, mass, damping, damped, products, known, velocities[which[k]], displacements[which[k]], load,
+            tangent[3], q, v, a,
+        )  # fmt: skip
+        parts, known_norm = begun[0], begun[2]
+        if weight < 1.0:
+            square = 0.0
+            for i in range(q.size):
+                parts[0, i] += (1.0 - weight) * forces[i]
+                square += parts[0, i] * parts[0, i]
+            known_norm = np.sqrt(square)
+        lost = limits[2] * (known_norm + 0.1 * begun[4])
+        guess = first_guess(reach, v, a, jerk)
+        angle = node_angles(operator, columns, values, q + guess, then, share)
+        converged, x, residual, force = _solve(
+            guess, q, matrices, elements, weight, begun, tangent, (axes[3], axes[4], angle), pairs, kept, limits, lost,
+            counts, scales,
+        )  # fmt: skip
+        if not converged:
+            break
+        end, work = end_of_step(
+            ends, size, weight * reach, late, start, column, mass, damped, beside, strengths, weight, parts, force,
+            reference, load, no_input, now, own, work, x, q, v, a,
+        )  # fmt: skip
+        late = weight * reach - size
+        if weight < 1.0:
+            before, forces = forces, np.empty(q.size)
+            for i in range(q.size):
+                forces[i] = (residual[i] - end[9 + INERTIA, i] - (1.0 - weight) * before[i]) / weight
+            now = end[9:]
+        if watched:
+            time, error = times[k] + size, unseen
+            if is_sampled(watch[1][0]):
+                moved = product(start, column, mass, end[2] - a)
+                error = substitute(tangent[0], tangent[1], tangent[2], tangent[4] * moved)
+                counts[SOLVES] += 1
+            see_step(watch, end[0], end[1], end[2], a, error, time, time - times[k])
+        q, v, a, jerk, own = end[0], end[1], end[2], end[3], end[4:9]
+        if rows[k] >= 0:
+            record(samples, q, v, times[k + 1], rows[k])
+        taken += 1
+        if counts[LOST] > limits[5]:
+            break
+    return taken, end, forces, work, late

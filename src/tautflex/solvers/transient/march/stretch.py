@@ -1,0 +1,132 @@
+"""Stretches of a run that one compiled call takes: where they may begin, how far they go, and what they leave.
+
+They save what a step costs in Python, half of it on a small antenna, and give the same numbers. Steps that something
+else happens in (a jump, a new tangent, a sample of the time error, a whole field to be stored) end a stretch or are
+left to the driver.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tautflex.motion.kinematics import Segment
+from tautflex.numeric import Array
+from tautflex.solvers.transient.accuracy.books import NONE, Books
+from tautflex.solvers.transient.accuracy.time_error import TimeError, long_for
+from tautflex.solvers.transient.driver import AnyStepper
+from tautflex.solvers.transient.equation import EquationOfMotion, StepNumbers
+from tautflex.solvers.transient.implicit import Stepper
+from tautflex.solvers.transient.march.many_steps import take_steps
+from tautflex.solvers.transient.problem import TransientProblem
+from tautflex.solvers.transient.recorder import Recorder
+from tautflex.solvers.transient.state import MotionState, MotionTerms
+
+# A stretch has at most so many steps, and so many steps times unknowns: it cannot be interrupted.
+_MOST_STEPS, _MOST_UNKNOWNS = 256, 500_000
+
+
+class March:
+    """Takes stretches of a run.
+
+    Parameters
+    ----------
+    problem
+        What was asked.
+    equation, stepper, recorder, errors
+        Those of the run; ``errors`` is None where the time error is not estimated.
+    """
+
+    def __init__(
+        self, problem: TransientProblem, equation: EquationOfMotion, stepper: Stepper, recorder: Recorder,
+        errors: TimeError | None,
+    ) -> None:  # fmt: skip
+        self._problem, self._equation, self._stepper = problem, equation, stepper
+        self._recorder, self._watched = recorder, errors is not None
+        self._errors = TimeError(equation, stepper.resolved) if errors is None else errors
+        self._numbers: StepNumbers = stepper.numbers(problem.time_step)
+        self._left_out = -1
+        self._most = max(1, min(_MOST_STEPS, _MOST_UNKNOWNS // equation.system.size))
+        products, workspace = equation.products, equation.workspace
+        self._matrices: Any = (
+            products.start, products.column, products.mass, products.damping, products.spread, self._numbers.linear,
+            equation.inertia.pairs, equation.state.reference_force,
+        )  # fmt: skip
+        self._elements: Any = workspace.store, workspace.stresses
+        scheme, size = self._numbers.scheme, float(problem.time_step)
+        reach, share = scheme.evaluation * size, self._numbers.turning_share
+        self._scheme: Any = self._numbers.known, self._numbers.end, scheme.weight, reach, size, share
+
+    @staticmethod
+    def serves(problem: TransientProblem, equation: EquationOfMotion, stepper: AnyStepper) -> bool:
+        """Whether the steps of a run are such as it can take."""
+        if type(equation) is not EquationOfMotion or not isinstance(stepper, Stepper) or problem.adaptive is not None:
+            return False
+        (stage, *_), method = stepper.method.stages(problem.time_step), stepper.method
+        plain = not (equation.inputs or equation.products.matrix.rank)
+        return plain and not (stage.velocity or method.average_stress)
+
+    def take(self, at: MotionState, number: int, last: int, segment: Segment) -> tuple[int, MotionState]:
+        """Take steps from an instant of the grid to the last one at most; the one that was reached, and its state.
+
+        None are taken where the next step is the driver's.
+        """
+        tangent = self._stepper.tangent(self._problem.time_step) if self._begins(at, number, segment) else None
+        if tangent is None:
+            return number, at
+        times = self._times(at, number, last, segment)
+        steps = len(times) - 1
+        if not steps:
+            return number, at
+        size, stored = self._problem.time_step, np.arange(number + 1, number + steps + 1) % self._problem.every == 0
+        ahead = [segment.motion(float(time)) for time in times[:-1] + self._numbers.scheme.evaluation * size]
+        rows = np.where(stored, self._recorder.count - 1 + np.cumsum(stored), -1)
+        books = at.books
+        begin: Any = (
+            at.q, at.v, at.a, at.jerk, np.zeros(0) if at.forces is None else at.forces, books.work, books.own,
+            books.now, books.late,
+        )  # fmt: skip
+        taken, end, forces, work, late = take_steps(
+            times, self._matrices, self._elements, self._scheme, *tangent[:3],
+            _frame([self._equation.motion_terms(motion) for motion in ahead]), *tangent[3:], begin,
+            self._watched, self._errors.parts, self._recorder.parts, rows,
+        )  # fmt: skip
+        self._stepper.took(taken, *tangent[4:])
+        if taken < steps:
+            self._left_out = number + taken
+        if not taken:
+            return number, at
+        weighed = self._numbers.scheme.weight < 1.0
+        books = Books(work, end[4:9], end[9:] if weighed else NONE, late)
+        time, (q, v, a, jerk) = float(times[taken - 1]) + size, end[:4]
+        reached = MotionState(time, q, v, a, forces if weighed else None, jerk, books=books)
+        reached.time = float(times[taken])
+        self._recorder.stored([segment.motion(float(time)) for time in times[1 : taken + 1][stored[:taken]]])
+        return number + taken, reached
+
+    def _begins(self, at: MotionState, number: int, segment: Segment) -> bool:
+        """Whether a stretch may begin: not behind a jump, nor where one has left a step."""
+        behind_jump = at.jerk is None or not at.books.own.size
+        known = self._numbers.scheme.weight == 1.0 or (at.forces is not None and at.books.now.size > 0)
+        return number != self._left_out and known and not behind_jump and long_for(segment, self._problem.time_step)
+
+    def _times(self, at: MotionState, number: int, last: int, segment: Segment) -> Array:
+        """Instants of a stretch, from its start."""
+        problem, count = self._problem, min(self._most, last - number)
+        fields = [step - number for step in problem.field_steps if number < step < number + count]
+        times: Array = problem.shift + problem.time_step * np.arange(number, number + min([count, *fields]) + 1.0)
+        times[0], slack = at.time, 1e-9 * problem.time_step
+        plain = (np.abs(np.diff(times) - problem.time_step) < slack) & (times[1:] < segment.end - slack)
+        return times[: 1 + (len(plain) if plain.all() else int(np.argmin(plain)))]
+
+
+def _frame(terms: list[MotionTerms]) -> Any:
+    """Terms of the steps' equilibria, each once, and which each step has."""
+    rows, which = list[MotionTerms](), np.empty(len(terms), dtype=np.int64)
+    for number, each in enumerate(terms):
+        if not rows or each is not rows[-1]:
+            rows.append(each)
+        which[number] = len(rows) - 1
+    parts = [[each.velocity for each in rows], [each.displacement for each in rows], [each.load for each in rows]]
+    return which, *(np.array(part) for part in parts)

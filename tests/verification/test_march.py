@@ -1,0 +1,93 @@
+"""Stretches of steps in one compiled call give, to the bit, what steps taken one by one do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tautflex as tf
+from tautflex.solvers.transient.march.stretch import March
+from tautflex.solvers.transient.status import Status
+from verification.dynamic_cases import small_antenna
+
+STOP, SPIN = tf.Stop(rate=2.0, duration=0.03), tf.SpinUp(rate=3.0, duration=0.04)
+RUNS = {
+    "wilson-theta": (STOP, {"method": tf.WilsonTheta()}),
+    "newmark, every third": (SPIN, {"method": tf.Newmark(), "every": 3}),
+    "generalized-alpha, fields": (STOP, {"method": tf.GeneralizedAlpha(0.6), "fields": [0.02, 0.05]}),
+    "no maneuver, no estimate": (None, {"initial_velocity": lambda x, y: 0.3 * np.cos(x) * y, "time_error": False}),
+    "large motion, hard steps": (None, {"initial_velocity": lambda x, y: 4.0 * np.cos(2.0 * x), "time_step": 2e-3}),
+}
+
+
+@pytest.fixture(scope="module")
+def state():
+    return tf.solve_prestress(small_antenna())
+
+
+@pytest.fixture
+def one_by_one(monkeypatch):
+    """Switch stretches off."""
+
+    def switch_off():
+        monkeypatch.setattr(March, "serves", staticmethod(lambda *parts: False))
+
+    return switch_off
+
+
+def answer(state, name, **more):
+    maneuver, question = RUNS[name]
+    asked = {"time_step": 1e-3, "end_time": 0.1, "damping": tf.Rayleigh(0.1, 1e-4), "probes": {"A": (0.3, 0.2)}}
+    return tf.simulate(state, maneuver, **(asked | question | more))
+
+
+def assert_same(one, other):
+    for name, values in one.data.items():
+        np.testing.assert_array_equal(values, other.data[name], err_msg=name)
+    assert one.energy_balance == other.energy_balance
+    assert one.warnings == other.warnings
+    assert one.error == other.error or (np.isnan(one.error) and np.isnan(other.error))
+    for name, values in one.final.memory.items():
+        np.testing.assert_array_equal(values, other.final.memory[name], err_msg=name)
+    for name in ("steps", "iterations", "factorizations", "back_substitutions", "force_evaluations", "halvings"):
+        assert getattr(one.stats, name) == getattr(other.stats, name), name
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_stretches_have_the_numbers_of_single_steps(state, one_by_one, monkeypatch, name):
+    taken, take = [], March.take
+
+    def counted(march, at, number, last, segment):
+        reached, end = take(march, at, number, last, segment)
+        taken.append(reached - number)
+        return reached, end
+
+    monkeypatch.setattr(March, "take", counted)
+    together = answer(state, name)
+    assert sum(taken) > (0.1 if "hard" in name else 0.8) * together.stats.steps
+    one_by_one()
+    assert_same(together, answer(state, name))
+
+
+def test_a_run_that_is_cut_goes_on_in_stretches(state):
+    whole = answer(state, "wilson-theta")
+    for cut in (0.013, 0.0301, 0.067):
+        first = answer(state, "wilson-theta", end_time=cut)
+        second = answer(state, "wilson-theta", initial=first.final)
+        np.testing.assert_array_equal(second.data["w"], whole.data["w"][-second.data.sizes["time"] :])
+        assert second.error == whole.error
+
+
+def test_progress_and_its_interruption_are_met(state):
+    seen = []
+
+    def progress(share, message):
+        seen.append(share)
+        if share > 0.4:
+            raise KeyboardInterrupt
+
+    run = answer(state, "wilson-theta", end_time=0.5, progress=progress)
+    assert run.status is Status.INTERRUPTED
+    assert seen == pytest.approx(np.arange(1, len(seen) + 1) / 100.0)
+    assert run.reached == pytest.approx(0.5 * seen[-1])
+    assert run.data["time"].values[-1] == run.reached
