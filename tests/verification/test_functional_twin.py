@@ -48,6 +48,12 @@ def twin():
     return FunctionalTwin(arena())
 
 
+@cache
+def compiled():
+    """Reset and step of three runs, the run last."""
+    return jax.jit(twin().reset), jax.jit(twin().step)
+
+
 def parameters(**more):
     given = {
         "angle": [0.3, 0.45, 0.6], "tension_error": [0.05, 0.0, -0.08], "effectiveness": [0.8, 1.0, 1.1],
@@ -68,8 +74,9 @@ def test_twin_is_the_compiled_plant(verification_row):
     actions = np.random.default_rng(0).uniform(-1.0, 1.0, (STEPS, len(own.limits), RUNS))
     gain = own.limits * (1.0 + (np.asarray(params["effectiveness"])[:, None] - 1.0) * own.on_structure)
     errors = np.asarray(params["tension_error"])[:, None] * own.tension_units
-    state, _ = twin().reset(jax.random.key(0), params)
-    step, worst, largest = jax.jit(twin().step), 0.0, 0.0
+    reset, step = compiled()
+    state, _ = reset(jax.random.key(0), params)
+    worst, largest = 0.0, 0.0
     for action in actions:
         state, _, _, ended, _, info = step(jax.random.key(0), state, action, params)
         expected = plants.step(np.concatenate([gain * action.T, errors], axis=1))
@@ -84,11 +91,15 @@ def test_twin_is_the_compiled_plant(verification_row):
 def test_one_run_many_and_vmap_are_the_same():
     params, action = parameters(), jnp.full((3, RUNS), 0.3)
     key = jax.random.key(3)
-    state, seen = twin().reset(key, params)
-    many = twin().step(key, state, action, params)
+    reset, step = compiled()
+    state, seen = reset(key, params)
+    many = step(key, state, action, params)
     keys = jnp.stack([key] * RUNS)
-    states, _ = jax.vmap(twin().reset)(keys, params)
-    mapped = jax.vmap(twin().step)(keys, states, action.T, params)
+
+    def alone(key, action, params):
+        return twin().step(key, twin().reset(key, params)[0], action, params)
+
+    mapped = jax.jit(jax.vmap(alone))(keys, action.T, params)
     np.testing.assert_allclose(mapped[1].T, many[1], atol=1e-12)
     np.testing.assert_allclose(mapped[2], many[2], rtol=1e-12)
     assert seen.shape == (arena().observation.size, RUNS)
@@ -102,7 +113,7 @@ def test_reference_and_observation_are_those_of_the_environment():
         expected = reference_table(own.task.maneuver({"angle": float(params["angle"][run])}), times, own.hub)
         got = twin().reference(jnp.asarray(times), {"angle": params["angle"][run]})
         np.testing.assert_allclose(got.T, expected, atol=1e-12)
-    state, seen = twin().reset(jax.random.key(0), params)
+    state, seen = compiled()[0](jax.random.key(0), params)
     features = np.asarray(twin().features(state, state.measured, state.measured, params))
     for run in range(RUNS):
         np.testing.assert_allclose(
@@ -114,8 +125,8 @@ def test_single_precision_says_how_exact_it_is(verification_row):
     params, coarse = parameters(), FunctionalTwin(arena(), "single")
     ends = []
     for each in (twin(), coarse):
-        state, _ = each.reset(jax.random.key(0), params)
-        step = jax.jit(each.step)
+        reset, step = compiled() if each is twin() else (jax.jit(each.reset), jax.jit(each.step))
+        state, _ = reset(jax.random.key(0), params)
         for _ in range(STEPS):
             state, *_ = step(jax.random.key(0), state, jnp.full((3, RUNS), 0.2), params)
         ends.append(np.asarray(state.motion.q, dtype=float))
@@ -128,7 +139,7 @@ def test_single_precision_says_how_exact_it_is(verification_row):
 def test_slope_of_a_policy_is_that_of_differences(verification_row):
     rollouts = Rollouts(twin(), linear_gain("pd", arena()))
     params = parameters()
-    course = rollouts.begin(jax.random.key(0), params)
+    course = jax.jit(rollouts.begin)(jax.random.key(0), params)
     layers = start_layers(jax.random.key(1), [twin().observed, 4, 3], jnp.float64)
     key = jax.random.key(2)
     slope = jax.jit(lambda layers: rollouts.slope(layers, key, course, params, 10)[1])(layers)

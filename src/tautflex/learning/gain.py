@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from tautflex.control.law import ControlLaw
+from tautflex.control.law import law_of
 from tautflex.control.signals import Reference
 from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
@@ -15,7 +17,7 @@ from tautflex.numeric import Array
 _SMALL = 1e-3
 
 
-def linear_gain(law: str | ControlLaw, arena: Arena) -> Array:
+def linear_gain(law: Any, arena: Arena) -> Array:
     """Matrix of a linear law without memory in parts of the limits, shape (commands, z); z as of `Observation`.
 
     Raises
@@ -23,7 +25,7 @@ def linear_gain(law: str | ControlLaw, arena: Arena) -> Array:
     InputError
         If the law has a memory, or is not linear.
     """
-    chosen = baseline(law, arena) if isinstance(law, str) else law
+    chosen = baseline(law, arena) if isinstance(law, str) else law_of("law", law)
     spec, size, axes = arena.spec, len(arena.spec.measured), arena.spec.axes
     width = 2 * size + 4 * axes
 
