@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from numbers import Real
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -26,6 +26,15 @@ VAGUE_REMEDIES = ("give a positive value in SI units", "give zero or a positive 
 def _fail(name: str, expected: str, got: object, remedy: str, error: type[InputError]) -> InputError:
     text = f"{name}: expected {expected}, got {shown(got)}"
     return error(f"{text}; {remedy}" if remedy else text)
+
+
+@contextlib.contextmanager
+def within(name: str) -> Iterator[None]:
+    """Put the name of an argument in front of what is wrong inside it."""
+    try:
+        yield
+    except InputError as error:
+        raise type(error)(f"{name}.{error}") from None
 
 
 def instance(name: str, value: Any, kind: type[T] | tuple[type[Any], ...], expected: str, *, remedy: str = "") -> T:

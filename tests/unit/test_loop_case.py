@@ -108,6 +108,26 @@ def test_one_way_to_a_loop(small):
     assert "attitude_error" not in run.data
 
 
+@pytest.mark.slow
+def test_a_reduced_loop_is_the_loop():
+    """Reduced and full structure under the template's law, on a small mesh; explicit steps beside a [reduction]."""
+    small = {
+        "mesh": {"divisions": [4, 2]},
+        "cables": {"per_long_edge": 5, "per_short_edge": 3},
+        "maneuver": {"duration": 0.3, "angle": 0.01},
+        "solver": {"end_time": 0.4},
+    }
+    full = tf.control_case(parse_case(SLEW).replaced(**small)).data
+    for method in ("generalized-alpha", "central-difference"):
+        asked = parse_case(SLEW.replace("generalized-alpha", method) + '[reduction]\nkind = "modal"\n')
+        reduced = tf.control_case(asked.replaced(**small)).data
+        assert "ReducedModel" in reduced.attrs["reduced_model"]
+        for name, most in (("command", 1e-3), ("measurement", 1e-3), ("w", 0.05)):
+            found, wanted = reduced[name].values[:-1], full[name].values[:-1]
+            off = np.sqrt(np.mean((found - wanted) ** 2) / np.mean(wanted**2))
+            assert off < most
+
+
 def test_sections_are_their_classes():
     case = parse_case(SLEW + TENSION)
     assert parse_case(case.to_toml()) == case

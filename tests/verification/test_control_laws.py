@@ -566,6 +566,9 @@ def test_wrong_numbers_are_refused():
     law = PD(1.0, 1.0)
     with pytest.raises(InputError, match=r"^measurement: expected 6 numbers with those of the reference, got 5"):
         law.act(law.start(spec), np.zeros(2), Reference.rest(0.0, 1))
+    for each in (law, law + law, law + (lambda time, y: 0.0)):
+        with pytest.raises(InputError, match=r"^memory: expected what start\(spec\) of this law gave, got None"):
+            each.act(None, np.zeros(3), Reference.rest(0.0, 1))
     for make, words in (
         (lambda: PD(-1.0, 1.0), "stiffness: expected a number >= 0"),
         (lambda: PD(1.0, 1.0, frequencies=(1.0,)), "frequencies: expected none with shaper = 'none'"),

@@ -110,7 +110,9 @@ def build_law(case: Case, plant: Plant) -> ControlLaw:
 def check_loop(case: Case, state: PrestressedState) -> None:
     """Raise InputError unless what a case has of a loop fits its structure, and its law what it reads and commands."""
     if case.controller is not None:
-        build_law(case, build_plant(case, state))
+        plant = build_plant(case, state)
+        build_law(case, plant)
+        plant.reset()
     else:
         hub = None if case.hub is None else case.hub.build()
         build_actuators(case, state)

@@ -34,7 +34,7 @@ def loop_contradictions(case: Any) -> Iterator[str]:
                 text = f"{section}.{name}: expected {show(default)} beside a [controller]"
                 text = text if default is not None else f"{section}.{name}: expected no value beside a [controller]"
                 yield f"{text}, got {show(value)}; remove it, a loop runs and is stored interval by interval"
-    if not issubclass(METHODS[case.solver.method], METHODS.bases[0]):
+    if not issubclass(METHODS[case.solver.method], METHODS.bases[: 1 if case.reduction is None else 2]):
         text = f"solver.method: expected an implicit method beside a [controller], got {show(case.solver.method)}"
         yield f"{text}; take for example 'generalized-alpha'"
     step, interval = case.solver.time_step, case.loop.interval

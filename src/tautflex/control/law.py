@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,8 @@ from tautflex.control.signals import LoopSpec, Reference
 from tautflex.errors import InputError
 from tautflex.numeric import Array
 from tautflex.text import brief, shown
+
+T = TypeVar("T")
 
 
 class ControlLaw(ABC):
@@ -51,6 +53,13 @@ class ControlLaw(ABC):
 
     def __radd__(self, other: ControlLaw | Callable[[float, Array], ArrayLike]) -> ControlLaw:
         return added(law_of("law", other), self)
+
+
+def own_memory(given: Any, kind: type[T]) -> T:
+    """Memory of a law if it is of its kind, or InputError."""
+    return checks.instance(
+        "memory", given, kind, "what start(spec) of this law gave", remedy="go on from what act gave last"
+    )
 
 
 class LawMatrices(NamedTuple):
@@ -101,7 +110,7 @@ class LinearLaw(ControlLaw):
 
     def act(self, memory: LinearMemory, measurement: Array, reference: Reference) -> tuple[LinearMemory, Array]:
         """One product with each of the four matrices."""
-        (matrices, x), z = memory, np.concatenate([measurement, reference.numbers])
+        (matrices, x), z = own_memory(memory, LinearMemory), np.concatenate([measurement, reference.numbers])
         if len(z) != matrices.D.shape[1]:
             raise InputError(
                 f"measurement: expected {matrices.D.shape[1]} numbers with those of the reference, got {len(z)}; give "
@@ -135,7 +144,8 @@ class FunctionLaw(ControlLaw):
     def act(self, memory: int, measurement: Array, reference: Reference) -> tuple[int, Array]:
         """What the function gives."""
         given = checks.numbers("command", self.function(reference.time, measurement))
-        return memory, checks.spread("command", given.ravel() if given.size > 1 else given.reshape(()), memory)
+        count = own_memory(memory, int)
+        return memory, checks.spread("command", given.ravel() if given.size > 1 else given.reshape(()), count)
 
 
 @dataclass(frozen=True)
@@ -156,6 +166,8 @@ class SumOfLaws(ControlLaw):
 
     def act(self, memory: tuple[Any, ...], measurement: Array, reference: Reference) -> tuple[tuple[Any, ...], Array]:
         """Sum of their commands."""
+        if len(own_memory(memory, tuple)) != len(self.laws):
+            raise InputError(f"memory: expected one for each of the {len(self.laws)} laws, got {len(memory)}")
         pairs = [law.act(own, measurement, reference) for law, own in zip(self.laws, memory, strict=True)]
         return tuple(own for own, _ in pairs), np.sum([command for _, command in pairs], axis=0)
 

@@ -26,7 +26,7 @@ from tautflex.control.runs.record import joined
 from tautflex.control.runs.reduced import ReducedPlantRun
 from tautflex.control.runs.run_of_plant import RunOfPlant
 from tautflex.control.runs.timing import steps_of
-from tautflex.control.sensors.sensor import SensedMotion, Sensor, SensorMemory, noise_of
+from tautflex.control.sensors.sensor import SensedMotion, Sensor, SensorMemory, checked_sensors, noise_of
 from tautflex.control.signals import Channel
 from tautflex.errors import InputError, NotConvergedError, UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
@@ -146,22 +146,15 @@ class Plant:
         reduced = isinstance(state, OnBasis)
         self.hub: FreeHub | None = checks.instance("hub", hub, (FreeHub, type(None)), "a FreeHub(...), or None")
         self.maneuver = _maneuver(maneuver)
-        self.actuators = checked_actuators(actuators, hub)
-        sensed = checks.instance(
-            "sensors", {} if sensors is None else sensors, Mapping, "a mapping such as {'rate': Rate()}"
-        )
-        for name, sensor in sensed.items():
-            checks.instance(f"sensors.{name}", sensor, Sensor, "a sensor such as Rate()")
-        self.sensors: dict[str, Sensor] = dict(sensed)
-        for name in sorted({*self.actuators} & {*self.sensors}):
-            raise InputError(f"sensors.{name}: expected a name of its own, got that of an actuator; choose another one")
+        self._rom = state if isinstance(state, OnBasis) else None
+        bare = state.state if isinstance(state, OnBasis) else state
+        self.actuators = checked_actuators(actuators, hub, bare.system)
         self.interval, self._steps = checks.positive("interval", interval), steps_of(interval, time_step)
         known = (Method, CentralDifference, type(None)) if reduced else (Method, type(None))
         checks.instance("method", method, known, "an implicit method such as GeneralizedAlpha()")
         given = checks.several("inputs", inputs, TimeInput, "NodalForce(...)")
         effects = [*given, *(each.effect for each in self.actuators.values() if isinstance(each, Actuator))]
-        self._rom = state if isinstance(state, OnBasis) else None
-        self.state_of = state.state if isinstance(state, OnBasis) else equip(state, effects)
+        self.state_of = bare if reduced else equip(bare, effects)
         for each in effects if reduced else ():
             require_equipped(each, self.state_of.system)
         for name, drive in self.actuators.items() if self._rom is None else ():
@@ -171,7 +164,7 @@ class Plant:
                     "motion in its plane, got true; monitor a reduced model"
                 )
         self._monitor = monitor_of(self.actuators, self.state_of, self.interval)
-        self._prepared = {name: each.prepare(self.state_of, hub) for name, each in self.sensors.items()}
+        self.sensors, self._prepared = checked_sensors(sensors, self.actuators, self.state_of, hub)
         self._looks = any(p.function is not None or p.rows is None or p.rows.stress for p in self._prepared.values())
         self._asked: dict[str, Any] = {
             "time_step": self.interval / self._steps,

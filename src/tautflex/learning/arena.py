@@ -72,7 +72,11 @@ class Arena:
         self.task = chosen if coordinates is None else replace(chosen, coordinates=coordinates)
         self.state = build_state(case)
         self.hub = None if case.hub is None else case.hub.build()
-        every = build_actuators(case, self.state) if actuators is None else checked_actuators(actuators, self.hub)
+        every = (
+            build_actuators(case, self.state)
+            if actuators is None
+            else checked_actuators(actuators, self.hub, self.state.system)
+        )
         self.actuators: dict[str, Drive] = {name: every[name] for name in self._commanded(every)}
         self.state = equip(self.state, [each.effect for each in self.actuators.values() if isinstance(each, Actuator)])
         self.sensors = dict(build_sensors(case, self.state, self.hub) if sensors is None else sensors)

@@ -64,8 +64,8 @@ class Driven:
     watch: Watch = field(default_factory=Watch)
 
 
-def checked_actuators(given: Any, hub: FreeHub | None) -> dict[str, Drive]:
-    """Actuators by name, bare effects with a drive that does as it is told; InputError for anything else."""
+def checked_actuators(given: Any, hub: FreeHub | None, system: StructuralSystem) -> dict[str, Drive]:
+    """Actuators by name, bare effects with a drive that does as it is told; InputError for what does not fit."""
     example = "a mapping such as {'torque': HubTorque('x')}"
     actuators = checks.instance("actuators", {} if given is None else given, Mapping, example)
     found: dict[str, Drive] = {}
@@ -83,6 +83,9 @@ def checked_actuators(given: Any, hub: FreeHub | None) -> dict[str, Drive]:
                 f"actuators.{name}: expected an effect without a signal, got {shown(drive.effect)}; leave "
                 f"{drive.effect.signal} out, the plant commands it"
             )
+        if isinstance(drive, Actuator):
+            with checks.within(f"actuators.{name}"):
+                drive.effect.prepare(drive.effect.equipped(system))
         found[name] = drive
     return found
 
@@ -116,10 +119,8 @@ class Bank:
             else:
                 assert isinstance(drive, HubTorque)
                 unit, size = drive.unit, len(drive.rows)
-            try:
+            with checks.within(f"actuators.{name}"):
                 memory = drive.start(size, interval)
-            except InputError as error:
-                raise InputError(f"actuators.{name}.{error}") from None
             self.items.append(
                 Driven(drive, Channel(name, unit, size), bound, Held(np.zeros(size)), memory, np.zeros(size))
             )

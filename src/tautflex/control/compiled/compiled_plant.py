@@ -16,12 +16,13 @@ from tautflex.control.compiled.addresses import table_of
 from tautflex.control.compiled.drives import drives_of
 from tautflex.control.compiled.parts import DRAWN, FAILED, INTERVALS, Drives, LinearLoop, LoopState, Sensing
 from tautflex.control.compiled.sensing import sensing_of
+from tautflex.control.late import behind_drives
 from tautflex.control.law import ControlLaw
 from tautflex.control.linear import LinearPlant
 from tautflex.control.linearize import linearize
 from tautflex.control.runs.following import references, spec_of
 from tautflex.control.runs.timing import steps_of
-from tautflex.control.sensors.sensor import Sensor, noise_of
+from tautflex.control.sensors.sensor import Sensor, checked_sensors, noise_of
 from tautflex.control.signals import Channel
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
@@ -113,7 +114,7 @@ class CompiledPlant:
             raise UnsupportedError(
                 "hub: expected constant force and torque, got functions of time and motion; command a HubTorque"
             )
-        self.actuators, self.sensors = checked_actuators(actuators, hub), dict(sensors or {})
+        self.actuators = checked_actuators(actuators, hub, rom.state.system)
         self.interval, self._steps = checks.positive("interval", interval), steps_of(interval, time_step)
         self.count = checks.whole("count", count, 1)
         monitor = monitor_of(self.actuators, rom.state, interval)
@@ -124,7 +125,7 @@ class CompiledPlant:
         question = {"time_step": step, "end_time": interval, "method": CentralDifference(), "damping": damping}
         self._run = HubRun(rom, TransientProblem.asked(rom, hub, question | {"inputs": bank.inputs}))
         self._run.start()
-        prepared = {name: each.prepare(rom.state, hub) for name, each in self.sensors.items()}
+        self.sensors, prepared = checked_sensors(sensors, self.actuators, rom.state, hub)
         self.outputs: tuple[Channel, ...] = tuple(
             Channel(name, bound.unit, bound.size, self.sensors[name].noise) for name, bound in prepared.items()
         )
@@ -296,9 +297,10 @@ class CompiledPlant:
         return measured
 
     def linearize(self, modes: int = 60) -> LinearPlant:
-        """Linear view of small motion of the structure that was reduced, without drives, see `linearize`."""
+        """Linear view of small motion of the structure that was reduced, see `Plant.linearize`."""
         damping = self._run.problem.damping
-        return linearize(self.rom.state, self._effects, self.sensors, hub=self.hub, damping=damping, modes=modes)
+        view = linearize(self.rom.state, self._effects, self.sensors, hub=self.hub, damping=damping, modes=modes)
+        return behind_drives(view, self.actuators, self.inputs, self.sensors, self.outputs)
 
     def _refill(self) -> None:
         for n in np.flatnonzero(self._counts[:, DRAWN] >= _DRAWS):

@@ -12,7 +12,7 @@ from scipy.sparse import csc_matrix
 
 from tautflex import checks
 from tautflex.control.estimate import Estimator, any_estimator, refuse_spillover, steady_reference
-from tautflex.control.law import ControlLaw
+from tautflex.control.law import ControlLaw, own_memory
 from tautflex.control.laws.lqr import of_all
 from tautflex.control.laws.optimal import Filtered
 from tautflex.control.riccati import regulator
@@ -135,6 +135,7 @@ class MPC(Filtered, ControlLaw):
 
     def act(self, memory: MPCMemory, measurement: Array, reference: Reference) -> tuple[MPCMemory, Array]:
         """Solve the program from the plan of the last sample, one step further on."""
+        memory = own_memory(memory, MPCMemory)
         estimator, (solver, linear, limits, state, command) = memory.estimator, memory.program
         x = estimator.update(memory.expected, memory.last, measurement)
         base = command @ reference.numbers / limits

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tautflex.control.law import ControlLaw, LawMatrices, SumOfLaws, law_of
+from tautflex.control.law import ControlLaw, LawMatrices, SumOfLaws, law_of, own_memory
 from tautflex.control.signals import LoopSpec, Reference
 from tautflex.errors import InputError
 from tautflex.motion.shaping import checked_modes, sampled_shaper
@@ -81,6 +81,7 @@ class ShapedReference(ControlLaw):
 
     def act(self, memory: ShapedMemory, measurement: Array, reference: Reference) -> tuple[ShapedMemory, Array]:
         """The law's command for the sum of delayed references."""
+        memory = own_memory(memory, ShapedMemory)
         past = np.concatenate([np.array(reference[1:4])[None], memory.past[:-1]])
         shaped = np.tensordot(memory.taps, past, 1)
         own, command = self.law.act(

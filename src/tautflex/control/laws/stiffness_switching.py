@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from tautflex import checks
-from tautflex.control.law import ControlLaw
+from tautflex.control.law import ControlLaw, own_memory
 from tautflex.control.laws.tension import ParametricLaw, TensionMemory
 from tautflex.control.signals import LoopSpec, Reference
 from tautflex.errors import InputError
@@ -45,7 +45,7 @@ class StiffnessSwitching(ParametricLaw, ControlLaw):
 
     def act(self, memory: TensionMemory, measurement: Array, reference: Reference) -> tuple[TensionMemory, Array]:
         """The limit of one sign or the other."""
-        x, eta, rate = memory.motion(measurement)
+        x, eta, rate = own_memory(memory, TensionMemory).motion(measurement)
         plant, j = memory.estimator.plant, self.mode - 1
         energy = 0.5 * float(rate[j] ** 2 + plant.stiffness[j, j] * eta[j] ** 2)
         share = energy / (energy + self.floor) if energy > 0.0 else 0.0

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from tautflex import checks
-from tautflex.control.law import ControlLaw
+from tautflex.control.law import ControlLaw, own_memory
 from tautflex.control.laws.tension import ParametricLaw, TensionMemory
 from tautflex.control.signals import Reference
 from tautflex.numeric import Array
@@ -36,7 +36,7 @@ class TensionDamping(ParametricLaw, ControlLaw):
 
     def act(self, memory: TensionMemory, measurement: Array, reference: Reference) -> tuple[TensionMemory, Array]:
         """Command against the power."""
-        x, eta, rate = memory.motion(measurement)
+        x, eta, rate = own_memory(memory, TensionMemory).motion(measurement)
         plant = memory.estimator.plant
         energy = 0.5 * float(rate @ rate + eta @ plant.stiffness @ eta) + self.floor
         power = np.einsum("i,kij,j->k", rate, plant.bilinear[memory.used], eta)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from tautflex import checks
+from tautflex.errors import InputError
 from tautflex.motion.hub import FreeHub
 from tautflex.numeric import Array
 from tautflex.solvers.static.prestress import PrestressedState
@@ -154,6 +155,22 @@ class Sensor(ABC):
         if self.resolution > 0.0:
             reading = self.resolution * np.round(reading / self.resolution)
         return SensorMemory(past, memory.noise), reading
+
+
+def checked_sensors(
+    given: Any, actuators: Collection[str], state: PrestressedState, hub: FreeHub | None
+) -> tuple[dict[str, Sensor], dict[str, PreparedSensor]]:
+    """Sensors by name, and bound to a structure; InputError for what does not fit, or has an actuator's name."""
+    example = "a mapping such as {'rate': Rate()}"
+    sensors = dict(checks.instance("sensors", {} if given is None else given, Mapping, example))
+    prepared = dict[str, PreparedSensor]()
+    for name, sensor in sensors.items():
+        checks.instance(f"sensors.{name}", sensor, Sensor, "a sensor such as Rate()")
+        if name in actuators:
+            raise InputError(f"sensors.{name}: expected a name of its own, got that of an actuator; choose another one")
+        with checks.within(f"sensors.{name}"):
+            prepared[name] = sensor.prepare(state, hub)
+    return sensors, prepared
 
 
 def noise_of(seed: int, name: str) -> np.random.Generator:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tautflex import checks
-from tautflex.control.law import ControlLaw
+from tautflex.control.law import ControlLaw, own_memory
 from tautflex.control.signals import LoopSpec, Reference
 from tautflex.control.tasks.observation import Observation
 from tautflex.control.tasks.written import written
@@ -100,6 +100,7 @@ class Policy(ControlLaw):
 
     def act(self, memory: PolicyMemory, measurement: Array, reference: Reference) -> tuple[PolicyMemory, Array]:
         """One pass through the network."""
+        memory = own_memory(memory, PolicyMemory)
         before = measurement if memory.measurement is None else memory.measurement
         goal = reference.attitude if reference.goal is None else reference.goal
         z = np.concatenate([measurement, before, reference.numbers, goal])
