@@ -110,7 +110,7 @@ def test_one_way_to_a_loop(small):
 
 @pytest.mark.slow
 def test_a_reduced_loop_is_the_loop():
-    """Reduced and full structure under the template's law on a small mesh; check knows explicit steps that are too long."""
+    """Reduced and full structure under the template's law on a small mesh; check knows explicit steps too big."""
     small = {
         "mesh": {"divisions": [4, 2]},
         "cables": {"per_long_edge": 5, "per_short_edge": 3},
