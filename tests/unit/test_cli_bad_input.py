@@ -229,13 +229,17 @@ def test_init_writes_the_template_that_is_named(tmp_path, capsys, name):
     assert file.read_text(encoding="utf-8") == template(name)
     for beside, text in template_files(name).items():
         assert (tmp_path / beside).read_text(encoding="utf-8") == text
-    following = "control" if name in ("control", "slew") else "run"
+    own = {"control": "control", "slew": "control", "task-slew": "train"}
+    following = own.get(name, "evaluate" if name.startswith("task-") else "run")
     assert f"tautflex {following} {file}" in capsys.readouterr().out.replace("\n", "")
 
 
 def test_init_without_such_a_template(refuse):
     message = refuse("init", "new.toml", "--template", "m3")
-    known = "'control', 'm2', 'm2-nearest-node', 'm2-paper', 'sail', 'scalloped' or 'slew'"
+    known = (
+        "'control', 'm2', 'm2-nearest-node', 'm2-paper', 'sail', 'scalloped', 'slew', 'task-hold', 'task-slew' or "
+        "'task-stop'"
+    )
     assert f"template: expected one of {known}, got 'm3'" in message
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,11 +14,12 @@ from tautflex.cli import main
 from tautflex.control.loop import close_loop
 from tautflex.control.tasks.observation import Observation
 from tautflex.learning.arena import Arena
+from tautflex.learning.cases import task_case
 from tautflex.learning.environments.loops import Loops
 from tautflex.learning.judging import evaluate as judging
 from tautflex.learning.judging.baselines import baseline
 from tautflex.learning.judging.evaluate import summary
-from tautflex.learning.judging.scenarios import scenarios_of
+from tautflex.learning.judging.scenarios import scenarios_of, start_on, tensioned
 from tautflex.learning.judging.tune import numbers_of, with_numbers
 from unit.learning_cases import coarse
 
@@ -154,6 +156,38 @@ def test_numbers_of_laws_are_found_and_put_back(arena):
     doubled = with_numbers(law, iter([2.0 * value for value in numbers]))
     assert list(numbers_of(doubled)) == [2.0 * value for value in numbers]
     assert doubled.laws[1].modes == 4
+
+
+class Curious(tf.ControlLaw):
+    """Law that keeps the model that it is told."""
+
+    def start(self, spec):
+        self.told = spec.plant("Curious")
+
+    def act(self, memory, measurement, reference):
+        return memory, np.zeros(3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["full", "reduced"])
+def test_laws_are_not_told_of_errors_of_the_tension(kind):
+    """The judged plant is off by 5 %; the frequencies that a law is told are those without, 2.5 % apart."""
+    case, law = coarse("slew", 0.1), Curious()
+    known, off = Arena(case), Arena(tensioned(case, 0.05))
+    judging.play(off, law, tf.Scenario(QUIET, 0.05), kind, known=known)
+    assert np.array_equal(law.told.stiffness, known.model.stiffness)
+    ratio = np.sqrt(off.model.stiffness.diagonal()[1] / known.model.stiffness.diagonal()[1])
+    assert ratio == pytest.approx(np.sqrt(1.05), rel=1e-2)
+
+
+@pytest.mark.slow
+def test_an_optimal_law_by_name_leaves_the_modes_beyond_its_own_stable():
+    """Eight modes do not on the registered antenna."""
+    whole = Arena(task_case("slew"))
+    law = baseline("lqg", whole)
+    with pytest.raises(tf.InputError, match="spillover"):
+        start_on(replace(law, modes=8), whole)
+    start_on(law, whole)
 
 
 def test_first_guesses_know_the_plant(arena):

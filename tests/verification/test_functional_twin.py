@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from functools import cache
 
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
+from tautflex.cli import main
 from tautflex.learning.arena import Arena
 from tautflex.learning.cases import task_case
 from tautflex.learning.environments.references import reference_table
@@ -169,6 +171,39 @@ def test_training_that_is_killed_goes_on_to_the_same_policy(tmp_path):
     place.write_bytes(place.read_bytes()[:100])
     with pytest.raises(tf.InputError, match="damaged file"):
         train(iterations=6, checkpoint=place, **asked)
+
+
+def test_a_policy_goes_from_one_command_to_the_next(tmp_path, capsys):
+    """Trained, kept, trained further to what one training gives, and judged beside named laws."""
+    file, place = tmp_path / "slew.toml", tmp_path / "training.npz"
+    file.write_text(case().replaced(actuators=task_case("slew").actuators).to_toml(), encoding="utf-8")
+
+    def told(*words):
+        assert main([str(word) for word in (*words, "--json")]) == 0
+        return json.loads(capsys.readouterr().out)
+
+    policy = tmp_path / "p.npz"
+    trained = told("train", file, "-o", policy, "--iterations", 2, "--seed", 3, "--checkpoint", place)
+    assert tf.Policy.load(policy).digest == trained["digest"]
+    assert (trained["iterations"], trained["skipped"]) == (2, 0)
+    assert trained["cost"] == min(trained["curve"]["cost"]) <= trained["start_cost"]
+    assert main(["train", str(file), "-o", str(policy), "--iterations", "2"]) == 2
+    assert "p.npz: expected a new file" in capsys.readouterr().err
+
+    words = ["--law", "pd", "--law", "zvd+lqg", "--policy", policy, "--budget", 2, "--angles", 1, "--seeds", 1]
+    answer = told("evaluate", file, *words, "--workers", 1, "-o", tmp_path / "judged")
+    assert set(answer["laws"]) == {"pd", "zvd+lqg", "p"}
+    assert (answer["scenarios"], answer["failures"]) == (3, [])
+    assert all(np.isfinite(each["cost"]) and abs(each["gap"]) < 1.0 for each in answer["laws"].values())
+    assert len(list((tmp_path / "judged" / "episodes").glob("*.json"))) == 3 * 3 * 2
+
+
+def test_the_horizon_is_a_part_of_the_episode():
+    """The largest up to 100 where none is given, but not one that is far shorter."""
+    with pytest.raises(
+        tf.InputError, match=r"horizon: expected a whole part .* 101 intervals, got None.*horizon = 1, or"
+    ):
+        train(case=case().replaced(task={"duration": 1.01}))
 
 
 def test_what_has_no_functional_form_is_refused():

@@ -16,8 +16,12 @@ from tautflex.errors import CaseError
 from tautflex.files.content import read_text
 
 _DATA = files("tautflex").joinpath("data")
-_TEMPLATES = _DATA.joinpath("templates")
-TEMPLATES = tuple(sorted(file.name.removesuffix(".toml") for file in _TEMPLATES.iterdir()))
+_FILES = {
+    start + file.name.removesuffix(".toml"): file
+    for start, folder in (("", "templates"), ("task-", "tasks"))
+    for file in _DATA.joinpath(folder).iterdir()
+}
+TEMPLATES = tuple(sorted(_FILES))
 """Names of the commented cases that `tautflex init` writes; each is a file."""
 
 _LARGEST_FILE = 10_000_000
@@ -39,7 +43,7 @@ def template(name: str = "m2") -> str:
     """
     if name not in TEMPLATES:
         raise CaseError(f"template: expected one of {choices(TEMPLATES)}, got {show(name)}; choose one of them")
-    return _TEMPLATES.joinpath(f"{name}.toml").read_text(encoding="utf-8")
+    return _FILES[name].read_text(encoding="utf-8")
 
 
 def template_files(name: str) -> dict[str, str]:

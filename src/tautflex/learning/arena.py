@@ -19,6 +19,7 @@ from tautflex.control.actuators.drive import Drive
 from tautflex.control.compiled.compiled_plant import CompiledPlant
 from tautflex.control.linear import LinearPlant
 from tautflex.control.plant import Plant
+from tautflex.control.runs.following import MODES_BEYOND
 from tautflex.control.sensors.attitude import Attitude
 from tautflex.control.sensors.sensor import Sensor, hub_rows
 from tautflex.control.sensors.surface_rms import SurfaceRms
@@ -67,7 +68,9 @@ class Arena:
         given = task or (case.task.build() if case.task is not None else None)
         if given is None:
             text = "task: missing, expected a [task] section with kind = 'slew' or another task"
-            raise InputError(f"{text}; add it, or give task=SlewTask(...)")
+            raise InputError(
+                f"{text}; add it, or write a case that has one: tautflex init slew.toml --template task-slew"
+            )
         chosen: Task = checks.instance("task", given, Task, "SlewTask()")
         self.task = chosen if coordinates is None else replace(chosen, coordinates=coordinates)
         self.state = build_state(case)
@@ -165,8 +168,16 @@ class Arena:
     @cached_property
     def model(self) -> LinearPlant:
         """Linear view of the loop, without disturbances."""
+        return self._linear()
+
+    @cached_property
+    def beyond(self) -> LinearPlant:
+        """The same with more modes than laws know, among which spillover is looked for."""
+        return self._linear(MODES_BEYOND)
+
+    def _linear(self, *modes: int) -> LinearPlant:
         spec = self.spec
-        return self.plant("full", exact=False).linearize().selected(spec.commanded, spec.measured)
+        return self.plant("full", exact=False).linearize(*modes).selected(spec.commanded, spec.measured)
 
     def plant(self, kind: str, time_step: float | None = None, exact: bool = True) -> Plant:
         """Plant on the full structure or on the reduced model.

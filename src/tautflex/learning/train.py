@@ -89,7 +89,7 @@ def train(
     seed: int = 0,
     layers: Sequence[int] = (32, 32),
     runs: int = 64,
-    horizon: int = 100,
+    horizon: int | None = None,
     learning_rate: float = 1e-3,
     clip: float = 1.0,
     ranges: Mapping[str, tuple[float, float]] | None = None,
@@ -124,7 +124,7 @@ def train(
     runs
         Episodes side by side.
     horizon
-        Intervals that a slope is followed back through; a whole part of an episode.
+        Intervals that a slope is followed back through; a whole part of an episode. None is the largest up to 100.
     learning_rate
         Of Adam.
     clip
@@ -157,8 +157,8 @@ def train(
     """
     arena = Arena(case_of(case, task))
     for name, value, least in (
-        ("iterations", iterations, 1), ("seed", seed, 0), ("runs", runs, 1), ("horizon", horizon, 1),
-        ("judge_every", judge_every, 1), ("judged", judged, 1),
+        ("iterations", iterations, 1), ("seed", seed, 0), ("runs", runs, 1), ("judge_every", judge_every, 1),
+        ("judged", judged, 1),
     ):  # fmt: skip
         checks.whole(name, value, least)
     units = [checks.whole("layers", size, 1) for size in checks.several("layers", layers, int, "(32, 32)")]
@@ -166,16 +166,19 @@ def train(
         checks.positive("seconds", seconds)
     checks.positive("learning_rate", learning_rate)
     checks.positive("clip", clip)
-    if arena.steps % horizon:
+    wanted = min(100 if horizon is None else checks.whole("horizon", horizon, 1), arena.steps)
+    part = max(part for part in range(1, wanted + 1) if arena.steps % part == 0)
+    # What is chosen here shall not be far shorter than what is wanted.
+    if part != horizon and (horizon is not None or 2 * part < wanted):
         raise InputError(
             f"horizon: expected a whole part of an episode of {arena.steps} intervals, got {horizon}; set for example "
-            f"horizon = {max(part for part in range(1, min(horizon, arena.steps) + 1) if arena.steps % part == 0)}"
+            f"horizon = {part}, or another task.duration"
         )
     twin = FunctionalTwin(arena, precision)
     own = {name: (float(low), float(high)) for name, (low, high) in dict(ranges or {}).items()}
     gain = linear_gain(law, arena)
     settings = {
-        "task": task, "seed": seed, "layers": units, "runs": runs, "horizon": horizon, "ranges": own, "clip": clip,
+        "task": task, "seed": seed, "layers": units, "runs": runs, "horizon": part, "ranges": own, "clip": clip,
         "learning_rate": learning_rate, "judge_every": judge_every, "judged": judged, "precision": precision,
     }  # fmt: skip
     words = json.dumps([settings, hashlib.sha256(gain.tobytes()).hexdigest(), repr(arena.task), repr(arena.actuators)])

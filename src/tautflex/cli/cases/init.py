@@ -11,6 +11,10 @@ from cyclopts import Parameter
 from tautflex.cli.cards import say
 from tautflex.cli.options import Answer, Force, command, require_new_file
 
+_FOLLOWING = {"control": "control", "slew": "control", "task-slew": "train"} | dict.fromkeys(
+    ("task-stop", "task-hold"), "evaluate"
+)
+
 
 @command
 def init(
@@ -22,7 +26,8 @@ def init(
         Parameter(
             help="m2, the antenna that could be built; m2-paper or m2-nearest-node, readings of the paper; "
             "scalloped, a film cut along arcs with cords in its edges; sail, a triangular solar sail; control, a slew "
-            "under closed-loop control; slew, a quiet one under an optimal law."
+            "under closed-loop control; slew, a quiet one under an optimal law; task-slew, task-stop or task-hold, the "
+            "learning task of that name, for train and evaluate."
         ),
     ] = "m2",
     force: Force = False,
@@ -40,5 +45,5 @@ def init(
     for place, text in wanted.items():
         place.write_text(text, encoding="utf-8")
     written = " and ".join(str(place) for place in wanted)
-    following = "control" if template in ("control", "slew") else "run"
+    following = _FOLLOWING.get(template, "run")
     return Answer({"file": name}, partial(say, f"Wrote {written}. Next: tautflex {following} {name}"))

@@ -19,7 +19,7 @@ from tautflex.motion.rotations import rotation_vector
 from tautflex.numeric import Array
 
 # Modes that a law which knows fewer must leave stable: they reach a few times its own band.
-_MODES_BEYOND = 200
+MODES_BEYOND = 200
 
 
 class Commanded(Protocol):
@@ -49,7 +49,7 @@ def spec_of(plant: Commanded, law: ControlLaw) -> LoopSpec:
     except InputError as error:
         if not str(error).startswith("model:"):
             raise
-        model, beyond = plant.linearize(), plant.linearize(_MODES_BEYOND)
+        model, beyond = plant.linearize(), plant.linearize(MODES_BEYOND)
         more = beyond.coordinates > model.coordinates
         return replace(spec, model=model, beyond=beyond if more else None)
     return spec

@@ -15,13 +15,14 @@ from tautflex.control.laws.tension_damping import TensionDamping
 from tautflex.control.linear import LinearPlant
 from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
+from tautflex.learning.judging.scenarios import start_on
 from tautflex.numeric import Array
 
 LAWS = ("none", "pd", "lqg", "tension", "switching")
 _SHAPERS = {"zv": "ZV", "zvd": "ZVD"}
 _BANDWIDTH = 2.0  # of the attitude's loop [rad/s]
 _DAMPING = 0.8  # its damping ratio
-_MODES = 8  # that an LQG knows
+_MODES = 8  # that a law knows; an LQG knows as many more as it has to
 
 
 def rest(time: float, measurement: Array) -> float:
@@ -76,7 +77,15 @@ def _law(name: str, arena: Arena) -> ControlLaw:
     tolerances = {sensed["rad"]: arena.task.attitude_tolerance}
     tolerances |= {each.name: arena.task.surface_tolerance for each in arena.spec.measurements if each.unit == "m"}
     limit = float(np.max(arena.limits[arena.spec.command("commands", wheels)]))
-    return LQG(tolerances, {wheels: limit}, modes=min(_MODES, arena.model.coordinates))
+    most = arena.model.coordinates
+    for modes in range(min(_MODES, most), most, 4):
+        law = LQG(tolerances, {wheels: limit}, modes=modes)
+        try:
+            start_on(law, arena)
+        except InputError:  # of spillover
+            continue
+        return law
+    return LQG(tolerances, {wheels: limit}, modes=most)
 
 
 def _tensions(name: str, arena: Arena) -> ControlLaw:

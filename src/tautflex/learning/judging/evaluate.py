@@ -21,12 +21,11 @@ from tautflex import checks
 from tautflex._version import __version__
 from tautflex.case.schema import Case
 from tautflex.control.law import ControlLaw, law_of
-from tautflex.control.loop import start_law
 from tautflex.control.tasks.written import written
 from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
 from tautflex.learning.environments.bodies import KINDS
-from tautflex.learning.judging.scenarios import METRICS, Scenario, disturbed, play, scenarios_of, tensioned
+from tautflex.learning.judging.scenarios import METRICS, Scenario, play, scenarios_of, start_on, tensioned
 
 Progress = Callable[[float, str], None]
 _DRAWS = 2000  # of the bootstrap
@@ -93,7 +92,7 @@ def evaluate(
     checks.several("scenarios", chosen, Scenario, "Scenario({'angle': 0.5})")
     for name, law in asked.items():
         try:
-            start_law(arena.plant("full", exact=False), disturbed(arena, law, arena.task.nominal()))
+            start_on(law, arena)
         except InputError as error:
             raise InputError(f"laws.{name}: {error}") from None
     jobs = [(name, number, kind) for number in range(len(chosen)) for kind in plants for name in asked]
@@ -145,7 +144,7 @@ def _played(
             raise
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=8)
 def _arena(text: str, error: float) -> Arena:
     from tautflex.case.reading import parse_case
 
@@ -155,7 +154,7 @@ def _arena(text: str, error: float) -> Arena:
 def _play(text: str, law: ControlLaw, scenario: Scenario, kind: str) -> dict[str, float]:
     arena = _arena(text, scenario.tension_error)
     step = 0.5 * arena.case.solver.time_step if kind == "full" else None
-    return play(arena, law, scenario, kind, step)
+    return play(arena, law, scenario, kind, step, _arena(text, 0.0))
 
 
 def _mark(case: Case, law: ControlLaw, scenario: Scenario, kind: str) -> str:

@@ -12,6 +12,7 @@ from tautflex import checks
 from tautflex.analysis import settling_time
 from tautflex.case.schema import Case
 from tautflex.control.law import ControlLaw
+from tautflex.control.linear import LinearPlant
 from tautflex.control.loop import close_loop
 from tautflex.control.signals import LoopSpec, Reference
 from tautflex.control.tasks.task import Task
@@ -126,6 +127,38 @@ class Disturbed(ControlLaw):
         return memory, np.concatenate([command, self.table[now]])
 
 
+@dataclass(frozen=True)
+class Told(ControlLaw):
+    """Law that is told the linear view of a plant as it should be, whatever plant it meets.
+
+    Parameters
+    ----------
+    law
+        The law.
+    known
+        The plant as it should be.
+    beyond
+        Its linear view with more modes than the law knows.
+    """
+
+    law: ControlLaw
+    known: Arena
+    beyond: LinearPlant | None = None
+
+    def start(self, spec: LoopSpec) -> Any:
+        """Memory of the law."""
+        try:
+            return self.law.start(spec)
+        except InputError as error:
+            if not str(error).startswith("model:"):
+                raise
+            return self.law.start(replace(spec, model=self.known.model, beyond=self.beyond))
+
+    def act(self, memory: Any, measurement: Array, reference: Reference) -> tuple[Any, Array]:
+        """Command of the law."""
+        return self.law.act(memory, measurement, reference)
+
+
 def disturbed(arena: Arena, law: ControlLaw, parameters: dict[str, float]) -> ControlLaw:
     """Law beside the disturbances of an episode."""
     table = arena.task.disturbances(parameters, arena.steps, arena.interval)
@@ -133,9 +166,15 @@ def disturbed(arena: Arena, law: ControlLaw, parameters: dict[str, float]) -> Co
 
 
 def play(
-    arena: Arena, law: ControlLaw, scenario: Scenario, kind: str, time_step: float | None = None
+    arena: Arena,
+    law: ControlLaw,
+    scenario: Scenario,
+    kind: str,
+    time_step: float | None = None,
+    known: Arena | None = None,
 ) -> dict[str, float]:
-    """Run an episode under a law, and tell how it went: see `METRICS`."""
+    """Run an episode under a law, which is told of the plant as it should be, and tell how it went: see `METRICS`."""
+    law = Told(law, known or arena)
     if kind == "reduced" and arena.hub is not None:
         return _play_compiled(arena, law, scenario)
     task, parameters = arena.task, dict(scenario.parameters)
@@ -166,7 +205,7 @@ def _play_compiled(arena: Arena, law: ControlLaw, scenario: Scenario) -> dict[st
     disturbances = task.disturbances(parameters, arena.steps, arena.interval)
     times = np.asarray(arena.interval * np.arange(arena.steps + 1), dtype=float)
     table = reference_table(task.maneuver(parameters), times, arena.hub).reshape(len(times), 4, spec.axes)
-    memory = _started(law, arena)
+    memory = law.start(arena.spec)
     measured, commands = len(spec.measured), len(arena.limits)
     truth, given = np.zeros((arena.steps, 1 + spec.axes)), np.zeros((arena.steps, commands))
     y, done = plant.reset(scenario.seed), 0
@@ -182,13 +221,9 @@ def _play_compiled(arena: Arena, law: ControlLaw, scenario: Scenario) -> dict[st
     return found | {"work": float(plant.work.sum()), "wrinkled_fraction": np.nan}
 
 
-def _started(law: ControlLaw, arena: Arena) -> Any:
-    try:
-        return law.start(arena.spec)
-    except InputError as error:
-        if not str(error).startswith("model:"):
-            raise
-        return law.start(replace(arena.spec, model=arena.model))
+def start_on(law: ControlLaw, arena: Arena) -> None:
+    """Try a law on the loop; InputError if it does not fit, or leaves modes beyond those that it knows unstable."""
+    Told(law, arena, arena.beyond).start(arena.spec)
 
 
 def measure(arena: Arena, angle: Array, rms: Array, command: Array, wrinkled: Array) -> dict[str, float]:

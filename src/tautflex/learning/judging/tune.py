@@ -14,7 +14,7 @@ from tautflex.case.schema import Case
 from tautflex.control.law import ControlLaw, law_of
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.learning.arena import Arena
-from tautflex.learning.judging.scenarios import Scenario, play
+from tautflex.learning.judging.scenarios import Scenario, play, start_on
 from tautflex.numeric import Array
 from tautflex.text import card
 
@@ -107,6 +107,7 @@ def tune_law(
         nonlocal best
         tried = with_numbers(chosen, iter(np.exp(logarithms).tolist()))
         try:
+            start_on(tried, arena)
             found = float(np.mean([play(arena, tried, one, plant)["cost"] for one in episodes]))
         except (InputError, NotConvergedError):
             if not costs:  # as it was given
