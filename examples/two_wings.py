@@ -1,8 +1,9 @@
 """Deck of a membrane antenna with two wings on one hub, and its cases.
 
 Run ``python examples/two_wings.py two_wings.bdf``: beside the Nastran deck it writes ``two_wings.toml`` for `tautflex
-check` and `run`, and ``two_wings_loop.toml`` for `tautflex modes` and `control`, on a free hub. Each wing is a film of quadrilaterals and triangles that cables hold in a frame of booms. The frames are rigidly linked to the
-hub's node, which is free in one case and turns as told in the other; their far corners carry bodies.
+check` and `run`, and ``two_wings_loop.toml`` for `tautflex modes` and `control`, on a free hub. Each wing is a film of
+quadrilaterals and triangles that cables hold in a frame of booms. The frames are rigidly linked to the hub's node,
+which is free in one case and turns as told in the other; their far corners carry bodies.
 """
 
 from __future__ import annotations

@@ -206,7 +206,9 @@ def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
                 element = row if block.owner is None else int(block.owner[row])
                 worst[name] = Reading(float(values[row]), block.kind, start + element)
         first[block.kind] = start + len(block.dofs)
-    leading = np.array(sorted({node for link in system.model.links for node in link.turning}), dtype=np.int64)
+    # Links without length copy turns of any size.
+    long = [link for link in system.model.links if np.ptp(system.model.nodes[list(link.joined)], axis=0).any()]
+    leading = np.array(sorted({node for link in long for node in link.turning}), dtype=np.int64)
     if leading.size:
         dofs = system.model.dof_offset[leading][:, None] + np.arange(3, 6)
         turned = np.linalg.norm(system.full(q)[dofs], axis=1)
