@@ -70,6 +70,21 @@ def test_mass_inertia_and_rigid_motions_are_the_decks(folder, verification_row):
     verification_row("... its six rigid modes [Hz]", 0.0, f"{np.abs(frequencies[:6]).max():.1e}", "free")
 
 
+def test_links_that_do_not_turn_the_prestress_say_so(folder):
+    """Frames linked at two nodes, which the cables pull against each other; a held hub turns everything."""
+    for name, told in (("free", True), ("held", False)):
+        model = tf.build_model(tf.load_case(folder / f"{name}.toml"))
+        links = []
+        for link in model.links:
+            x = model.nodes[link.nodes[0], 0]
+            ends = [int(np.argmin(np.linalg.norm(model.nodes - (x, side * 0.4, 0.0), axis=1))) for side in (-1, 1)]
+            links.append(tf.RigidLink(link.reference, ends))
+        state = tf.solve_prestress(replace(model, links=tuple(links)))
+        assert any("do not turn with them" in text for text in state.warnings) == told
+        if told:
+            assert 0.1 < tf.solve_modes(state, n=6).frequencies.max() < 1.0
+
+
 def test_modes_on_the_hub_are_those_of_the_free_spacecraft(folder, capsys):
     case = tf.load_case(folder / "loop.toml")
     free = tf.build_model(tf.load_case(folder / "free.toml"))
