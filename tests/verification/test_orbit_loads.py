@@ -17,13 +17,15 @@ TUBE = tf.BeamSection(STEEL, 1e-4, 4e-8, 9e-8, 1e-7)
 LENGTH, EXPANSION = 2.0, 2.3e-5
 
 
-def boom(count=8):
+def boom(count=8, strain="von-karman"):
     """Cantilever along x, its local z along z."""
     nodes = np.column_stack([np.linspace(0.0, LENGTH, count + 1), *np.zeros((2, count + 1))])
     lines = np.column_stack([np.arange(count), np.arange(1, count + 1)])
     supports = (tf.Support.clamped([0]),)
     return tf.solve_prestress(
-        tf.Model.from_mesh(nodes, beams=lines, beam=TUBE, supports=supports, prestress_mode="uniform")
+        tf.Model.from_mesh(
+            nodes, beams=lines, beam=replace(TUBE, strain=strain), supports=supports, prestress_mode="uniform"
+        )
     )
 
 
@@ -34,9 +36,10 @@ def settled(state, effect):
     return tf.solve_static(replace(state, system=system.with_initial_stress(stress)))
 
 
-def test_a_warm_boom_grows_and_bends_away_from_its_warm_side(verification_row):
+@pytest.mark.parametrize("strain", ["von-karman", "corotational"])
+def test_a_warm_boom_grows_and_bends_away_from_its_warm_side(strain, verification_row):
     """Boley & Weiner: expansion T L along, -expansion G L^2 / 2 across."""
-    state = boom()
+    state = boom(strain=strain)
     warm = tf.FrameTemperature((0.03, 0.04, -0.055), EXPANSION)
     tip = state.system.translations(settled(state, warm))[-1]
     wanted = EXPANSION * np.array([0.03 * LENGTH, -0.5 * 0.04 * LENGTH**2, 0.5 * 0.055 * LENGTH**2])
@@ -46,6 +49,21 @@ def test_a_warm_boom_grows_and_bends_away_from_its_warm_side(verification_row):
     assert even == pytest.approx([EXPANSION * 30.0 * LENGTH, 0.0, 0.0], abs=1e-12)
     half = state.system.translations(settled(state, tf.FrameTemperature(30.0, EXPANSION, range(4))))[-1]
     assert half[0] == pytest.approx(0.5 * EXPANSION * 30.0 * LENGTH)
+
+
+def test_a_corotational_boom_warm_on_one_side_is_an_arc(verification_row):
+    """Curvature expansion * G everywhere, nothing strained: here half a circle of the grown length."""
+    state = boom(24, "corotational")
+    curvature = np.pi / LENGTH
+    tip = state.system.translations(
+        settled(state, tf.FrameTemperature((50.0, 0.0, -curvature / EXPANSION), EXPANSION))
+    )[-1]
+    grown = 1.0 + EXPANSION * 50.0
+    wanted = np.array([-LENGTH, 0.0, 2.0 * grown / curvature])
+    assert tip == pytest.approx(wanted, rel=1e-3, abs=1e-6)
+    # The beams are chords of their own length, at angles of half steps.
+    assert tip[2] == pytest.approx(grown * LENGTH / 24 / np.sin(np.pi / 48), rel=1e-6)
+    verification_row("boom, heat bends it to half a circle: tip [m]", f"{wanted[2]:.5f}", f"{tip[2]:.5f}", "arc")
 
 
 def test_a_warm_cable_between_walls_loses_tension(verification_row):

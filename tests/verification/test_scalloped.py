@@ -166,6 +166,13 @@ def test_forms_that_do_not_exist_are_refused():
     pushing = (*model.groups[:-1], replace(model.groups[-1], initial=-model.groups[-1].initial))
     with pytest.raises(tf.InputError, match="pull"):
         tf.find_form(replace(model, groups=pushing))
+    nodes = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (1, 1, 0), (2, 1, 0)]
+    film = tf.MembraneSection(tf.Material(3e9, 1420.0, 0.34), 5e-5)
+    hung = {"membrane": film, "membrane_stress": (1e5, 1e5, 0.0), "supports": [tf.Support.pinned([0, 3])]}
+    hung |= {"quads": [(1, 2, 5, 4)], "springs": [tf.Spring(pair, (1.0, 1.0, 1.0)) for pair in ((0, 1), (3, 4))]}
+    hung |= {"cables": [(0, 3)], "cable": tf.CableSection(tf.Material(65e9, 1440.0), 5e-7)}
+    with pytest.raises(tf.InputError, match="springs alone hold"):
+        tf.find_form(tf.Model.from_mesh(nodes, **hung))
     # A soap film breaks between rings further apart than 1.3255 radii.
     far = soap_film(8, 16)
     with pytest.raises(tf.NotConvergedError, match="no such shape") as told:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import eigh
 from scipy.spatial import cKDTree
 
 from tautflex.errors import InputError
@@ -32,6 +33,7 @@ IMBALANCE = 0.05  # of the largest force of an element, carried by the reference
 TURN = 2.0 * np.pi  # [rad], of one maneuver
 TURN_IN_STEP = 0.5  # [rad]: Coriolis forces turn motion round as fast as the frame
 LOST = 1e-6  # [rad], of an angle by its round-off
+STILL = 1e-3  # [Hz], of a rigid motion that nothing holds
 THICKNESS = 0.01  # of the shorter span: beyond it a film is a plate
 FEW_STEPS = 5  # in a maneuver: with fewer a run may miss it
 _SAME_PLACE = 1e-6  # of the largest extent
@@ -152,6 +154,27 @@ def doubts_about_prestress(system: StructuralSystem) -> list[str]:
     ]
 
 
+def doubts_about_links(system: StructuralSystem, tangent: Array) -> list[str]:
+    """Links of a free structure in balance that do not turn the forces which its prestress sends through them.
+
+    The arms of a rigid link move by ``theta x d`` alone, so that forces f in them resist a turn of the whole by
+    ``(d.theta)(f.theta) - (f.d) theta^2``: what elements that strain nothing leave of ``tangent`` (entries,).
+    """
+    model = system.model
+    exact = all(group.section.strain != "von-karman" for group in model.groups)
+    if not (model.links and exact and model.rigid_freedom == 6):
+        return []
+    motions = model.rigid_motions[model.free_dofs]
+    stiffness, mass = (motions.T @ (system.matrix(one) @ motions) for one in (tangent, system.inertia.mass_entries))
+    fastest = float(np.sqrt(np.abs(eigh(stiffness, mass, eigvals_only=True)).max()) / TURN)
+    if fastest <= STILL:
+        return []
+    return [
+        f"links carry forces of the prestress that do not turn with them: rigid motions of the free structure have up "
+        f"to {fastest:.2g} Hz in place of 0; link a part that is tensioned in itself at one node, or by stiff beams"
+    ]
+
+
 def imbalance_text(residual: float, share: float) -> str:
     """Sentence about forces [N] that the reference is taken to carry, a share of the largest force of an element."""
     return (
@@ -206,7 +229,9 @@ def measure(system: StructuralSystem, q: Array) -> dict[str, Reading]:
                 element = row if block.owner is None else int(block.owner[row])
                 worst[name] = Reading(float(values[row]), block.kind, start + element)
         first[block.kind] = start + len(block.dofs)
-    leading = np.array(sorted({node for link in system.model.links for node in link.turning}), dtype=np.int64)
+    # Links without length copy turns of any size.
+    long = [link for link in system.model.links if np.ptp(system.model.nodes[list(link.joined)], axis=0).any()]
+    leading = np.array(sorted({node for link in long for node in link.turning}), dtype=np.int64)
     if leading.size:
         dofs = system.model.dof_offset[leading][:, None] + np.arange(3, 6)
         turned = np.linalg.norm(system.full(q)[dofs], axis=1)

@@ -32,7 +32,8 @@ def find_form(model: Model, *, tolerance: float = 1e-10, max_iterations: int = 2
     """Move the nodes of film and cables to where the given stresses balance each other.
 
     Nodes of the frame and supported directions stay. The film keeps its given stress; cables keep their force
-    density, tension over length, so that their tensions change with their lengths.
+    density, tension over length, so that their tensions change with their lengths. Masses weigh nothing, springs are
+    without force in every shape.
 
     Parameters
     ----------
@@ -51,7 +52,7 @@ def find_form(model: Model, *, tolerance: float = 1e-10, max_iterations: int = 2
     Raises
     ------
     InputError
-        If there are links, nothing is taut, nothing can move, or a stress pushes.
+        If there are links, springs alone hold a part, nothing is taut, nothing can move, or a stress pushes.
     NotConvergedError
         If no such shape is found.
     """
@@ -145,7 +146,13 @@ def _of_soft_parts(model: Model) -> Model:
     turning = np.flatnonzero(np.diff(model.dof_offset) > 3)
     held = (*model.supports, Support.clamped(turning)) if turning.size else model.supports
     groups = tuple(replace(group, section=replace(group.section, strain="green-lagrange")) for group in model.groups)
-    found = replace(model, groups=groups, supports=held, masses=(), springs=(), prestress_mode="uniform")
+    try:
+        found = replace(model, groups=groups, supports=held, masses=(), springs=(), prestress_mode="uniform")
+    except MeshError as error:
+        raise InputError(
+            "model: expected film and cables that reach supports or a frame, got a piece that springs alone hold, "
+            "which have no force in the shape that is sought; hold it by cables"
+        ) from error
     if not len(found.free_dofs):
         raise InputError("model: expected nodes that can move, got supports and a frame that hold all of them")
     return found

@@ -23,7 +23,13 @@ from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array, within_arithmetic
 from tautflex.solvers.linear.eigenpairs import NaturalModes, count_below
 from tautflex.solvers.nonlinear.newton import relative_error
-from tautflex.solvers.plausibility import IMBALANCE, doubts_about_prestress, doubts_about_structure, imbalance_text
+from tautflex.solvers.plausibility import (
+    IMBALANCE,
+    doubts_about_links,
+    doubts_about_prestress,
+    doubts_about_structure,
+    imbalance_text,
+)
 from tautflex.solvers.static.diagnosis import Problem, find_problems, instability_text, soft_text
 from tautflex.solvers.static.pivots import count_falling, slack_limit
 from tautflex.solvers.static.residual import largest_force
@@ -228,6 +234,8 @@ def prestressed(model: Model, check: bool, doubts: Sequence[str]) -> Prestressed
     if state.relative_residual > (_BALANCED if model.prestress_stated else IMBALANCE):
         told = notes if model.prestress_stated else found
         told.append(imbalance_text(residual, state.relative_residual))
+    else:
+        found += doubts_about_links(system, state.tangent_entries)
     # The new state has caches of its own.
     return replace(state, unstable_modes=unstable, warnings=tuple(found), notes=tuple(notes))
 
