@@ -174,7 +174,7 @@ def test_training_that_is_killed_goes_on_to_the_same_policy(tmp_path):
 
 
 def test_a_policy_goes_from_one_command_to_the_next(tmp_path, capsys):
-    """Trained, kept, trained further to what one training gives, and judged beside named laws."""
+    """Trained, kept, and judged beside named laws."""
     file, place = tmp_path / "slew.toml", tmp_path / "training.npz"
     file.write_text(case().replaced(actuators=task_case("slew").actuators).to_toml(), encoding="utf-8")
 
