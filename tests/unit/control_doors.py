@@ -52,7 +52,7 @@ def control_doors(t):
         "rate": "rate",
         "torque": "torque",
     }
-    drive = {"limit": 1.0, "rate": 10.0, "lag": 0.0, "delay": 0.0, "resolution": 0.0}
+    drive = {"limit": 1.0, "rate": 10.0, "lag": 0.0, "delay": 0.0, "resolution": 0.0, "monitor": False}
     push_film = tf.NodalForce([int(np.argmax(state.model.nodes[:, 0] == 0.0))], direction=(0, 0, 1))
     spacecraft = tf.FreeHub(20.0, (3.0, 4.0, 5.0))
     wheel = tf.Plant(state, spacecraft, {"torque": tf.HubTorque("x")}, {"rate": tf.Rate()}, interval=2e-3)

@@ -66,7 +66,7 @@ def test_what_has_to_be_given_is_asked_for(antenna):
         tf.simulate(antenna.model, **GRID)
 
 
-@pytest.mark.parametrize("name", ["adaptive", "inputs", "every", "fields", "max_halvings"])
+@pytest.mark.parametrize("name", ["adaptive", "every", "fields", "max_halvings"])
 def test_batches_say_which_keywords_they_have_no_answer_to(plants, name):
     with pytest.raises(UnsupportedError, match=f"{name}: expected no such keyword in a batch"):
         plants[2](**GRID, **{name: None})

@@ -23,6 +23,8 @@ ElementBlock ElementGroup FixedAxis FollowerForce HubState HyperReducedModel Ine
 LinearInput LinearLaw LinearPlant LinearStructure LoopSpec Maneuver Method OneStageMethod PatternLoad PlantState
 PreparedInput PreparedSensor RateFormula ReducedModel ReeledCables Reference RigidMotion Run Segment SensedMotion Sensor
 SensorRows Shape Stage StepScheme StressChange Stretch TensionOnly TimeInput UnitStep isoparametric_membrane register
+CompiledPlant FunctionalTwin HoldTask Link MeshSection Policy PolicyLaw Scenario SlewTask StopTask Task Trained Tuned
+evaluate train tune_law
 """
 LOOP = {
     "actuators": {"push": {"kind": "nodal-force", "near": (0.2, 0.2), "direction": (0, 0, 1)}},
@@ -65,6 +67,7 @@ def things(tmp_path_factory):
         "beams": [[6, 7]], "beam": tf.BeamSection(material, 1e-4, 1e-9, 1e-9, 2e-9), "beam_axial_force": 0.0,
         "beam_orientation": (0, 0, 1), "prestress_mode": "uniform",
         "supports": [tf.Support.clamped((0, 1, 2, 3, 5, 6))], "masses": [tf.PointMass(7, 0.1)],
+        "links": [], "springs": [],
     }  # fmt: skip
     hung = tf.solve_prestress(tf.Model.from_mesh(**mesh))
     modes, rom = tf.solve_modes(state, n=3), tf.reduce(state, tf.ModalBasis(count=2))
@@ -147,12 +150,25 @@ def doors(t):
                 "inertia_z": 1e-9,
                 "torsion_constant": 1e-9,
                 "strain": "von-karman",
+                "rotary_inertia": False,
+                "nonstructural_mass": 0.0,
             },
         ),
         "Bathe": (tf.Bathe, {"split": 0.5}),
         "CableSection": (
             laid(rope=tf.CableSection),
-            {"material": material, "area": 1e-6, "strain": "von-karman", "slack": False, "law": "elastic"},
+            {
+                "material": material,
+                "area": 1e-6,
+                "strain": "von-karman",
+                "slack": False,
+                "law": "elastic",
+                "nonstructural_mass": 0.0,
+            },
+        ),
+        "CableTemperature": (
+            bound(tf.CableTemperature),
+            {"change": 1.0, "expansion": 1e-5, "cables": [0], "breaks": ()},
         ),
         "CableTension": (bound(tf.CableTension), {"change": 1.0, "cables": [0], "breaks": ()}),
         "CentralDifference": (tf.CentralDifference, {}),
@@ -166,7 +182,69 @@ def doors(t):
         "Material": (tf.Material, {"youngs_modulus": 1.0, "density": 1.0, "poisson_ratio": 0.3}),
         "MembraneSection": (
             laid(film=tf.MembraneSection),
-            {"material": material, "thickness": 1e-4, "strain": "von-karman", "law": "elastic"},
+            {
+                "material": material,
+                "thickness": 1e-4,
+                "strain": "von-karman",
+                "law": "elastic",
+                "nonstructural_mass": 0.0,
+            },
+        ),
+        "OrthotropicMaterial": (
+            tf.OrthotropicMaterial,
+            {
+                "youngs_modulus": 2.0,
+                "density": 1.0,
+                "poisson_ratio": 0.3,
+                "youngs_modulus_2": 1.0,
+                "shear_modulus_12": 0.5,
+                "angle": 0.0,
+            },
+        ),
+        "FrameTemperature": (
+            bound(tf.FrameTemperature),
+            {"change": 1e-3, "expansion": 1e-5, "beams": [0], "breaks": ()},
+        ),
+        "GravityGradient": (
+            tf.GravityGradient,
+            {"inertia": np.eye(3), "orbital_rate": 1e-3, "nadir": (0, 0, -1), "orbit_normal": (0, 1, 0)},
+        ),
+        "gravity_gradient": (
+            tf.gravity_gradient,
+            {
+                "source": state,
+                "hub": tf.FreeHub(**hub),
+                "orbital_rate": 1e-3,
+                "nadir": (0, 0, -1),
+                "orbit_normal": (0, 1, 0),
+            },
+        ),
+        "SolarPressure": (
+            bound(tf.SolarPressure),
+            {"direction": (0, 0, 1), "share": 1.0, "pressure": 1e-6, "specular": 0.1, "diffuse": 0.1, "breaks": ()},
+        ),
+        "Attachment": (tf.Attachment, {"nodes": (0, 1, 2)}),
+        "DistributingLink": (
+            tf.DistributingLink,
+            {"reference": 0, "nodes": (1, 2), "weights": 1.0, "directions": ("x", "y", "z")},
+        ),
+        "LinkEquation": (tf.LinkEquation, {"terms": ((0, "x", 1.0), (1, "x", -1.0))}),
+        "RigidLink": (tf.RigidLink, {"reference": 0, "nodes": (1, 2), "directions": ("x",)}),
+        "Tie": (tf.Tie, {"reference": 0, "nodes": (1,), "directions": ("x",), "axes": None}),
+        "Spring": (tf.Spring, {"nodes": (0, 1), "stiffness": (1.0, 1.0, 1.0), "axes": None, "place": None}),
+        "find_form": (tf.find_form, {"model": t["hung"].model, "tolerance": 1e6, "max_iterations": 3}),
+        "laminate": (lambda **given: tf.laminate(*given["layers"]), {"layers": (t["film"],)}),
+        "animate": (
+            tf.animate,
+            {
+                "run": run,
+                "path": folder / "film.gif",
+                "magnification": None,
+                "turning": True,
+                "frames": 2,
+                "rate": 20.0,
+                "dots": 20,
+            },
         ),
         "MembraneTemperature": (
             bound(tf.MembraneTemperature),
@@ -206,6 +284,8 @@ def doors(t):
                 "supports": model.supports,
                 "prestress_mode": "uniform",
                 "masses": (),
+                "links": (),
+                "springs": (),
             },
         ),
         "Model.from_mesh": (tf.Model.from_mesh, mesh),
@@ -323,7 +403,7 @@ def doors(t):
         "surface": (tf.surface, {"run": run}),
         "simulate": (tf.simulate, {"state": state, **question}),
         "simulate (reduced)": (tf.simulate, {"state": t["rom"], **question}),
-        "solve_modes": (tf.solve_modes, {"state": state, "n": 2}),
+        "solve_modes": (tf.solve_modes, {"state": state, "n": 2, "about": None, "hub": None}),
         "solve_prestress": (tf.solve_prestress, {"model": model, "check": True}),
         "solve_spinning_modes": (
             tf.solve_spinning_modes,

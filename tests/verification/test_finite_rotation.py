@@ -337,7 +337,7 @@ def test_turns_beyond_the_theory_are_told(angle, masses, told):
     watch = MotionWatch(state.system)
     q = np.zeros(state.model.dof_count)
     q[state.model.translation_dofs[-1, 0] + 4] = angle
-    watch.see(1.0, q[state.model.free_dofs], 1.0, 1.0)
+    watch.largest[0], watch.places[0] = (1.0, 1.0), q[state.model.free_dofs]
     found = [text for text in watch.warnings() if text.startswith("the turn")]
     assert len(found) == (told is not None)
     assert all(str(told) in text for text in found)

@@ -151,7 +151,7 @@ def test_the_condensed_answer_is_exact_for_a_flat_antenna(soft, verification_row
     workspace = state.system.workspace()
     workspace.change_initial_stress({number: column @ u for number, column in inputs.columns.items()})
     stored = workspace.strain_energy(q) - state.reference_force @ q
-    own = strain_energies(arrays, eta[None], given)[0] + u @ inputs.beta @ eta + 0.5 * u @ inputs._own @ u
+    own = strain_energies(arrays, eta[None], given)[0] + u @ inputs.beta @ eta + 0.5 * u @ inputs.own @ u
     assert own == pytest.approx(stored, rel=1e-5)
     verification_row(f"flat antenna, tension and heat, cables {soft:g} times softer: force", 0, error, "full model")
 

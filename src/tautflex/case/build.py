@@ -90,6 +90,14 @@ def _bodies(case: Case, model: Model) -> Iterator[PointMass]:
             yield body
 
 
+def _made(name: str, kind: str, stated: dict[str, Any]) -> Section:
+    """Section of what the case states; CaseError if it does not go together."""
+    try:
+        return made(name, kind, None, stated)
+    except InputError as error:
+        raise CaseError(str(error)) from None
+
+
 def _bare_model(case: Case) -> Model:
     """Structure without the bodies that the case places."""
     film, mesh, cables, frame = case.membrane, case.mesh, case.cables, case.frame
@@ -97,7 +105,7 @@ def _bare_model(case: Case) -> Model:
         return _meshed_model(case, mesh.file)
     own = _membrane_section(film)
     sections = {
-        name: made(name, kind, None, stated) if own is None or kind != "membrane" else own
+        name: _made(name, kind, stated) if own is None or kind != "membrane" else own
         for name, (kind, stated) in stated_sections(case).items()
     }
     stress, mode = membrane_stress(case) or (0.0, 0.0, 0.0), case.prestress.mode or "equilibrium"

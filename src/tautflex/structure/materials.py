@@ -220,7 +220,7 @@ class MembraneSection:
 
     def __post_init__(self) -> None:
         _check(self, "thickness")
-        if self.law != "elastic" and not self.material.isotropic:
+        if not self.material.isotropic and not (isinstance(self.law, str) and self.law == "elastic"):
             raise InputError(
                 f"law: expected 'elastic' of a film that is not alike in all directions, got {self.law!r}; the "
                 "criterion of wrinkling films is that of isotropic ones"

@@ -238,7 +238,9 @@ class Mesh(Section):
     names: dict[str, Literal["membrane", "cable", "beam", "clamped", "pinned", "support", "ignore"]] | None = key(
         "roles of groups in the file", {"skin": "membrane"}, None
     )
-    sections: dict[str, GroupSection] | None = key("[mesh.sections.NAME] sections of groups in the file", None, None)
+    sections: dict[str, GroupSection] | None = key(
+        "[mesh.sections.NAME] sections of groups in the file", {"booms": {"area": 1e-4}}, None
+    )
 
     @property
     def node_spaces(self) -> tuple[int, int]:
