@@ -70,11 +70,13 @@ if __name__ == "__main__":
 @pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_kill_at_any_moment_loses_nothing_that_was_finished(tmp_path, workers):
-    script, place = tmp_path / "perform.py", tmp_path / "runs"
-    script.write_text(
-        SCRIPT.format(here=str(Path(__file__).parent), place=str(place), workers=workers), encoding="utf-8"
-    )
-    process = subprocess.Popen([sys.executable, str(script)], start_new_session=True)
+    """Every command in a process of its own, as users give them."""
+    place, fresh, here = tmp_path / "runs", tmp_path / "fresh", str(Path(__file__).parent)
+    scripts = []
+    for folder in (place, fresh):
+        scripts.append(tmp_path / f"{folder.name}.py")
+        scripts[-1].write_text(SCRIPT.format(here=here, place=str(folder), workers=workers), encoding="utf-8")
+    process = subprocess.Popen([sys.executable, str(scripts[0])], start_new_session=True)
     deadline = time.monotonic() + 120
     while not list(place.glob("*.nc")) and process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.02)
@@ -82,10 +84,11 @@ def test_a_kill_at_any_moment_loses_nothing_that_was_finished(tmp_path, workers)
     process.wait()
     kept = {path: path.stat().st_mtime_ns for path in place.glob("*.nc")}
     assert kept
+    for script in scripts:
+        subprocess.run([sys.executable, str(script)], check=True)
     specs = [spec(k, 4.0) for k in range(4)]
-    resumed = values(perform(specs, place, workers=1))
+    resumed, whole = (values(perform(specs, folder, workers=1)) for folder in (place, fresh))
     assert {path: path.stat().st_mtime_ns for path in kept} == kept  # not performed again
-    whole = values(perform(specs, tmp_path / "fresh", workers=1))
     assert list(resumed) == list(whole)
     for name in whole:
         np.testing.assert_array_equal(resumed[name], whole[name])

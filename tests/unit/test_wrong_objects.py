@@ -233,7 +233,7 @@ def doors(t):
         "Tie": (tf.Tie, {"reference": 0, "nodes": (1,), "directions": ("x",), "axes": None}),
         "Spring": (tf.Spring, {"nodes": (0, 1), "stiffness": (1.0, 1.0, 1.0), "axes": None, "place": None}),
         "find_form": (tf.find_form, {"model": t["hung"].model, "tolerance": 1e6, "max_iterations": 3}),
-        "laminate": (lambda **given: tf.laminate(*given["layers"]), {"layers": (t["film"],)}),
+        "laminate": (lambda **given: tf.laminate(given["layers"]), {"layers": t["film"]}),
         "animate": (
             tf.animate,
             {

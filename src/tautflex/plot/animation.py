@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.animation import FFMpegWriter, FuncAnimation, HTMLWriter, PillowWriter
+from matplotlib.animation import FFMpegWriter, HTMLWriter, PillowWriter
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
@@ -85,16 +85,21 @@ def animate(
     if not 2 <= checks.whole("frames", frames, 2) <= _MOST:
         raise InputError(f"frames: expected 2 to {_MOST}, got {frames}")
     checks.positive("rate", rate)
+    checks.flag("turning", turning)
+    checks.whole("dots", dots, 20)
     stored = run["field_time"].values
     chosen = np.unique(np.linspace(0, stored.size - 1, min(frames, stored.size)).round().astype(int))
     film = _Film(run, chosen, magnification, turning)
-    movie = FuncAnimation(film.figure, film.draw, frames=len(chosen), cache_frame_data=False)
     options: dict[str, Any] = {"embed_frames": True} if writer is HTMLWriter else {}
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".tautflex-", dir=target.parent) as folder:  # whole or not at all
             made = Path(folder, target.name)
-            movie.save(str(made), writer=writer(fps=rate, **options), dpi=checks.whole("dots", dots, 20))
+            writing = writer(fps=rate, **options)
+            with writing.saving(film.figure, str(made), dots):
+                for number in range(len(chosen)):
+                    film.draw(number)
+                    writing.grab_frame()
             made.replace(target)
     except OSError as error:
         raise InputError(

@@ -150,6 +150,8 @@ class MeshData:
         stated = dict(checks.instance("sections", sections or {}, Mapping, "a mapping from groups to keys"))
         for name in stated:
             self._require_elements(name)
+        for part in (part for parts in PARTS.values() for part in parts):
+            checks.float_array(part, getattr(self, part), (None, None))
         used: dict[str, Any] = {"membrane": membrane, "cable": cable, "beam": beam}
         for kind, one in used.items():
             count = sum(len(getattr(self, part)) for part in PARTS[kind])
