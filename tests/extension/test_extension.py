@@ -78,6 +78,7 @@ def test_each_is_small_and_knows_only_the_public_names(path):
 
 
 @pytest.mark.parametrize("name", SECTIONS)
+@pytest.mark.slow
 def test_each_runs_from_a_case_file_as_in_python(name, tmp_path, capsys):
     path = tmp_path / "case.toml"
     path.write_text(case_of(name).to_toml(), encoding="utf-8")
@@ -121,6 +122,7 @@ def test_sensor_and_law_from_outside():
         Controller(kind="dead-zone", push=-1.0, zone=0.0)
 
 
+@pytest.mark.slow
 def test_sensor_law_and_actuator_from_outside_in_a_case(tmp_path, capsys):
     """The same through the command line, which knows them by their files."""
     path = tmp_path / "film.toml"
@@ -231,6 +233,7 @@ def test_quad8_converges_as_a_quadratic_element():
     assert np.log2(error(4) / error(8)) == pytest.approx(4.0, abs=0.2)
 
 
+@pytest.mark.slow
 def test_an_element_is_drawn_and_exported(tmp_path, capsys):
     path = tmp_path / "case.toml"
     path.write_text(case_of("element_quad8", "output.fields=[0.1]").to_toml(), encoding="utf-8")
@@ -283,6 +286,7 @@ def test_a_plugin_that_is_not_there(capsys):
     assert "--plugin: nowhere.py: no such file" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_case_file_alone_imports_nothing_and_an_installed_package_is_found(tmp_path):
     """In processes of their own, where nothing is registered yet."""
     case = tmp_path / "case.toml"

@@ -89,6 +89,7 @@ def refused(capsys, *arguments: str) -> str:
     return said
 
 
+@pytest.mark.slow
 def test_special_deep_and_binary_files_are_no_cases(tmp_path, capsys):
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "deep.toml").write_text(".".join(["a"] * 10_000) + " = 1\n", encoding="utf-8")
@@ -107,6 +108,7 @@ def test_special_deep_and_binary_files_are_no_cases(tmp_path, capsys):
     assert sorted(tmp_path.iterdir()) == before
 
 
+@pytest.mark.slow
 def test_a_case_whose_name_is_no_text_keeps_its_run(tmp_path, capsys):
     name = os.fsdecode(os.fsencode(tmp_path) + b"/f\xff.toml")
     small = {"mesh": {"divisions": (3, 2)}, "solver": {"end_time": 0.01}, "output": {"probes": {"A": (0.1, 0.1)}}}

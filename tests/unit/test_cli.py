@@ -95,6 +95,7 @@ def test_modes_of_the_square_film(film, answer):
         assert (film.parent / path).stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_run_writes_what_it_says(film, answer):
     code, found = answer("run", film, "-o", "out", "--set", "damping.alpha=0.1")
     assert code == 0
@@ -124,6 +125,7 @@ def test_run_writes_what_it_says(film, answer):
     assert load_case(stored) == load_case(film, ["damping.alpha=0.1"])
 
 
+@pytest.mark.slow
 def test_interrupted_run_is_kept_and_labelled(film, answer, monkeypatch):
     @contextmanager
     def impatient():
@@ -142,6 +144,7 @@ def test_interrupted_run_is_kept_and_labelled(film, answer, monkeypatch):
     assert 0.5 < float(data.time[-1]) < 2.0
 
 
+@pytest.mark.slow
 def test_run_that_does_not_converge_is_kept_and_exits_with_1(film, answer):
     impossible = [
         "maneuver.rate=30.0",
@@ -155,6 +158,7 @@ def test_run_that_does_not_converge_is_kept_and_exits_with_1(film, answer):
     assert netcdf.load(film.parent / "out" / "run.nc").attrs["status"] == "not-converged"
 
 
+@pytest.mark.slow
 def test_run_without_motion_has_no_frequency(film, answer):
     still = ["--set", 'maneuver={kind="none"}', "--set", "solver.end_time=0.2"]
     code, found = answer("run", film, "-o", "out", *still)
@@ -179,6 +183,7 @@ def test_init_run_line_works_as_printed(film, capsys):
     assert "tautflex run m2.toml" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_cards_name_the_results(film, capsys):
     assert main(["run", "film.toml"]) == 0
     card = capsys.readouterr().out
@@ -204,6 +209,7 @@ def test_help_does_not_load_the_numerics():
     assert loaded.isdisjoint({"numba", "numpy", "scipy", "matplotlib", "xarray", "pydantic"})
 
 
+@pytest.mark.slow
 def test_a_refused_case_waits_for_neither_datasets_nor_figures():
     code = "import sys, tautflex.case; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()

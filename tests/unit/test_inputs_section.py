@@ -233,6 +233,7 @@ def test_mistakes_are_one_line_that_names_the_key(name, film):
         assert word in message
 
 
+@pytest.mark.slow
 def test_check_tries_the_inputs_and_run_takes_them(tmp_path, capsys):
     path = tmp_path / "case.toml"
     path.write_text(FILM_CASE + '[inputs.reel]\nkind = "cable-tension"\nchange = 1.0\n', encoding="utf-8")

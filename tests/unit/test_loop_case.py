@@ -178,6 +178,7 @@ def test_laws_of_a_list_add():
 QUIET = template("slew")
 
 
+@pytest.mark.slow
 def test_any_law_that_follows_may_stand_behind_a_shaper():
     """A table of its own; read, written, pickled, and tried on the plant by its own keys."""
     case = parse_case(QUIET, ["mesh.divisions=[10,5]", "cables.per_long_edge=11", "cables.per_short_edge=6",
@@ -309,6 +310,7 @@ def test_commands_refuse_what_is_not_theirs(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_loop_that_fails_is_written_as_far_as_it_got(tmp_path, capsys):
     """A law that is not stable turns the hub ever faster: the run until then, what happened, and exit code 1."""
     path = tmp_path / "film.toml"

@@ -206,6 +206,7 @@ anything = st.recursive(
     sensible=st.booleans(),
 )
 @settings(max_examples=300, deadline=None)
+@pytest.mark.slow
 def test_no_maneuver_section_raises_anything_but_a_one_line_case_error(kind, values, sensible):
     """Sections of random values, half of them on top of what the kind needs."""
     needed = {"rate": 0.5, "duration": 1.0, "angle": 0.3, "acceleration": 0.1, "times": [0, 1], "rates": [0, 1]}
@@ -293,6 +294,7 @@ def test_a_directory_is_no_table(tmp_path):
         build_maneuver(Case(**_film(), maneuver={"kind": "tabulated", "file": str(tmp_path)}))
 
 
+@pytest.mark.slow
 def test_run_and_check_take_every_new_kind(tmp_path, capsys):
     section = GOOD["sequence"][0].replace("duration = 1.0", "duration = 0.1").replace("2.0", "0.05")
     path = tmp_path / "case.toml"

@@ -59,6 +59,7 @@ def test_a_case_with_a_mesh_file_is_written_and_read_again(folder):
     assert model.supports[0].directions == ("x", "y", "z")
 
 
+@pytest.mark.slow
 def test_commands_take_a_mesh_file(folder, capsys):
     assert main(["check", str(folder / "case.toml"), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)

@@ -364,6 +364,7 @@ def test_damaged_gmsh_files(old, new, words, read, tmp_path, monkeypatch):
     assert not (tmp_path / "owned").exists()
 
 
+@pytest.mark.slow
 def test_gmsh_that_takes_too_long_is_ended(tmp_path, monkeypatch):
     sleeper = tmp_path / "_gmsh_worker.py"
     sleeper.write_text("import time\ntime.sleep(60)\n", encoding="utf-8")

@@ -44,6 +44,7 @@ def test_slots_find_every_entry_and_send_supported_ones_behind_the_last():
 
 
 @pytest.mark.parametrize("law", ["elastic", "tension-field"])
+@pytest.mark.slow
 def test_packs_sum_what_their_elements_give_alone(law):
     """400 triangles fill packs of the kernel and leave a part of one; each triangle is also a film of its own."""
     section = MembraneSection(Material(3.5e9, 1530.0, 0.34), 1e-4, "green-lagrange", law)

@@ -122,6 +122,7 @@ def test_scalogram(antenna_run):
     assert "amplitude of $w$ at A [mm]" in texts
 
 
+@pytest.mark.slow
 def test_files_are_written_and_equal_figures_give_equal_files(antenna_run, tmp_path):
     first = plot.save_time_history(antenna_run, tmp_path / "one" / "history.v1", formats=("png", "pdf", "svg"))
     assert [path.name for path in first] == ["history.v1.png", "history.v1.pdf", "history.v1.svg"]
@@ -144,6 +145,7 @@ def test_global_settings_are_left_alone(antenna_run):
     assert dict(matplotlib.rcParams) == before
 
 
+@pytest.mark.slow
 def test_matplotlib_is_imported_only_when_used():
     code = "import sys, tautflex.plot; assert 'matplotlib' not in sys.modules; tautflex.plot.plot_modes; "
     code += "assert 'matplotlib' in sys.modules and 'matplotlib.pyplot' not in sys.modules"

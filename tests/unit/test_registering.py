@@ -139,6 +139,7 @@ def test_law_written_in_a_session_needs_no_file():
     assert LawFunction(space["law"]).at(np.zeros(1), (3.0,)).energy == 3.0
 
 
+@pytest.mark.slow
 def test_state_with_laws_goes_to_another_process(tmp_path):
     """Machine code has other addresses there: a state takes none along."""
     state = solve_prestress(string("slack"))

@@ -19,6 +19,7 @@ def call(tmp_path, *words):
     return main(["reproduce", *words, "--quick", "--workers", "1", "-o", str(tmp_path)])
 
 
+@pytest.mark.slow
 def test_tables_and_figures_without_runs(tmp_path, capsys):
     assert call(tmp_path, "--table", "2", "--figure", "3", "--json") == 0
     found = json.loads(capsys.readouterr().out)

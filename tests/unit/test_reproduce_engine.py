@@ -94,6 +94,7 @@ def test_a_kill_at_any_moment_loses_nothing_that_was_finished(tmp_path, workers)
         np.testing.assert_array_equal(resumed[name], whole[name])
 
 
+@pytest.mark.slow
 def test_damaged_results_are_performed_again(tmp_path):
     paths = perform([spec(0)], tmp_path, workers=1)
     before = values(paths)

@@ -38,6 +38,7 @@ def test_every_run_that_a_figure_needs_is_in_the_catalogue():
 
 
 @pytest.mark.parametrize("number", PAPER_ORDER)
+@pytest.mark.slow
 def test_figure_draws_whole_with_units(number, runs, modes):
     needed = {name: runs[name] for name in FIGURES[number].needs}  # and no run that it does not declare
     figure = FIGURES[number].draw(needed, modes)
@@ -132,6 +133,7 @@ def test_vibration_about_the_equilibrium_has_no_mean_on_either_side(antenna_run)
     np.testing.assert_allclose(whole.mean("time"), 0.0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_files_are_written_in_every_format(runs, modes, tmp_path):
     written = save_figures(["5a"], runs, modes, tmp_path / "figures")
     assert [path.name for path in written["5a"]] == ["figure_5a.pdf", "figure_5a.svg", "figure_5a.png"]

@@ -417,6 +417,7 @@ def test_stiffness_switching_damps_by_d_over_pi(d, verification_row):
     assert ratio == pytest.approx(d / np.pi, rel=0.05)
 
 
+@pytest.mark.slow
 def test_tension_takes_energy_from_every_mode():
     random = np.random.default_rng(5)
     change = random.standard_normal((3, 3))

@@ -96,6 +96,7 @@ def test_modes_on_the_hub_are_those_of_the_free_spacecraft(folder, capsys):
     assert found == pytest.approx(wanted, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_commands(folder, capsys):
     for name in ("free", "held", "loop"):
         assert main(["check", str(folder / f"{name}.toml"), "--json"]) == 0

@@ -172,6 +172,7 @@ def test_tension_and_temperature_keep_the_momenta(antenna):
     assert np.abs(resultants[1] - resultants[0]).max() > 0.01 * resultants[0].max()
 
 
+@pytest.mark.slow
 def test_adaptive_steps_follow_their_tolerance(antenna, verification_row):
     """Errors of film and hub fall with the tolerance; on a heavy hub the steps are those of a prescribed motion."""
     given = {"method": tf.GeneralizedAlpha(0.8), "time_step": 1e-2, "end_time": 0.06, "probes": {"A": (0.7, 0.4)}}

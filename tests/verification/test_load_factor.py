@@ -63,6 +63,7 @@ def test_a_linear_response_is_in_proportion(antenna, verification_row):
 
 
 @pytest.mark.parametrize("factor", [0.5, OWN])
+@pytest.mark.slow
 def test_models_agree(antenna, factor):
     """Full, reduced and hyper-reduced; what the load prescribes to static derivatives is in it."""
     coupling = tf.Coupling(inertial_load=factor)

@@ -211,6 +211,7 @@ def test_a_table_with_doubled_rows_is_the_bang_bang_slew():
     np.testing.assert_allclose(table, exact, atol=1e-9 * np.abs(exact).max())
 
 
+@pytest.mark.slow
 def test_a_table_reproduces_a_slew(verification_row):
     """The error of the response falls with the fourth power of the rows' distance, as that of the rates does."""
     slew, step, errors = Slew(0.2, 0.24, origin=(0.0, 0.5, 0.0)), 1e-3, []

@@ -129,6 +129,7 @@ def test_sunlight_pushes_flat_film_by_the_closed_form(element, verification_row)
     )
 
 
+@pytest.mark.slow
 def test_gravity_turns_a_long_spacecraft_towards_the_earth(verification_row):
     """Libration in pitch: n sqrt(3 (J_x - J_z) / J_y) [Hughes 1986, 8.3], here of a stiff structure on its hub."""
     state, rate = tf.solve_prestress(small_antenna()), 0.5

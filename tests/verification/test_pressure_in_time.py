@@ -63,6 +63,7 @@ def test_work_of_a_constant_pressure_is_the_energy_gained(shape, verification_ro
     verification_row(f"{shape} film struck by constant pressure: energy less work", 0, error, "conservation")
 
 
+@pytest.mark.slow
 def test_pressure_pushes_a_free_spacecraft(verification_row):
     """The film's edge is held by the hub, so its area along z stays: momentum is p A t, and work is energy gained."""
     state, pressure, errors = film(), 0.5, []

@@ -140,6 +140,7 @@ def test_string_that_is_pushed_grows_without_any_spin(verification_row):
     assert "its prestress pushes" in unstable.text
 
 
+@pytest.mark.slow
 def test_command_line_tells_before_the_run(tmp_path, capsys):
     natural = np.pi * np.sqrt((4000.0 / 1.0**2 + 3000.0 / 0.8**2) / 1530.0)
     case = tmp_path / "film.toml"
