@@ -24,6 +24,10 @@ Overrides = Annotated[
     list[str] | None,
     Parameter(name="--set", help="Change one key, section.key=value; may be repeated."),
 ]
+ResultFolder = Annotated[
+    Path | None,
+    Parameter(name=["-o", "--output"], help="Directory for results; default: named like the case."),
+]
 Force = Annotated[bool, Parameter(name="--force", help="Overwrite an existing file.")]
 _SHARED: dict[str, tuple[Any, Any]] = {
     "plugin": (

@@ -140,6 +140,12 @@ class FreeHub:
         return checks.float_array("inertia", np.diag(given) if given.ndim == 1 else given, (3, 3))
 
     @property
+    def offset_inertia(self) -> Array:
+        """What its inertia about the floating frame's origin has beside `tensor` [kg m^2], shape (3, 3)."""
+        center = np.asarray(self.center, dtype=float)
+        return np.asarray(self.mass * (center @ center * np.eye(3) - np.outer(center, center)))
+
+    @property
     def feedback(self) -> bool:
         """Whether force or torque is a function of time and motion."""
         return callable(self.force) or callable(self.torque)

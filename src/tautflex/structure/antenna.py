@@ -76,6 +76,15 @@ class AntennaLayout:
             raise InputError(f"divisions: expected two integers >= 1, got {self.divisions}")
 
     @property
+    def frame_sides(self) -> tuple[float, float]:
+        """Frame centre lines along x and y [m]; InputError if there is no frame around the film."""
+        if self.frame_length is None or self.frame_width is None:
+            raise InputError("layout: expected frame_length and frame_width, got None; use build_fixed_film instead")
+        if self.frame_length <= self.length or self.frame_width <= self.width:
+            raise InputError("layout: expected a frame larger than the film on both sides; enlarge the frame")
+        return self.frame_length, self.frame_width
+
+    @property
     def stations(self) -> Stations:
         """Where cables stand."""
         return (
@@ -171,12 +180,12 @@ def straight_cables(layout: AntennaLayout, stations: Stations, tensions: tuple[A
     tension
         Theirs [N], shape (cable,).
     """
-    film, frame = (layout.length, layout.width), (layout.frame_length, layout.frame_width)
+    film, frame = (layout.length, layout.width), layout.frame_sides
     ends, tension = [], []
     for axis in (1, 0):
         for station, pull in zip(stations[1 - axis], tensions[1 - axis], strict=True):
             for part in (-0.5, 0.5):
-                sides = (part * film[axis], part * (frame[axis] or 0.0))
+                sides = (part * film[axis], part * frame[axis])
                 ends.append([(station, side) if axis == 1 else (side, station) for side in sides])
                 tension.append(pull)
     return np.array(ends), np.array(tension)
@@ -244,11 +253,7 @@ def frame_points(layout: AntennaLayout, stations: Stations) -> Array:
 
     InputError if the layout has no frame around the film.
     """
-    if layout.frame_length is None or layout.frame_width is None:
-        raise InputError("layout: expected frame_length and frame_width, got None; use build_fixed_film instead")
-    if layout.frame_length <= layout.length or layout.frame_width <= layout.width:
-        raise InputError("layout: expected a frame larger than the film on both sides; enlarge the frame")
-    half_x, half_y = 0.5 * layout.frame_length, 0.5 * layout.frame_width
+    half_x, half_y = (0.5 * side for side in layout.frame_sides)
     on_axis = [0.0] if layout.support == "axis" else []
     side_y = np.unique(np.round(np.concatenate([[-half_y], stations[1], on_axis]), 12))
     side_x = np.unique(np.round(np.concatenate([[-half_x], stations[0]]), 12))
@@ -265,11 +270,10 @@ def frame_points(layout: AntennaLayout, stations: Stations) -> Array:
 
 def _held_frame_points(layout: AntennaLayout, ring: Array) -> Mask:
     """Mark the frame nodes that the layout's support clamps."""
-    assert layout.frame_length is not None
-    assert layout.frame_width is not None
-    close = 1e-9 * layout.frame_length
-    at_short = np.abs(np.abs(ring[:, 0]) - 0.5 * layout.frame_length) < close
-    at_long = np.abs(np.abs(ring[:, 1]) - 0.5 * layout.frame_width) < close
+    length, width = layout.frame_sides
+    close = 1e-9 * length
+    at_short = np.abs(np.abs(ring[:, 0]) - 0.5 * length) < close
+    at_long = np.abs(np.abs(ring[:, 1]) - 0.5 * width) < close
     held = {
         "corners": at_short & at_long,
         "all": np.ones(len(ring), dtype=bool),

@@ -155,7 +155,8 @@ def _arcs(layout: AntennaLayout, resultants: Array, sag: float, diagonal: bool) 
     spans = [float(own[1] - own[0]) for own in layout.stations]
     long, depth = Arc(spans[0], sag * spans[0], n_x, n_y), sag * spans[1]
     if diagonal:
-        slope = (_frame_width(layout) - layout.width) / (_frame_length(layout) - layout.length)
+        length, width = layout.frame_sides
+        slope = (width - layout.width) / (length - layout.length)
         wanted = slope * (long.end_pull + 0.5 * n_x * spans[1]) - 0.5 * n_y * spans[0]
         # Of N_x L^2 / (8 d) - N_y d / 2 = H: the pull along the short edge that turns the strap to the corner.
         depth = float(np.hypot(wanted, 0.5 * np.sqrt(n_x * n_y) * spans[1]) - wanted) / n_y
@@ -181,7 +182,7 @@ def _cables(layout: AntennaLayout, arcs: Arcs, diagonal: bool) -> tuple[Array, A
         layout, (stations[0][1:-1], stations[1][1:-1]), (tensions[0][1:-1], tensions[1][1:-1])
     )
     corners = np.array([(x, y) for x in (-0.5, 0.5) for y in (-0.5, 0.5)])
-    sides = [(layout.length, layout.width), (_frame_length(layout), _frame_width(layout))]
+    sides = [(layout.length, layout.width), layout.frame_sides]
     straps = np.stack([corners * np.array(side) for side in sides], axis=1)
     pull = float(np.hypot(tensions[0][0], tensions[1][0]))
     return np.concatenate([ends.reshape(-1, 2, 2), straps]), np.append(tension, np.full(4, pull))
@@ -207,13 +208,3 @@ def _cut(layout: AntennaLayout, nodes: Array, arcs: Arcs) -> tuple[Array, Indice
     lines = np.concatenate(cords)
     length = np.linalg.norm(cut[lines[:, 1]] - cut[lines[:, 0]], axis=1)
     return cut, lines, np.concatenate(tension) * length
-
-
-def _frame_length(layout: AntennaLayout) -> float:
-    assert layout.frame_length is not None
-    return layout.frame_length
-
-
-def _frame_width(layout: AntennaLayout) -> float:
-    assert layout.frame_width is not None
-    return layout.frame_width

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 from tautflex.cli.cards import show_run
-from tautflex.cli.options import Answer, CaseFile, Force, Overrides, about, command, load, require_output_directory
+from tautflex.cli.options import (
+    Answer,
+    CaseFile,
+    Force,
+    Overrides,
+    ResultFolder,
+    about,
+    command,
+    load,
+    require_output_directory,
+)
 from tautflex.cli.runs.run import default_directory, progress_bar
 from tautflex.errors import CaseError
 
@@ -19,10 +25,7 @@ def control(
     case: CaseFile,
     /,
     *,
-    output: Annotated[
-        Path | None,
-        Parameter(name=["-o", "--output"], help="Directory for results; default: named like the case."),
-    ] = None,
+    output: ResultFolder = None,
     force: Force = False,
     override: Overrides = None,
 ) -> Answer:

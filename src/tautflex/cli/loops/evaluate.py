@@ -10,7 +10,16 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from tautflex.cli.cards import show_evaluation
-from tautflex.cli.options import Answer, CaseFile, Overrides, about, command, load, require_output_directory
+from tautflex.cli.options import (
+    Answer,
+    CaseFile,
+    Overrides,
+    ResultFolder,
+    about,
+    command,
+    load,
+    require_output_directory,
+)
 from tautflex.cli.runs.run import default_directory, progress_bar
 from tautflex.errors import CaseError
 
@@ -32,10 +41,7 @@ def evaluate(
     angles: Annotated[int, Parameter(help="Values of the task's first parameter.")] = 4,
     seeds: Annotated[int, Parameter(help="Seeds of the noise.")] = 2,
     workers: Annotated[int | None, Parameter(help="Processes; default: one per core.")] = None,
-    output: Annotated[
-        Path | None,
-        Parameter(name=["-o", "--output"], help="Directory for results; default: named like the case."),
-    ] = None,
+    output: ResultFolder = None,
     override: Overrides = None,
 ) -> Answer:
     """Judge laws on the full model: a grid of episodes, the same for all, with errors of the tension that none knows.

@@ -6,12 +6,18 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 from tautflex.cli.cards import show_run
-from tautflex.cli.options import Answer, CaseFile, Overrides, about, command, load, require_output_directory
+from tautflex.cli.options import (
+    Answer,
+    CaseFile,
+    Overrides,
+    ResultFolder,
+    about,
+    command,
+    load,
+    require_output_directory,
+)
 
 
 @command
@@ -19,10 +25,7 @@ def run(
     case: CaseFile,
     /,
     *,
-    output: Annotated[
-        Path | None,
-        Parameter(name=["-o", "--output"], help="Directory for results; default: named like the case."),
-    ] = None,
+    output: ResultFolder = None,
     override: Overrides = None,
 ) -> Answer:
     """Simulate the maneuver; write run.nc, summary.json and figures.

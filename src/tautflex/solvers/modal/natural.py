@@ -153,7 +153,7 @@ def _carried(inertia: InertiaOperator, hub: FreeHub) -> tuple[Array, Array]:
     """Rows of the free rigid accelerations, and the inverse of the mass that resists them."""
     origin, center = np.zeros(3), np.asarray(hub.center, dtype=float)
     turn = hub.mass * cross_matrix(center)
-    tensor = hub.tensor + hub.mass * (center @ center * np.eye(3) - np.outer(center, center))
+    tensor = hub.tensor + hub.offset_inertia
     whole = rigid_mass(inertia, origin) + np.block([[hub.mass * np.eye(3), -turn], [turn, tensor]])
     free = np.flatnonzero(hub.freedom)
     return rigid_loads(inertia)[free], np.linalg.inv(whole[np.ix_(free, free)])

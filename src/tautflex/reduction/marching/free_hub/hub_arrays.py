@@ -113,7 +113,7 @@ def hub_arrays(
     for each in (spin_follow, square_follow):
         each[np.abs(each) <= scale] = 0.0
     weight, center = hub.mass, np.asarray(hub.center, dtype=float)
-    offset = weight * (center @ center * np.eye(3) - np.outer(center, center))
+    offset = hub.offset_inertia
     second_moment = inertia.second_moment
     return HubArrays(
         freedom,

@@ -67,7 +67,8 @@ class Body(NamedTuple):
         first, line, *_ = inertia.pairs
         weight, center, tensor, freedom = 0.0, np.zeros(3), np.zeros((3, 3)), np.ones(6)
         if hub is not None:
-            weight, center, tensor = hub.mass, np.asarray(hub.center, dtype=float), hub.tensor
+            weight, center = hub.mass, np.asarray(hub.center, dtype=float)
+            tensor = hub.tensor + hub.offset_inertia
             freedom = hub.freedom
         moments = np.concatenate([inertia.zeroth_moment[:, None], inertia.first_moment], axis=1)
         places = [np.flatnonzero(np.any(moment != 0.0, axis=0)) for moment in moments]
@@ -81,7 +82,7 @@ class Body(NamedTuple):
             inertia.mass + weight,
             inertia.mass_moment + weight * center,
             inertia.second_moment,
-            tensor + weight * (center @ center * np.eye(3) - np.outer(center, center)),
+            tensor,
             freedom,
         )
 
