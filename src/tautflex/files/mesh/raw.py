@@ -94,6 +94,8 @@ class RawMesh:
         Links and springs between nodes.
     stress
         Initial stress (sx, sy, txy) of elements of a kind, along lines the first alone, shapes (element, 3).
+    strain
+        Strain that elements of a kind would take if they were free, shapes (element,).
     """
 
     nodes: Array
@@ -105,6 +107,7 @@ class RawMesh:
     masses: tuple[RawMass, ...] = ()
     links: tuple[RawLink, ...] = ()
     stress: Mapping[str, Array] = field(default_factory=dict)
+    strain: Mapping[str, Array] = field(default_factory=dict)
 
 
 class Numbering:

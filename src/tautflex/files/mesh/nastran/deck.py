@@ -12,10 +12,10 @@ from tautflex.files.mesh.nastran.cards import WORDS
 from tautflex.files.mesh.nastran.case_control import bulk_and_selection
 from tautflex.files.mesh.nastran.coordinates import Systems
 from tautflex.files.mesh.nastran.elements import Elements
-from tautflex.files.mesh.nastran.links import LINKS, Links
+from tautflex.files.mesh.nastran.joints.links import LINKS, Links
+from tautflex.files.mesh.nastran.joints.springs import SPRINGS, Springs
 from tautflex.files.mesh.nastran.masses import MASSES, Masses
 from tautflex.files.mesh.nastran.properties import PROPERTIES, Properties
-from tautflex.files.mesh.nastran.springs import SPRINGS, Springs
 from tautflex.files.mesh.nastran.supports import Supports, components, held_groups
 from tautflex.files.mesh.nastran.text import Card, cards, included
 from tautflex.files.mesh.numerals import natural, vector

@@ -11,9 +11,10 @@ import numpy as np
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.gathered import UNSTATED, Gathered
-from tautflex.files.mesh.nastran.ends import ENDS, MovedEnds, Turned, offset
+from tautflex.files.mesh.nastran.joints.ends import ENDS, Turned, offset, placed
 from tautflex.files.mesh.nastran.properties import Properties
 from tautflex.files.mesh.nastran.text import Card
+from tautflex.files.mesh.new_ends import NewEnds
 from tautflex.files.mesh.numerals import natural, vector
 from tautflex.files.mesh.raw import RawGroup, integers, shorten
 from tautflex.numeric import Array, Indices
@@ -147,13 +148,11 @@ class Elements(Gathered):
                 )
         return result
 
-    def moved_ends(
-        self, points: Array, lines: Indices, orientation: Array, turned: Turned
-    ) -> tuple[Indices, MovedEnds]:
+    def moved_ends(self, points: Array, lines: Indices, orientation: Array, turned: Turned) -> tuple[Indices, NewEnds]:
         """Rows of nodes of the lines, with new ones for offset and pinned ends, and these."""
-        moved, lines = MovedEnds(list(points)), lines.copy()
+        moved, lines = NewEnds(list(points)), lines.copy()
         for row, card in self.beams:
             if any(card.get(place) for place in ENDS):
                 numbers = [natural(card.get(place), card.where) for place in (3, 4)]
-                lines[row] = moved.place(card, lines[row], numbers, orientation[row], turned)
+                lines[row] = placed(moved, card, lines[row], numbers, orientation[row], turned)
         return lines, moved
