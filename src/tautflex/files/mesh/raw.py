@@ -61,7 +61,8 @@ class RawMass:
 class RawNonstructural:
     """Mass without stiffness of the elements of a group, in the file's units.
 
-    ``per`` is ``"membrane"`` (per area), ``"line"`` (per length) or ``"total"``; ``where`` is its place for messages.
+    ``per`` is ``"membrane"`` (per area), ``"line"`` (per length), ``"total"``, in proportion to the masses of elements
+    or ``"shared"``, to their areas or lengths; ``where`` is its place for messages.
     """
 
     where: str
