@@ -243,13 +243,18 @@ def test_bad_plants_are_told(state):
         ({"actuators": {"torque": tf.HubTorque(delay=0.015)}}, "actuators.torque.delay: expected whole intervals of"),
         ({"method": tf.CentralDifference()}, "method: expected an implicit method"),
         ({"interval": 0.0}, "interval: expected"),
+        ({"actuators": {"t": tf.TensionGroup([999])}}, r"actuators\.t\.cables: expected cable numbers in"),
     ):
         with pytest.raises(InputError, match=message):
             plant(state, **({"actuators": torque} | more))
     with pytest.raises(InputError, match="expected a free hub"):
         plant(state, torque, free=False)
-    with pytest.raises(InputError, match="limit: expected"):
-        tf.HubTorque("x", limit=0.0)
+    about_x = {"hub": hub(axes="x"), "actuators": {"torque": tf.HubTorque("y")}}
+    with pytest.raises(InputError, match=r"torque\.axis: expected an axis that the hub turns about, 'x', got 'y'"):
+        tf.Plant(state, **about_x)
+    for limit in (0.0, [], [1.0, -1.0]):
+        with pytest.raises(InputError, match="limit: expected"):
+            tf.HubTorque("x", limit=limit)
     made = plant(state, torque)
     with pytest.raises(InputError, match="expected reset before this"):
         made.step(0.0)

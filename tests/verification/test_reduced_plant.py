@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex import InputError, UnsupportedError
+from tautflex import InputError, NotConvergedError, UnsupportedError
 from verification.dynamic_cases import small_antenna
 
 pytestmark = pytest.mark.slow
@@ -250,4 +250,18 @@ def test_bad_plants_are_told():
         tf.CompiledPlant(state(), ABOUT_X)
     with pytest.raises(UnsupportedError, match="hub: expected constant force and torque"):
         tf.CompiledPlant(rom(), tf.FreeHub(**BODY, axes="x", torque=lambda time, hub: (0.0, 0.0, 0.0)))
-    assert "torque [N m]" in repr(tf.CompiledPlant(rom(), ABOUT_X, ACTUATORS, **ASKED))
+    with pytest.raises(InputError, match=r"torque\.axis: expected an axis that the hub turns about, 'x', got 'xyz'"):
+        tf.CompiledPlant(rom(), ABOUT_X, {"torque": tf.HubTorque("xyz")})
+    plants = tf.CompiledPlant(rom(), ABOUT_X, ACTUATORS, **ASKED)
+    assert "torque [N m]" in repr(plants)
+    for wrong, said in (
+        (lambda: plants.step([1.0, 2.0]), r"command: expected shape \(1, 4\), got \(2,\)"),
+        (lambda: plants.run(np.zeros((3, 5))), r"law: expected shape \(any, 1, 4\), got \(3, 5\)"),
+        (lambda: plants.run(lambda time, y: np.zeros(4), end_time=0.0), "end_time: expected a number > 0"),
+        (lambda: plants.reset(row=1), r"row: expected a number in \[0, 0\], got 1"),
+    ):
+        with pytest.raises(InputError, match=said):
+            wrong()
+    with pytest.raises(NotConvergedError, match=r"t = 0\.03 s: the law failed .ZeroDivisionError") as caught:
+        plants.run(lambda time, y: 1.0 / 0.0 if time > 0.025 else np.zeros(4), end_time=0.1)
+    assert [len(part) for part in caught.value.result] == [4, 3]

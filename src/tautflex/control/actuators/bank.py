@@ -78,6 +78,13 @@ def checked_actuators(given: Any, hub: FreeHub | None, system: StructuralSystem)
             raise InputError(
                 f"actuators.{name}: expected a free hub for {shown(drive)}, got none; give hub=FreeHub(...)"
             )
+        if isinstance(drive, HubTorque) and hub is not None:
+            free = "xyz" if hub.axes == "free" else hub.axes
+            if set(drive.axis) - set(free):
+                raise InputError(
+                    f"actuators.{name}.axis: expected an axis that the hub turns about, {free!r}, got {drive.axis!r}; "
+                    f"set axis = {free!r}, or free the hub's axes"
+                )
         if isinstance(drive, Actuator) and getattr(drive.effect, drive.effect.signal) is not None:
             raise InputError(
                 f"actuators.{name}: expected an effect without a signal, got {shown(drive.effect)}; leave "
