@@ -180,12 +180,17 @@ class Bank:
             elif item.bound is not None:
                 value = np.maximum(value, item.bound.lowest)
             if not np.array_equal(value, item.value):
-                before, last, item.value, changed = run.strain_energy(), item.value, value, True
+                before, last, vibration = run.strain_energy(), item.value, self._monitor.vibration
+                if item.drive.monitor and vibration is not None:
+                    acting = {each.channel.name: each.value for each in self.items}
+                    pumped = vibration.pumped(item.channel.name, place.q, value - last, acting)
+                item.value, changed = value, True
                 item.held.hold(value, time)
                 if isinstance(item.bound, StressChange):
                     work = run.strain_energy() - before
                     item.work += work
-                    pumped = work - self._stored(run, item, last, value - last)
+                    if vibration is None:
+                        pumped = work - self._stored(run, item, last, value - last)
             if item.drive.monitor:
                 item.watch = item.watch.seen(pumped, self._monitor.window)
         if changed:

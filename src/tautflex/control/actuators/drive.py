@@ -53,7 +53,7 @@ class Drive:
         Step of the numbers, >= 0; 0 is none.
     monitor
         Whether tension or temperature that has pumped vibration up for two periods of the lowest mode is switched off:
-        its commands are zero from then on. Of a reduced model.
+        its commands are zero from then on.
 
     Raises
     ------
