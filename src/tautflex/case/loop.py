@@ -89,7 +89,12 @@ def build_plant(case: Case, state: PrestressedState) -> Plant:
 
 
 def build_law(case: Case, plant: Plant) -> ControlLaw:
-    """Build the law of a case, tried on its plant.
+    """Build the law of a case, tried on its plant, see `tried_law`."""
+    return tried_law(case, plant)[0]
+
+
+def tried_law(case: Case, plant: Plant) -> tuple[ControlLaw, list[str]]:
+    """Law of a case, tried on its plant, and what it says about the loop.
 
     Raises
     ------
@@ -100,24 +105,31 @@ def build_law(case: Case, plant: Plant) -> ControlLaw:
         text = "controller: missing, expected a [controller] section with kind = 'pd' or another law"
         raise CaseError(f"{text}; add it, `tautflex init --template control` writes a case with one")
     several = case.controller if isinstance(case.controller, tuple) else (case.controller,)
-    laws = list[ControlLaw]()
+    laws, said = list[ControlLaw](), list[str]()
     for number, given in enumerate(several):
         with within("controller" if several[0] is case.controller else f"controller.{number}"):
             laws.append(given.build())
-            start_law(plant, laws[-1])
-    return laws[0] if len(laws) == 1 else added(*laws)
+            said += start_law(plant, laws[-1])[1]
+    return laws[0] if len(laws) == 1 else added(*laws), said
 
 
-def check_loop(case: Case, state: PrestressedState) -> None:
-    """Raise InputError unless what a case has of a loop fits its structure, and its law what it reads and commands."""
+def check_loop(case: Case, state: PrestressedState) -> list[str]:
+    """What the law of a case says about its loop.
+
+    Raises
+    ------
+    InputError
+        Unless what the case has of a loop fits its structure, and the law what it reads and commands.
+    """
     if case.controller is not None:
         plant = build_plant(case, state)
-        build_law(case, plant)
+        said = tried_law(case, plant)[1]
         plant.reset()
-    else:
-        hub = None if case.hub is None else case.hub.build()
-        build_actuators(case, state)
-        build_sensors(case, state, hub)
+        return said
+    hub = None if case.hub is None else case.hub.build()
+    build_actuators(case, state)
+    build_sensors(case, state, hub)
+    return []
 
 
 def authority_of_case(case: Case, modes: int = 10) -> xr.Dataset:
