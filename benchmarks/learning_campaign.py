@@ -93,7 +93,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=Path("campaign"), help="folder (default %(default)s)")
     parser.add_argument("--policies", type=int, default=5, help="how many seeds (default %(default)s)")
-    parser.add_argument("--iterations", type=int, default=3000, help="of a training (default %(default)s)")
+    parser.add_argument("--iterations", type=int, default=2000, help="of a training (default %(default)s)")
     parser.add_argument("--budget", type=float, default=1500.0, help="plant time to tune a law [s]")
     parser.add_argument("--angles", type=int, default=4, help="angles of the scenarios (default %(default)s)")
     parser.add_argument("--seeds", type=int, default=2, help="seeds of their noise (default %(default)s)")

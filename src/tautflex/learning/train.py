@@ -88,7 +88,7 @@ def train(
     *,
     case: Case | str | os.PathLike[str] | None = None,
     law: str | ControlLaw = "pd",
-    iterations: int = 3000,
+    iterations: int = 2000,
     seconds: float | None = None,
     seed: int = 0,
     layers: Sequence[int] = (32, 32),
