@@ -85,7 +85,10 @@ WORDS = Words(
             "CELAS3 CELAS4 CBUSH1D CBUSH2D CGAP CFAST CWELD CSEAM CINTC",
             "join the points by CBUSH, or merge them",
         ),
-        "dampers": ("CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CVISC", "leave them out and state the damping in the case"),
+        "dampers": (
+            "CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CVISC",
+            "leave them out and give them as [[dampers]] or tf.Damper",
+        ),
         "masses of other kinds": (
             "CMASS3 CMASS4 NSM NSM1 NSML NSML1 NSMADD",
             "add the mass to the density of the section, or write it as CONM2",
