@@ -70,7 +70,7 @@ class PiezoPair(Effect):
         return PatternLoad(self.moment, "moment", ("moment [N m]",), -np.inf, *bound_forces(system, moments))
 
     def _columns(self, system: StructuralSystem, found: list[int], chosen: Indices) -> dict[int, Array]:
-        """Stress of the difference of both ends' angles; that of the second plane counts against y (`elements.beam`)."""
+        """Stress of the difference of both ends' angles; the second plane's counts against y (`elements.beam`)."""
         strain, sign = (3, 1.0) if self.axis == "y" else (1, -1.0)
         columns, first = {}, 0
         for index in found:
