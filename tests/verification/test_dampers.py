@@ -81,7 +81,7 @@ def run_of(plant: Any, **given: Any) -> Any:
     return tf.simulate(plant, tf.Stop(0.1, 0.1, axis=(0.0, 1.0, 0.0)), **given)
 
 
-def test_full_reduced_and_explicit_runs_and_linear_views(state: Any) -> None:
+def test_full_and_reduced_runs_and_linear_views(state: Any) -> None:
     full, without = (
         run_of(one).data.w.values for one in (state, tf.solve_prestress(mast(masses=[PointMass(10, 1.0)])))
     )
@@ -98,6 +98,21 @@ def test_full_reduced_and_explicit_runs_and_linear_views(state: Any) -> None:
     spun = tf.solve_spinning_modes(state, (0.0, 0.0, 0.0), n=2)
     ratio = -slow.real / np.abs(slow)
     assert ratio.max() == pytest.approx(spun.damping_ratios.max(), rel=2e-2)
+
+
+def test_runs_on_a_free_hub(state: Any) -> None:
+    """A damper to the frame takes energy and leaves all momentum in the spacecraft."""
+    hub = tf.FreeHub(2.0, (0.2, 0.2, 0.2), angular_velocity=(0.0, 0.3, 0.0))
+    thrown = np.zeros((11, 3))
+    thrown[:, 2] = 0.1 * LINE[:, 0] ** 2
+    given = {"time_step": 2e-3, "end_time": 0.1, "method": tf.EnergyConserving(), "initial_velocity": thrown}
+    run = tf.simulate(state, hub, tolerance=1e-10, **given)
+    balance = run.energy_balance
+    assert balance["damping"] > 1e-3 * balance["initial"]
+    assert abs(balance["residual"]) < 1e-6 * balance["damping"]
+    for name in ("linear_momentum", "angular_momentum"):
+        momentum = run.data[name].values
+        assert np.abs(momentum - momentum[0]).max() < 1e-10 * np.abs(momentum).max()
 
 
 @pytest.mark.jax
