@@ -97,7 +97,7 @@ class HyperReducedModel(OnBasis):
         reference, stresses = np.zeros(r + 1), np.empty(rest.size)
         add_forces(store, np.zeros(r + 1), reference, stresses, True, False, False)
         linear, none = self.state.linear, np.zeros(0, dtype=np.int64)
-        matrix = damping.matrix(linear)
+        matrix = damping.of(linear)
         kinds = linear.projected(self.basis.kept) if matrix.kinds else {}
         return HyperArrays(
             none,

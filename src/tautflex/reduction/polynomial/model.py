@@ -80,7 +80,7 @@ class ReducedModel(OnBasis):
         curved = largest > _ROUND_OFF * float(np.abs(c.linear).max())
         fields, viscous = self.fields
         # Static derivatives have no mass here, so only the stiffness part of the damping acts on them.
-        matrix = damping.matrix(self.state.linear)
+        matrix = damping.of(self.state.linear)
         share = float(matrix.stiffness)
         parts = self.by_kind if matrix.kinds else {}
         own = matrix.projected(c.mass, c.linear, self.basis.kept, {kind: part[:2] for kind, part in parts.items()})

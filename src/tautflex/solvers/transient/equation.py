@@ -60,7 +60,7 @@ class EquationOfMotion:
         self.workspace = self.system.workspace()
         self.inertia = self.system.inertia
         linear = self.state.linear
-        matrix = self.damping.matrix(linear)
+        matrix = self.damping.of(linear)
         kinds = linear.by_kind if matrix.kinds else None
         self.products = MassDamping(
             self.system.pattern, self.inertia.mass_entries, self.state.tangent_entries, matrix, kinds
