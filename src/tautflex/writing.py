@@ -75,7 +75,7 @@ def written_together(directory: Path) -> Iterator[Path]:
         place.rename(complete)
         _settle(directory)
         _move(complete)
-    except OSError as error:
+    except (OSError, NotWrittenError) as error:
         text = f"directory: expected a folder that can be written, got {str(directory)!r} ({_reason(error)})"
         raise NotWrittenError(f"{text}; what stood there is whole") from error
     finally:
@@ -167,5 +167,7 @@ def _alive(name: str) -> bool:
     return True
 
 
-def _reason(error: Exception) -> str:
+def _reason(error: BaseException) -> str:
+    if isinstance(error, NotWrittenError) and error.__cause__ is not None:
+        return _reason(error.__cause__)
     return (isinstance(error, OSError) and error.strerror) or str(error)

@@ -1,0 +1,151 @@
+"""Results survive full disks, kills, broken links and a second command in their folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import tautflex as tf
+from tautflex.cli import main
+from tautflex.files.transaction import publish, result_folder
+from tautflex.writing import finish
+from verification.builders import FILM_CASE
+
+
+@contextmanager
+def files_no_longer_than(size):
+    """Let writing fail as on a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def wrote(place: Path, final: Path, text: str) -> list[Path]:
+    (place / "deep").mkdir()
+    for name in ("a.txt", "deep/b.txt"):
+        (place / name).write_text(text)
+    return [final / name for name in ("a.txt", "deep/b.txt")]
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def test_files_move_together_or_not_at_all(tmp_path):
+    folder = tmp_path / "new" / "results"
+    assert publish(folder, lambda place, final: wrote(place, final, "one")) == [folder / "a.txt", folder / "deep/b.txt"]
+
+    def fails(place, final):
+        wrote(place, final, "two")
+        raise tf.InputError("in the middle")
+
+    with pytest.raises(tf.InputError, match="in the middle"):
+        publish(folder, fails)
+    assert names(folder) == ["a.txt", "deep/b.txt"]
+    assert (folder / "a.txt").read_text() == "one"
+    (folder / "mine.txt").write_text("stays")
+    publish(folder, lambda place, final: wrote(place, final, "three"))
+    assert (folder / "deep" / "b.txt").read_text() == "three"
+    assert names(folder) == ["a.txt", "deep/b.txt", "mine.txt"]
+
+
+def test_what_a_dead_process_had_completed_is_moved_and_the_rest_removed(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, text=True, check=True
+    )
+    dead = done.stdout.strip()
+    for kind in ("part", "commit"):
+        place = tmp_path / f".tautflex-{kind}-{dead}-0"
+        place.mkdir()
+        (place / f"{kind}.txt").write_text(kind)
+    alive = tmp_path / f".tautflex-part-{os.getpid()}-0"
+    alive.mkdir()
+    finish(tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [alive.name, "commit.txt"]
+
+
+def test_a_full_disk_keeps_the_old_result_and_offers_the_new_one(tmp_path, monkeypatch):
+    folder = tmp_path / "results"
+    publish(folder, lambda place, final: wrote(place, final, "old"))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    tried = []
+
+    def write(place, final):
+        tried.append(place)
+        with files_no_longer_than(1000 if len(tried) == 1 else 10**9):
+            tf.save(xr.Dataset({"long": ("x", np.arange(1e4))}), place / "run.nc")
+
+    with pytest.raises(tf.NotWrittenError, match=r"File too large.*what stood there is whole.*kept in") as told:
+        publish(folder, write)
+    assert "\n" not in str(told.value)
+    assert names(folder) == ["a.txt", "deep/b.txt"]
+    kept = Path(str(told.value).rpartition("kept in ")[2])
+    assert tf.load(kept / "run.nc").sizes["x"] == 10**4
+
+
+def test_two_commands_in_one_folder_are_kept_apart(tmp_path):
+    code = (
+        "import sys, pathlib; from tautflex.files.transaction import result_folder\n"
+        "with result_folder(pathlib.Path(sys.argv[1])): print('in', flush=True); sys.stdin.read()"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "out")]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as other:
+        assert other.stdout.readline() == "in\n"
+        with pytest.raises(tf.CaseError, match=f"process {other.pid}"), result_folder(tmp_path / "out"):
+            pass
+        other.kill()
+    with result_folder(tmp_path / "out"):
+        (tmp_path / "out" / "kept").touch()
+    assert names(tmp_path) == ["out/kept"]
+
+
+def test_links_to_nothing_are_refused_before_the_work(tmp_path, capsys):
+    case = tmp_path / "film.toml"
+    case.write_text(FILM_CASE)
+    (tmp_path / "out").symlink_to(tmp_path / "nowhere")
+    assert main(["run", str(case), "-o", str(tmp_path / "out")]) == 2
+    assert "a link to nothing" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_existing_results_need_force_or_resume(tmp_path, capsys):
+    case, out = tmp_path / "film.toml", str(tmp_path / "out")
+    case.write_text(FILM_CASE + '[maneuver]\nkind = "stop"\nrate = 0.5\nduration = 0.1\n')
+    assert main(["run", str(case), "-o", out, "--json"]) == 0
+    first = json.loads(capsys.readouterr().out)
+    assert first["resumed_from"] == 0.0
+    assert main(["run", str(case), "-o", out]) == 2
+    assert "add --force to replace it or --resume to go on" in capsys.readouterr().err
+    (tmp_path / "out" / "loop.png").touch()
+    assert main(["run", str(case), "-o", out, "--resume"]) == 0
+    assert "nothing is left to do" in capsys.readouterr().out
+    assert main(["run", str(case), "-o", out, "--resume", "--set", "maneuver.rate=0.4"]) == 2
+    assert "of another case" in capsys.readouterr().err
+    assert main(["run", str(case), "-o", out, "--force", "--resume"]) == 2
+    capsys.readouterr()
+    assert main(["run", str(case), "-o", out, "--force", "--set", "maneuver.rate=0.4", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["maneuver"] != first["maneuver"]
+    assert (tmp_path / "out" / "loop.png").exists()  # not one of the earlier run
+
+
+@pytest.mark.slow
+def test_random_kills_leave_whole_files_and_equal_results(tmp_path):
+    script = Path(__file__).with_name("kill_campaign.py")
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(
+        [sys.executable, str(script), "6"], capture_output=True, text=True, env=environment, check=False
+    )
+    assert done.returncode == 0, done.stderr
