@@ -33,7 +33,7 @@ from tautflex.control.plant import Plant
 from tautflex.control.sensors.sensor import Sensor
 from tautflex.errors import CaseError, NotConvergedError
 from tautflex.motion.hub import FreeHub
-from tautflex.reduction.polynomial.model import reduce
+from tautflex.reduction.polynomial.model import ReducedModel, reduce
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.status import Run
 
@@ -59,8 +59,10 @@ def build_sensors(case: Case, state: PrestressedState, hub: FreeHub | None) -> d
     return found
 
 
-def build_plant(case: Case, state: PrestressedState) -> Plant:
+def build_plant(case: Case, state: PrestressedState, reduced: ReducedModel | None = None) -> Plant:
     """Build the plant of a case: its structure, or a reduced model of it, on its hub, with actuators and sensors.
+
+    A reduced model that is known already, see `prepare`, is not made again.
 
     Raises
     ------
@@ -70,8 +72,9 @@ def build_plant(case: Case, state: PrestressedState) -> Plant:
     hub = None if case.hub is None else case.hub.build()
     actuators, inputs = build_actuators(case, state), build.build_inputs(case, state)
     effects = [drive.effect for drive in actuators.values() if isinstance(drive, Actuator)]
-    with within("reduction"):
-        reduced = None if case.reduction is None else reduce(state, case.reduction.build(), inputs=[*inputs, *effects])
+    if case.reduction is not None and reduced is None:
+        with within("reduction"):
+            reduced = reduce(state, case.reduction.build(), inputs=[*inputs, *effects])
     return Plant(
         reduced or state,
         hub,
@@ -167,12 +170,13 @@ def control_case(case: Case, progress: Progress | None = None) -> Run:
     >>> run = tf.control_case(tf.load_case("slew.toml"))  # doctest: +SKIP
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('slew.toml') gives one")
-    return _closed(case, prestressed(case, progress or silent)[1], progress or silent)
+    return close_case(case, prestressed(case, progress or silent)[1], progress or silent)
 
 
-def _closed(case: Case, state: PrestressedState, progress: Progress) -> Run:
+def close_case(case: Case, state: PrestressedState, progress: Progress, reduced: ReducedModel | None = None) -> Run:
+    """Run the closed loop of a case on its state, or on a reduced model of it that is known already."""
     progress(0.0, "plant and law")
-    plant = build_plant(case, state)
+    plant = build_plant(case, state, reduced)
     law = build_law(case, plant)
     try:
         return _labelled(case, close_loop(plant, law, None, case.solver.end_time, case.loop.seed, progress))
@@ -207,16 +211,21 @@ def write_case_loop(
     _, state = prestressed(case, tell)
     more: dict[str, Any] = {}
     try:
-        run = _closed(case, state, tell)
+        run = close_case(case, state, tell)
     except NotConvergedError as error:
         if not isinstance(error.result, Run):
             raise
         run, more["message"] = error.result, str(error)
+    more |= loop_summary(case, run)
+    return write_results(case, state, run, directory, tell, figures, title, more)
+
+
+def loop_summary(case: Case, run: Run) -> dict[str, Any]:
+    """What ``summary.json`` says of a closed loop beside `summary_of` its run."""
     data, end = run.data, maneuver_end(run)
     settled: dict[str, float | None] = {"attitude": None}
     if "attitude_error" in data:
         off = data["attitude_error"].rename(sample_time="time")
         settled["attitude"] = read_settling(off, case.output.attitude_tolerance, end)
     settled["surface"] = read_surface(data, end, case.output.surface_tolerance)["settling_time"]
-    more |= {"settling_time": settled, "energy_by_source": json.loads(data.attrs["energy_by_source"])}
-    return write_results(case, state, run, directory, tell, figures, title, more)
+    return {"settling_time": settled, "energy_by_source": json.loads(data.attrs["energy_by_source"])}
