@@ -1,4 +1,4 @@
-"""What runs share whose cases differ in motion, damping and steps alone: the structure, prestressed, perhaps reduced."""
+"""What runs share whose cases differ in motion, damping and steps alone: the prestressed structure, reduced or not."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,10 @@ from tautflex.case.schema import Case
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.reduction.polynomial.model import ReducedModel, reduce
+from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.prestress import PrestressedState
 
+MODE_COUNT = 10
 # Sections that neither the prestressed structure nor a reduced model of it depends on.
 _LATER = {"maneuver", "damping", "coupling", "solver", "hub", "sensors", "controller", "task", "loop", "output"}
 
@@ -38,6 +41,12 @@ class Prepared:
     state: PrestressedState
     inputs: tuple[TimeInput, ...]
     reduced: ReducedModel | None
+
+    @cached_property
+    def frequencies(self) -> tuple[float, ...]:
+        """Lowest natural frequencies of the state [Hz], at most `MODE_COUNT`."""
+        modes = solve_modes(self.state, n=min(MODE_COUNT, len(self.state.model.free_dofs) - 1))
+        return tuple(map(float, modes.frequencies))
 
     @property
     def plant(self) -> PrestressedState | ReducedModel:

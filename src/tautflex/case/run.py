@@ -15,7 +15,7 @@ import xarray as xr
 from tautflex import checks
 from tautflex.analysis import amplitude, dominant_frequency, maneuver_end, settling_time, surface
 from tautflex.case import build
-from tautflex.case.prepared import Prepared, prepare
+from tautflex.case.prepared import MODE_COUNT, Prepared, prepare
 from tautflex.case.schema import Case
 from tautflex.errors import CaseError, InputError
 from tautflex.files import netcdf
@@ -27,8 +27,6 @@ from tautflex.solvers.transient.status import Run
 
 Progress = Callable[[float, str], None]
 Figures = Callable[[xr.Dataset, xr.Dataset, Path], list[Path]]
-
-MODE_COUNT = 10
 
 
 def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True) -> Run:

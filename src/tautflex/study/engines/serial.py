@@ -1,0 +1,107 @@
+"""Points in processes of this machine; what is finished is kept, whatever happens to the rest.
+
+Own, on the standard library's pool: Ctrl-C within a hundredth of a run, workers that die with their parent and a
+message for one that was killed are tested here, and joblib promises none of them.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing.synchronize import Event
+
+from tautflex.errors import TautflexError
+from tautflex.study.work import Outcome, Task, work
+
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_AHEAD = 2  # chunks per process that wait, so that none is idle and the queue stays short
+
+
+class WorkerLostError(TautflexError, RuntimeError):
+    """A worker process ended without a word, for example for lack of memory; finished points are kept."""
+
+
+def perform(task: Task, chunks: Sequence[Sequence[int]], workers: int | None = None) -> Iterator[list[Outcome]]:
+    """Perform chunks of points, each in one of several processes; with one everything happens in this process.
+
+    The processes are spawned: a script that calls this needs the usual ``if __name__ == "__main__":``.
+
+    Raises
+    ------
+    WorkerLostError
+        If a worker process died.
+    """
+    count = min(workers or os.cpu_count() or 1, len(chunks))
+    if count > 1:
+        yield from _in_processes(task, chunks, count)
+        return
+    for chunk in chunks:
+        for number in chunk:
+            yield work(task, [number])
+
+
+def _in_processes(task: Task, chunks: Sequence[Sequence[int]], count: int) -> Iterator[list[Outcome]]:
+    context = multiprocessing.get_context("spawn")
+    stop = context.Event()
+    waiting = deque(chunks)
+    with _one_thread_each():
+        pool = ProcessPoolExecutor(count, mp_context=context, initializer=_start_worker, initargs=(stop, task))
+        try:
+            pending: set[Future[list[Outcome]]] = set()
+            while waiting or pending:
+                while waiting and len(pending) < _AHEAD * count:
+                    pending.add(pool.submit(_work, waiting.popleft()))
+                finished, pending = wait(pending, return_when=FIRST_COMPLETED)
+                for future in finished:
+                    yield future.result()
+        except BrokenProcessPool:
+            text = "a worker process died before its run was finished, perhaps for lack of memory"
+            raise WorkerLostError(f"{text}; finished runs are kept: call again, with fewer workers") from None
+        finally:
+            stop.set()  # ends runs under way within a hundredth of their length
+            pool.shutdown(cancel_futures=True)
+
+
+_OWN: list[tuple[Event, Task]] = []  # set once by `_start_worker`, in worker processes only
+
+
+def _start_worker(stop: Event, task: Task) -> None:
+    """Prepare a worker process: it ends when told to, and when its parent is gone."""
+    _OWN[:] = [(stop, task)]
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which tells us
+    threading.Thread(target=_leave_with_parent, daemon=True).start()
+
+
+def _work(numbers: Sequence[int]) -> list[Outcome]:
+    stop, task = _OWN[0]
+    return work(task, numbers, stop.is_set)
+
+
+def _leave_with_parent() -> None:
+    """Wait for the parent's end, however it comes, and end at once: nobody would collect our work."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Let worker processes start with one linear-algebra thread each: more would fight for the cores."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
