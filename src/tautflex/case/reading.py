@@ -23,6 +23,9 @@ _FILES = {
 }
 TEMPLATES = tuple(sorted(_FILES))
 """Names of the commented cases that `tautflex init` writes; each is a file."""
+STUDY = "study"
+"""Name of the commented study that it writes."""
+_STUDY_CASE = "m2-reduced.toml"
 
 _LARGEST_FILE = 10_000_000
 _DEEPEST = 20
@@ -34,22 +37,35 @@ def template(name: str = "m2") -> str:
     Parameters
     ----------
     name
-        One of `TEMPLATES`.
+        One of `TEMPLATES`, or `STUDY`.
 
     Raises
     ------
     CaseError
         If there is no such template.
     """
+    if name == STUDY:
+        return _DATA.joinpath("studies", "study.toml").read_text(encoding="utf-8")
     if name not in TEMPLATES:
-        raise CaseError(f"template: expected one of {choices(TEMPLATES)}, got {show(name)}; choose one of them")
+        known = choices((*TEMPLATES, STUDY))
+        raise CaseError(f"template: expected one of {known}, got {show(name)}; choose one of them")
     return _FILES[name].read_text(encoding="utf-8")
 
 
 def template_files(name: str) -> dict[str, str]:
-    """Texts of the files that a commented case names, by the names it has for them: its mesh."""
+    """Texts of the files that a commented case or study names, by the names it has for them: its mesh, its case."""
+    if name == STUDY:
+        return {_STUDY_CASE: reduced_template("m2")}
     mesh = tomllib.loads(template(name)).get("mesh", {}).get("file")
     return {} if mesh is None else {mesh: _DATA.joinpath("meshes", mesh).read_text(encoding="utf-8")}
+
+
+def reduced_template(name: str) -> str:
+    """Text of a commented case with the section [reduction] that it shows put in force."""
+    text = template(name)
+    for line in ("[reduction]", 'directions = ["rx"]'):
+        text = text.replace(f"# {line}", line)
+    return text
 
 
 def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Case:

@@ -22,6 +22,7 @@ from tautflex.cli.runs.animate import animate
 from tautflex.cli.runs.export import export
 from tautflex.cli.runs.reproduce import reproduce
 from tautflex.cli.runs.run import run
+from tautflex.cli.studies.sweep import sweep
 from tautflex.errors import InputError, MissingExtraError, NotConvergedError
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -37,7 +38,22 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for one in (init, check, keys, modes, tune, run, control, authority, train, evaluate, animate, reproduce, export):
+for one in (
+    init,
+    check,
+    keys,
+    modes,
+    tune,
+    run,
+    control,
+    authority,
+    train,
+    evaluate,
+    sweep,
+    animate,
+    reproduce,
+    export,
+):
     app.command(one)
 app.register_install_completion_command(add_to_startup=False)
 

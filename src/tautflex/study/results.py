@@ -51,8 +51,9 @@ def study_dataset(
             continue
         status[number], message[number] = kept["status"], kept["message"]
         for name, value in kept["measures"].items():
-            if value is not None and (name in columns or not study.measures.names):
-                columns.setdefault(name, np.full(len(points), np.nan))[number] = value
+            if name in columns or not study.measures.names:
+                column = columns.setdefault(name, np.full(len(points), np.nan))
+                column[number] = np.nan if value is None else value
     dims, coordinates = [], dict[str, Any]()
     for group, steps in zip(study.groups, points.steps, strict=True):
         dims.append(group[0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -61,7 +62,9 @@ def _client(distributed: Any, workers: int | None, scheduler: str | None) -> Ite
     """Client of a running scheduler, or of a cluster of processes with one thread each that ends with it."""
     if scheduler is None:
         with (
-            distributed.LocalCluster(workers, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
+            distributed.LocalCluster(
+                workers, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=logging.ERROR
+            ) as cluster,
             distributed.Client(cluster) as client,
         ):
             yield client
