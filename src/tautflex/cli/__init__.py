@@ -22,6 +22,7 @@ from tautflex.cli.runs.animate import animate
 from tautflex.cli.runs.export import export
 from tautflex.cli.runs.reproduce import reproduce
 from tautflex.cli.runs.run import run
+from tautflex.cli.studies.design import design
 from tautflex.cli.studies.sweep import sweep
 from tautflex.errors import InputError, MissingExtraError, NotConvergedError
 
@@ -50,6 +51,7 @@ for one in (
     train,
     evaluate,
     sweep,
+    design,
     animate,
     reproduce,
     export,

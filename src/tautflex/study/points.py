@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
+from tautflex.case.reading import parse_case
 from tautflex.case.schema import Case
 from tautflex.study.axes import steps_of, with_keys
 from tautflex.study.reading import base_values
@@ -76,14 +77,15 @@ class Listing:
     """Cases by name."""
 
     names: Sequence[str]
-    cases: Sequence[Case]
+    texts: Sequence[str]
+    """Their case files: cheap to send."""
 
     def __len__(self) -> int:
         return len(self.names)
 
     def case(self, number: int) -> Case:
         """Case of a point."""
-        return self.cases[number]
+        return parse_case(self.texts[number])
 
     def name(self, number: int) -> str:
         """Its name."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
@@ -20,12 +21,14 @@ from tautflex.case.schema import Case
 from tautflex.errors import CaseError, InputError
 from tautflex.files import netcdf
 from tautflex.study.axes import values_of
-from tautflex.study.engines import batch, dask, serial
+from tautflex.study.engines import batch
+from tautflex.study.engines.dask import Cluster
+from tautflex.study.engines.serial import Pool
 from tautflex.study.measures import check_names
 from tautflex.study.points import Grid
 from tautflex.study.reading import load_study
 from tautflex.study.results import study_dataset, write_table
-from tautflex.study.sections import Study
+from tautflex.study.sections import Engine, Study
 from tautflex.study.store import Store, case_key, code_key
 from tautflex.study.work import INVALID, Outcome, Task
 
@@ -86,16 +89,17 @@ def sweep(
     """
     started, folder, tell = time.perf_counter(), checks.path("directory", directory), progress or (lambda *_: None)
     plan = make_plan(study, folder, workers=workers, scheduler=scheduler, force=force)
-    _mark(folder)
+    mark(folder)
     plan.task.store.sweep_leftovers()
     unkept = {number: (INVALID, message) for number, message in plan.invalid.items()}
     done, failed, count = len(plan.points) - len(plan.todo), len(unkept), len(plan.points)
-    for outcomes in perform_plan(plan):
-        for one in outcomes:
-            unkept[one.number] = one.status, one.message
-            failed += one.status != "completed"
-        done += len(outcomes)
-        tell(done / count, f"{done} of {count} points" + (f", {failed} failed" if failed else ""))
+    with closing(perform_plan(plan)) as performed:
+        for outcomes in performed:
+            for one in outcomes:
+                unkept[one.number] = one.status, one.message
+                failed += one.status != "completed"
+            done += len(outcomes)
+            tell(done / count, f"{done} of {count} points" + (f", {failed} failed" if failed else ""))
     data = study_dataset(plan.study, plan.points, plan.task.store, plan.keys, unkept)
     data.attrs |= {"resumed": plan.resumed, "seconds": time.perf_counter() - started}
     netcdf.save(data, folder / "study.nc")
@@ -159,16 +163,12 @@ def make_plan(
     InputError
         One line: what is wrong with the study, or with the folder.
     """
-    given = study if isinstance(study, Study) else load_study(study)
-    if workers is not None:
-        workers = checks.whole("workers", workers, 1)
-    if scheduler is not None:
-        checks.instance("scheduler", scheduler, str, "an address such as 'tcp://10.0.0.1:8786'")
+    given = with_workers(study if isinstance(study, Study) else load_study(study), workers, scheduler)
     if not given.axes:
         raise CaseError(
             "axes: missing, expected at least one; add for example [axes] with 'maneuver.duration' = [1, 2]"
         )
-    _require_own_folder(directory, force)
+    require_own_folder(directory, force)
     points, base = Grid.of(given), base_case(given)
     check_names(given.measures.names, base)
     task = Task.of(points, Store(directory / "points", given.measures.records), given.measures.names)
@@ -191,7 +191,7 @@ def make_plan(
     for key, number in todo:
         order.setdefault(key, number)
     todo.sort(key=lambda one: (order[one[0]], one[1]))
-    return _with_engine(Plan(given, points, task, keys, todo, invalid), base, workers, scheduler)
+    return _with_engine(Plan(given, points, task, keys, todo, invalid), base, workers is not None)
 
 
 def base_case(study: Study) -> Case:
@@ -199,38 +199,54 @@ def base_case(study: Study) -> Case:
     return study.base if isinstance(study.base, Case) else Grid.of(study.model_copy(update={"axes": {}})).case(0)
 
 
-def _with_engine(plan: Plan, base: Case, workers: int | None, scheduler: str | None) -> Plan:
-    engine = plan.study.engine
-    scheduler = engine.scheduler if scheduler is None else scheduler
-    kind, workers = "dask" if scheduler is not None else engine.kind, workers or engine.workers
-    if kind in ("auto", "batch"):
-        columns = {name: values_of(axis) for name, axis in plan.study.axes.items()}
-        reason = batch.refusal(base, columns, plan.task)
-        if kind == "batch" and reason is not None:
-            raise CaseError(f"engine.kind: {reason}")
-        many = len(plan.todo) >= _WORTH_A_BATCH * max(1, len(plan.structures()))
-        kind = "batch" if kind == "batch" or (reason is None and many and workers is None) else "serial"
-    chosen = engine.model_copy(update={"kind": kind, "workers": workers, "scheduler": scheduler})
+def with_workers(study: Study, workers: int | None, scheduler: str | None) -> Study:
+    """Study whose engine has the workers and the scheduler of a call, its own where that names none."""
+    engine = study.engine
+    if workers is not None:
+        engine = engine.model_copy(update={"workers": checks.whole("workers", workers, 1)})
+    if scheduler is not None:
+        checks.instance("scheduler", scheduler, str, "an address such as 'tcp://10.0.0.1:8786'")
+        engine = engine.model_copy(update={"scheduler": scheduler})
+    if engine.scheduler is not None:
+        engine = engine.model_copy(update={"kind": "dask"})
+    return study.model_copy(update={"engine": engine})
+
+
+def _with_engine(plan: Plan, base: Case, processes: bool) -> Plan:
+    """Plan with its engine chosen; ``processes`` tells whether a number of them was asked for."""
+    kind = plan.study.engine.kind
+    if kind not in ("auto", "batch"):
+        return plan
+    reason = batch.refusal(base, {name: values_of(axis) for name, axis in plan.study.axes.items()}, plan.task)
+    if kind == "batch" and reason is not None:
+        raise CaseError(f"engine.kind: {reason}")
+    many = reason is None and not processes and len(plan.todo) >= _WORTH_A_BATCH * max(1, len(plan.structures()))
+    chosen = plan.study.engine.model_copy(update={"kind": "batch" if many or kind == "batch" else "serial"})
     return replace(plan, study=plan.study.model_copy(update={"engine": chosen}))
 
 
-def perform_plan(plan: Plan) -> Iterator[Sequence[Outcome]]:
+def perform_plan(plan: Plan) -> Generator[Sequence[Outcome], None, None]:
     """Perform what a plan lacks, by its engine."""
-    engine = plan.study.engine
-    if not plan.todo:
-        return iter(())
-    if engine.kind == "batch":
-        return batch.perform(plan.task, plan.structures())
+    chosen = plan.study.engine
+    if plan.todo and chosen.kind == "batch":
+        yield from batch.perform(plan.task, plan.structures())
+    elif plan.todo:
+        with workforce(chosen, len(plan.todo)) as engine:
+            yield from engine.perform(plan.task, plan.chunks(chosen.workers or os.cpu_count() or 1))
+
+
+def workforce(engine: Engine, most: int) -> Pool | Cluster:
+    """Processes or a cluster for at most so many points at a time."""
     if engine.kind == "dask":
-        return dask.perform(plan.task, plan.chunks(engine.workers or 1), engine.workers, engine.scheduler)
-    return serial.perform(plan.task, plan.chunks(engine.workers or os.cpu_count() or 1), engine.workers)
+        return Cluster(engine.workers, engine.scheduler)
+    return Pool(min(engine.workers or os.cpu_count() or 1, most))
 
 
 def _marker(directory: Path) -> Path:
     return directory / "points" / "code.json"
 
 
-def _require_own_folder(directory: Path, force: bool) -> None:
+def require_own_folder(directory: Path, force: bool) -> None:
     """Raise CaseError if a folder holds points of another version."""
     try:
         found: Any = json.loads(_marker(directory).read_bytes())
@@ -245,7 +261,7 @@ def _require_own_folder(directory: Path, force: bool) -> None:
         raise CaseError(f"{text}; choose another folder, or --force (force=True) computes all points anew beside them")
 
 
-def _mark(directory: Path) -> None:
+def mark(directory: Path) -> None:
     """Write which version the points of a folder are of."""
     place = _marker(directory)
     try:

@@ -11,11 +11,12 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.synchronize import Event
+from typing import Any
 
 from tautflex.errors import TautflexError
 from tautflex.study.work import Outcome, Task, work
@@ -28,60 +29,73 @@ class WorkerLostError(TautflexError, RuntimeError):
     """A worker process ended without a word, for example for lack of memory; finished points are kept."""
 
 
-def perform(task: Task, chunks: Sequence[Sequence[int]], workers: int | None = None) -> Iterator[list[Outcome]]:
-    """Perform chunks of points, each in one of several processes; with one everything happens in this process.
+class Pool:
+    """Processes that perform chunks of points; with one everything happens in this process.
 
-    The processes are spawned: a script that calls this needs the usual ``if __name__ == "__main__":``.
+    The processes are spawned: a script that starts them needs the usual ``if __name__ == "__main__":``.
 
-    Raises
-    ------
-    WorkerLostError
-        If a worker process died.
+    Parameters
+    ----------
+    workers
+        Number of processes.
     """
-    count = min(workers or os.cpu_count() or 1, len(chunks))
-    if count > 1:
-        yield from _in_processes(task, chunks, count)
-        return
-    for chunk in chunks:
-        for number in chunk:
-            yield work(task, [number])
 
+    def __init__(self, workers: int) -> None:
+        self._workers = workers
+        self._pool: ProcessPoolExecutor | None = None
 
-def _in_processes(task: Task, chunks: Sequence[Sequence[int]], count: int) -> Iterator[list[Outcome]]:
-    context = multiprocessing.get_context("spawn")
-    stop = context.Event()
-    waiting = deque(chunks)
-    with _one_thread_each():
-        pool = ProcessPoolExecutor(count, mp_context=context, initializer=_start_worker, initargs=(stop, task))
+    def __enter__(self) -> Pool:
+        if self._workers > 1:
+            context = multiprocessing.get_context("spawn")
+            self._stop = context.Event()
+            options: Any = {"mp_context": context, "initializer": _start_worker, "initargs": (self._stop,)}
+            self._pool = ProcessPoolExecutor(self._workers, **options)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if self._pool is not None:
+            self._stop.set()  # ends runs under way within a hundredth of their length
+            self._pool.shutdown(cancel_futures=True)
+
+    def perform(self, task: Task, chunks: Iterable[Sequence[int]]) -> Iterator[list[Outcome]]:
+        """Perform chunks of points; yield how they ended as they do.
+
+        Raises
+        ------
+        WorkerLostError
+            If a worker process died.
+        """
+        if self._pool is None:
+            for chunk in chunks:
+                for number in chunk:
+                    yield work(task, [number])
+            return
+        waiting, pending = deque(chunks), set[Future[list[Outcome]]]()
         try:
-            pending: set[Future[list[Outcome]]] = set()
             while waiting or pending:
-                while waiting and len(pending) < _AHEAD * count:
-                    pending.add(pool.submit(_work, waiting.popleft()))
+                with _one_thread_each():  # processes start when they are needed
+                    while waiting and len(pending) < _AHEAD * self._workers:
+                        pending.add(self._pool.submit(_work, task, waiting.popleft()))
                 finished, pending = wait(pending, return_when=FIRST_COMPLETED)
                 for future in finished:
                     yield future.result()
         except BrokenProcessPool:
             text = "a worker process died before its run was finished, perhaps for lack of memory"
             raise WorkerLostError(f"{text}; finished runs are kept: call again, with fewer workers") from None
-        finally:
-            stop.set()  # ends runs under way within a hundredth of their length
-            pool.shutdown(cancel_futures=True)
 
 
-_OWN: list[tuple[Event, Task]] = []  # set once by `_start_worker`, in worker processes only
+_STOP: list[Event] = []  # set once by `_start_worker`, in worker processes only
 
 
-def _start_worker(stop: Event, task: Task) -> None:
+def _start_worker(stop: Event) -> None:
     """Prepare a worker process: it ends when told to, and when its parent is gone."""
-    _OWN[:] = [(stop, task)]
+    _STOP[:] = [stop]
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which tells us
     threading.Thread(target=_leave_with_parent, daemon=True).start()
 
 
-def _work(numbers: Sequence[int]) -> list[Outcome]:
-    stop, task = _OWN[0]
-    return work(task, numbers, stop.is_set)
+def _work(task: Task, numbers: Sequence[int]) -> list[Outcome]:
+    return work(task, numbers, _STOP[0].is_set)
 
 
 def _leave_with_parent() -> None:
