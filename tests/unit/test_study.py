@@ -71,6 +71,14 @@ def test_more_values_use_the_points_that_are_there(swept, folder):
     assert (plan.resumed, len(plan.todo)) == (6, 2)
 
 
+def test_points_of_one_structure_are_together(tmp_path):
+    """The structure is what takes long: whatever the order of the axes, it is made once for all its points."""
+    axes = {"damping.beta": [0.0, 1e-3, 2e-3], "membrane.stress_x": [4000.0, 4400.0]}
+    plan = make_plan(film_study(axes=axes), tmp_path)
+    assert plan.structures() == [[0, 2, 4], [1, 3, 5]]
+    assert [number for chunk in plan.chunks(2) for number in chunk] == [0, 2, 4, 1, 3, 5]
+
+
 def test_damaged_points_are_computed_again(tmp_path):
     first = tf.sweep(film_study((0.1,)), tmp_path)
     cut, empty = tmp_path.glob("points/*/*.json")
@@ -192,7 +200,7 @@ def test_no_scheduler_at_the_address(tmp_path, monkeypatch):
     from tautflex.study.engines import dask
 
     monkeypatch.setattr(dask, "_PATIENCE", "1s")
-    with pytest.raises(tf.InputError, match="expected a Dask scheduler at tcp://127.0.0.1:9, got no answer"):
+    with pytest.raises(tf.InputError, match=r"expected a Dask scheduler at tcp://127\.0\.0\.1:9, got no answer"):
         tf.sweep(film_study((0.1,)), tmp_path, scheduler="tcp://127.0.0.1:9")
 
 

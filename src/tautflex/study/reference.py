@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from tautflex.case.help.reference import SectionEntry, entry_of
+from tautflex.case.section import Section
 from tautflex.study.sections import Design, Engine, Limit, Measures, Span, Study, Variable
 
 
 def study_reference() -> list[SectionEntry]:
     """Sections of a study file and their keys."""
-    sections = {
+    sections: dict[str, type[Section]] = {
         "study file": Study,
         "[axes] { from, to, count }": Span,
         "[measures]": Measures,

@@ -229,7 +229,7 @@ def perform_plan(plan: Plan) -> Generator[Sequence[Outcome], None, None]:
     """Perform what a plan lacks, by its engine."""
     chosen = plan.study.engine
     if plan.todo and chosen.kind == "batch":
-        yield from batch.perform(plan.task, plan.structures())
+        yield from batch.perform(plan.task, plan.structures(), plan.keys)
     elif plan.todo:
         with workforce(chosen, len(plan.todo)) as engine:
             yield from engine.perform(plan.task, plan.chunks(chosen.workers or os.cpu_count() or 1))

@@ -13,7 +13,6 @@ from tautflex.solvers.transient.methods.central_difference import CentralDiffere
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.status import Status
 from tautflex.study.measures import probe_measures
-from tautflex.study.store import case_key
 from tautflex.study.work import Outcome, Task, perform_point, prepared
 
 _BLOCK = 512  # runs whose records are held at the same time
@@ -52,8 +51,11 @@ def _implicit(case: Case) -> bool:
     return isinstance(method, Method) and not method.average_stress
 
 
-def perform(task: Task, structures: Sequence[Sequence[int]]) -> Iterator[list[Outcome]]:
-    """Perform points, those of each structure as batches; one that fails there is run alone, which may halve steps."""
+def perform(task: Task, structures: Sequence[Sequence[int]], keys: Sequence[str]) -> Iterator[list[Outcome]]:
+    """Perform points, those of each structure as batches; one that fails there is run alone, which may halve steps.
+
+    ``keys`` are those of all points, see `case_key`.
+    """
     for numbers in structures:
         batch: Any = None
         for first in range(0, len(numbers), _BLOCK):
@@ -62,15 +64,14 @@ def perform(task: Task, structures: Sequence[Sequence[int]]) -> Iterator[list[Ou
                 from tautflex.batch import Batch
 
                 batch = Batch(prepared(task.points.case(block[0])).plant)
-            yield _block(task, batch, block)
+            yield _block(task, batch, block, keys)
 
 
-def _block(task: Task, batch: Any, numbers: Sequence[int]) -> list[Outcome]:
-    cases = [task.points.case(number) for number in numbers]
-    first = cases[0]
+def _block(task: Task, batch: Any, numbers: Sequence[int], keys: Sequence[str]) -> list[Outcome]:
+    first = task.points.case(numbers[0])
     ready = prepared(first)
     data = batch.simulate(
-        _parameters(task, numbers, cases),
+        _parameters(task, numbers),
         build.build_maneuver(first),
         store=("displacement",),
         throw=False,
@@ -85,7 +86,7 @@ def _block(task: Task, batch: Any, numbers: Sequence[int]) -> list[Outcome]:
         **({} if first.solver.tolerance is None else {"tolerance": first.solver.tolerance}),
     )
     outcomes = []
-    for place, (number, case) in enumerate(zip(numbers, cases, strict=True)):
+    for place, number in enumerate(numbers):
         if data["status"].values[place] != Status.COMPLETED.value:
             outcomes.append(perform_point(task, number))
             continue
@@ -97,12 +98,12 @@ def _block(task: Task, batch: Any, numbers: Sequence[int]) -> list[Outcome]:
             "measures": probe_measures(data, place, task.names),
             "warnings": [*ready.state.warnings, *data.attrs["warnings"]],
         }
-        task.store.write(case_key(case), content)
+        task.store.write(keys[number], content)
         outcomes.append(Outcome(number, Status.COMPLETED.value, "", new=True))
     return outcomes
 
 
-def _parameters(task: Task, numbers: Sequence[int], cases: Sequence[Case]) -> dict[str, list[float]]:
+def _parameters(task: Task, numbers: Sequence[int]) -> dict[str, list[float]]:
     """Numbers of the maneuver and the damping that differ, one per run."""
     given = [task.points.values(number) for number in numbers]  # type: ignore[attr-defined]
     names = [name for name in given[0] if name.partition(".")[0] in _SECTIONS]
