@@ -117,6 +117,8 @@ def perform_point(task: Task, number: int, stopped: Callable[[], bool] = lambda:
         ready = prepared(case)
         run, message = simulated(case, ready, tell)
         status = run.status.value
+        if status == Status.INTERRUPTED.value and not stopped():
+            raise KeyboardInterrupt  # Ctrl-C, which ended the run as far as it was
         if status == Status.INTERRUPTED.value:
             return Outcome(number, status, message, new=False)
         told = {} if task.names is None else measures_of(case, ready, run, task.names)

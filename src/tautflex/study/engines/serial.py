@@ -11,7 +11,7 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -57,7 +57,7 @@ class Pool:
             self._stop.set()  # ends runs under way within a hundredth of their length
             self._pool.shutdown(cancel_futures=True)
 
-    def perform(self, task: Task, chunks: Iterable[Sequence[int]]) -> Iterator[list[Outcome]]:
+    def perform(self, task: Task, chunks: Iterable[Sequence[int]]) -> Generator[list[Outcome], None, None]:
         """Perform chunks of points; yield how they ended as they do.
 
         Raises
