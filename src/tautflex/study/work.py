@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tautflex.case import build
-from tautflex.case.loop import close_case
+from tautflex.case.loop import build_loop, close_case
 from tautflex.case.plugins import LOADED, load_plugin
 from tautflex.case.prepared import Prepared, prepare, structure_key
-from tautflex.case.run import simulate_prepared
+from tautflex.case.run import labelled, question_of
 from tautflex.case.schema import Case
 from tautflex.errors import CaseError, InputError, MissingExtraError, NotConvergedError
+from tautflex.solvers.transient.simulate import simulate
 from tautflex.solvers.transient.status import Run, Status
 from tautflex.study.measures import measures_of
 from tautflex.study.points import Points
@@ -148,10 +149,10 @@ def perform_point(task: Task, number: int, stopped: Callable[[], bool] = lambda:
 def simulated(case: Case, ready: Prepared, tell: Progress) -> tuple[Run, str]:
     """Run of a case, closed loops too, and how it ended in words."""
     if case.controller is None:
-        run = simulate_prepared(case, ready, build.build_maneuver(case), tell, False)
+        run = labelled(case, simulate(**question_of(case, ready, build.build_maneuver(case), tell), throw=False))
         return run, "" if run.status is Status.COMPLETED else run.status.message
     try:
-        return close_case(case, ready.state, tell, ready.reduced), ""
+        return close_case(case, *build_loop(case, ready.state, tell, ready.reduced), tell), ""
     except NotConvergedError as error:
         if not isinstance(error.result, Run):
             raise

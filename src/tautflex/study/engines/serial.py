@@ -19,6 +19,7 @@ from multiprocessing.synchronize import Event
 from typing import Any
 
 from tautflex.errors import TautflexError
+from tautflex.interrupts import deferred, meet
 from tautflex.study.work import Outcome, Task, work
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -68,7 +69,10 @@ class Pool:
         if self._pool is None:
             for chunk in chunks:
                 for number in chunk:
-                    yield work(task, [number])
+                    with deferred():  # a signal ends the run between two steps, and the study after it
+                        found = work(task, [number])
+                        meet()
+                    yield found
             return
         waiting, pending = deque(chunks), set[Future[list[Outcome]]]()
         try:
