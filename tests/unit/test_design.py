@@ -59,6 +59,7 @@ def test_a_search_that_ended_early_goes_on_to_the_same_trials(found, tmp_path):
     assert tf.design(wanted(), tmp_path).drop_attrs().equals(found[0].drop_attrs())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cut", [1, 2, 5])
 def test_a_journal_that_lacks_its_last_lines_leads_to_the_same_trials(found, tmp_path, cut):
     tf.design(wanted(), tmp_path, trials=3)
@@ -67,6 +68,7 @@ def test_a_journal_that_lacks_its_last_lines_leads_to_the_same_trials(found, tmp
     assert tf.design(wanted(), tmp_path).drop_attrs().equals(found[0].drop_attrs())
 
 
+@pytest.mark.slow
 def test_limits_rule_out(found, tmp_path):
     """The smallest amplitude that is not below the limit; with a limit beyond all, none."""
     limit = float(found[0]["probes.A.amplitude"].median())

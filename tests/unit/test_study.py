@@ -137,6 +137,7 @@ def test_axes_that_change_together_are_one_dimension(tmp_path):
     assert float(found["probes.A.amplitude"][1]) == float(np.abs(alone.data["w"]).max())
 
 
+@pytest.mark.slow
 def test_records_are_whole_runs(tmp_path):
     study = film_study((0.1,), measures={"names": ["probes.A.amplitude"], "records": True})
     found = tf.sweep(study, tmp_path)
@@ -147,6 +148,7 @@ def test_records_are_whole_runs(tmp_path):
     assert tf.sweep(study, tmp_path).attrs["resumed"] == 0
 
 
+@pytest.mark.slow
 def test_texts_and_lists_as_values(tmp_path):
     study = film_study(axes={"maneuver.axis": [[1, 0, 0], [0, 1, 0]], "coupling.euler": [True, False]})
     found = tf.sweep(study, tmp_path)
@@ -263,6 +265,7 @@ def test_the_template_is_a_study_of_its_case(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path, capsys):
     (tmp_path / "film.toml").write_text(FILM, encoding="utf-8")
     study = tmp_path / "s.toml"
