@@ -13,6 +13,7 @@ from numba import carray, types  # type: ignore[attr-defined]
 from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
+from tautflex.control.compiled.axis_parts import AxisModel, AxisSpace, AxisState
 from tautflex.control.compiled.parts import Drives, LinearLoop, LoopState, Sensing
 from tautflex.numeric import Indices
 from tautflex.reduction.marching.free_hub.hub_arrays import HubArrays, HubInputs
@@ -23,7 +24,8 @@ from tautflex.reduction.polynomial.forces import ReducedArrays
 
 # Numbers of an array in a table: address and up to four lengths.
 _WIDTH = 5
-# Fields of each part in order: number of axes of an array, i: of indices, s: a number, p: a place of the hub.
+# Fields of each part in order: number of axes of an array, i and I: of indices with one and two, s: a number, p: a
+# place of the hub.
 _FIELDS: dict[type, str] = {
     ReducedArrays: "ii22222244",
     HubArrays: "1iii2233223311s12",
@@ -34,7 +36,10 @@ _FIELDS: dict[type, str] = {
     Drives: "111111iiii22222322i1",
     Sensing: "222221i323i1111i",
     LinearLoop: "2222112",
-    LoopState: "211111221122i",
+    LoopState: "3222223322233I",
+    AxisModel: "ii2222222222122211222122222222212i",
+    AxisState: "222222222222i",
+    AxisSpace: "332222222",
 }
 
 
@@ -54,12 +59,16 @@ def _arrays(part: Any) -> list[Any]:
         if field == "p":
             found += _arrays(value)
             continue
-        kind = np.int64 if field == "i" else np.float64
+        kind = np.int64 if field in "iI" else np.float64
         array = np.atleast_1d(np.asarray(value, dtype=kind))
         assert array.flags.c_contiguous, type(part)
-        assert array.ndim == (1 if field in "is" else int(field)), (type(part), array.shape)
+        assert array.ndim == _axes(field), (type(part), array.shape)
         found.append(array)
     return found
+
+
+def _axes(field: str) -> int:
+    return {"i": 1, "s": 1, "I": 2}.get(field) or int(field)
 
 
 def width(kind: type) -> int:
@@ -76,9 +85,8 @@ def _source(kind: type, at: int, known: dict[str, Any]) -> tuple[str, int]:
             text, at = _source(HubPlace, at, known)
             parts.append(text)
             continue
-        axes = 1 if field in "is" else int(field)
-        lengths = "".join(f"table[first + {at + 1 + k}], " for k in range(axes))
-        number = "int64" if field == "i" else "float64"
+        lengths = "".join(f"table[first + {at + 1 + k}], " for k in range(_axes(field)))
+        number = "int64" if field in "iI" else "float64"
         text = f"carray(pointer(table[first + {at}]), ({lengths}), {number})"
         parts.append(f"{text}[0]" if field == "s" else text)
         at += _WIDTH
