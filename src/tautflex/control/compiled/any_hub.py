@@ -8,7 +8,7 @@ import numpy as np
 
 from tautflex.control.compiled.addresses import part_at, width
 from tautflex.control.compiled.loop import act, ask, exact, forget, observe
-from tautflex.control.compiled.parts import FAILED, FORCE, INTERVALS, WHEEL, Drives, LinearLoop, LoopState, Sensing
+from tautflex.control.compiled.parts import FORCE, INTERVALS, WHEEL, Drives, LinearLoop, LoopState, Sensing
 from tautflex.motion.rotations import matrix
 from tautflex.numeric import Array, Indices, Mask, jit
 from tautflex.reduction.marching.free_hub.hub_arrays import HubArrays, HubInputs
@@ -116,10 +116,10 @@ def begin(fixed: Indices, own: Indices, fresh: Mask, measurement: Array) -> None
     _give(d, base, loop.value[0], now)
     start_hub(hub, arrays, work, ride)
     balance(arrays, hub, now, 0, work, ride, True)
-    reading = np.empty(measurement.shape[1])
+    reading = np.empty((measurement.shape[1], 1))
     _pull(d, arrays, work.q, ride.at.monomials, loop.pull[0])
-    exact(s, arrays.first, arrays.second, work.q, work.v, ride.rigid, loop.value[0], reading)
-    observe(s, loop, 0, reading, True, measurement[0])
+    exact(s, arrays.first, arrays.second, work.q, work.v, ride.rigid, loop.value[0], reading[:, 0])
+    observe(fixed, _SENSING, own, _LOOP, reading, fresh, True, measurement)
 
 
 @jit
@@ -144,7 +144,8 @@ def run(
     arrays, hub = part_at(ReducedArrays, fixed, 0), part_at(HubArrays, fixed, _HUB)
     d, s = part_at(Drives, fixed, _DRIVES), part_at(Sensing, fixed, _SENSING)
     base, law, size, o = part_at(HubInputs, fixed, _BASE), part_at(LinearLoop, around, 0), d.times[1], last.shape[1]
-    rigid, reading, z = np.empty(MOMENTUM), np.empty(o), np.empty(o + follow.shape[1])
+    rigid, reading, z = np.empty(MOMENTUM), np.empty((o, 1)), np.empty(o + follow.shape[1])
+    one = np.ones(1, dtype=np.bool_)
     for n in range(own.shape[0]):
         work, ride = part_at(Work, own[n], 0), part_at(HubWork, own[n], _RIDE)
         loop, before = part_at(LoopState, own[n], _LOOP), part_at(HubInputs, own[n], _BEFORE)
@@ -155,32 +156,32 @@ def run(
                 for i in range(z.size):
                     z[i] = last[n, i] if i < o else follow[t, i - o]
                 ask(law, n, z, command[t, n])
-            if loop.counts[0, FAILED] == 0 and act(d, loop, 0, matrix(ride.rigid[:4]), command[t, n]):
+            if act(fixed, _DRIVES, own[n], _LOOP, matrix(ride.rigid[:4]), command[t, n : n + 1], loop.failed):
                 _copy(now, before)
                 _give(d, base, loop.value[0], now)
                 jump(arrays, hub, before, place, now, place, work, ride, True)
             for k in range(pull.size):
                 pull[k] = loop.pull[0, k]
             left = int(d.times[2])
-            while left > 0 and loop.counts[0, FAILED] == 0:
+            while left > 0 and loop.failed[0] == 0:
                 for k in range(MOMENTUM):
                     rigid[k] = ride.rigid[k]
                 for i in range(start.size):
                     start[i] = work.q[i]
                 still = work.counts[0] % CHECK_INTERVAL != 0 or stable(arrays, hub, now, place, size, work, ride)
                 if not (still and explicit_step(arrays, hub, now, place, size, work, ride)):
-                    loop.counts[0, FAILED] = 1
+                    loop.failed[0] = 1
                 else:
                     _count(d, loop, ride, work.q, rigid, start)
                 left -= 1
-            if loop.counts[0, FAILED] == 0:
+            if loop.failed[0] == 0:
                 _pull(d, arrays, work.q, ride.at.monomials, loop.pull[0])
                 for k in range(d.kind.size):
                     if d.kind[k] == FORCE:
                         loop.work[0, k] -= loop.value[0, k] * (loop.pull[0, k] - pull[k])
                 loop.counts[0, INTERVALS] += 1
-                exact(s, arrays.first, arrays.second, work.q, work.v, ride.rigid, loop.value[0], reading)
-                observe(s, loop, 0, reading, False, last[n])
+                exact(s, arrays.first, arrays.second, work.q, work.v, ride.rigid, loop.value[0], reading[:, 0])
+                observe(fixed, _SENSING, own[n], _LOOP, reading, one, False, last[n : n + 1])
             if measured.shape[0]:
                 for i in range(o):
                     measured[t, n, i] = last[n, i]

@@ -37,10 +37,11 @@ class AxisModel(NamedTuple):
         F and F' in one or two products, shapes (m, k) and (k, m), or ``F'F`` (m, m) and (0, m).
     viscous, viscous_back
         The same of what damps static derivatives.
-    reach, spin, spin_follow, spin_through
-        Of `HubArrays` about the axis, shapes (r,), (r, r), (m, r) and (r, m); without columns if there is none.
-    reach_follow
-        Shape (m,).
+    reach, spin
+        Of `HubArrays` about the axis, shapes (r,) and (r, r), or (r, 0).
+    turned, turning
+        Slope D of what monomials make of the momentum per rate, ``D = turned + turning q`` and
+        ``G = reach + spin q + (turned + D) q / 2``; row by row, shapes (r r,) and (r, r r), or (0,) and (r, 0).
     pull, pull_slope, square_follow, square_through
         Centrifugal force per coordinate with that of monomials of which it is linear, shapes (r,), (r, r), (m, r) and
         (r, m).
@@ -80,9 +81,8 @@ class AxisModel(NamedTuple):
     viscous_back: Array
     reach: Array
     spin: Array
-    spin_follow: Array
-    spin_through: Array
-    reach_follow: Array
+    turned: Array
+    turning: Array
     pull: Array
     pull_slope: Array
     square_follow: Array
@@ -137,10 +137,11 @@ class AxisState(NamedTuple):
 
 
 class AxisSpace(NamedTuple):
-    """Space of a step: ``on_q`` (14, r, n), ``on_y`` (6, m, n), ``fields`` (k, n), ``rigid`` (12, n), and readings."""
+    """Space of a step: ``on_q`` (14, r, n), ``on_y`` (4, m, n), ``slope`` (r r, n), ``rigid`` (12, n), and more."""
 
     on_q: Array
     on_y: Array
+    slope: Array
     fields: Array
     rigid: Array
     value: Array
@@ -177,6 +178,19 @@ def _trace(root: Array, still: Array) -> Array:
     return np.asarray(np.einsum("kab,ac,kcd->bd", slopes, still, slopes, optimize=True))
 
 
+def _turning(follow: Array, table: Array) -> tuple[Array, Array]:
+    """Slope of ``Y' (follow + T' q) - T y`` at rest and per coordinate, shapes (r r,) and (r, r r)."""
+    r = len(table)
+    first, second = pairs(r)
+    both = np.zeros((r + 1, r, r))
+    both[:, first, second] = np.concatenate([follow[None], table])
+    both += both.transpose(0, 2, 1)
+    own = both[1:]
+    # d^2 G_i / dq_j dq_b by (b, i, j).
+    second_slope = -own.transpose(2, 0, 1) + own + own.transpose(2, 1, 0)
+    return both[0].ravel(), second_slope.reshape(r, r * r)
+
+
 def axis_model(run: HubRun, drives: Drives, sensing: Sensing, base: HubInputs, axis: int) -> AxisModel:
     """Constants of a run on a hub of one axis, under some drives and sensors."""
     arrays, hub, row, step = run.arrays, run.hub, 3 + axis, float(drives.times[1])
@@ -191,7 +205,10 @@ def axis_model(run: HubRun, drives: Drives, sensing: Sensing, base: HubInputs, a
 
     reach = hub.reach[row]
     spin = kept(hub.spin[0], amplitude, reach)
-    spin_follow = kept(hub.spin_follow[0], products, reach)
+    turned, turning = _turning(hub.reach_follow[row], hub.spin_follow[0])
+    size = np.abs(turned).reshape(r, r) + (np.abs(turning) * amplitude[:, None]).sum(axis=0).reshape(r, r)
+    if (size * amplitude).max() <= _ROUND_OFF * np.abs(reach).max():
+        turned, turning = turned[:0], turning[:, :0]
     square_follow = kept(hub.square_follow[0], products, hub.square[0] * amplitude)
     slope = np.zeros((r, r))
     np.add.at(slope, (arrays.first, arrays.second), hub.pull_follow[0])
@@ -207,7 +224,10 @@ def axis_model(run: HubRun, drives: Drives, sensing: Sensing, base: HubInputs, a
     still = np.linalg.inv(arrays.mass)
     stiffening, light = _trace(arrays.fields, still), float(np.linalg.norm(still, 2))
     stiffest = float(np.linalg.eigvals(still @ arrays.linear).real.max())
-    stressed, bent = (float(np.linalg.norm(part, 2)) if part.size else 0.0 for part in (arrays.fields.T @ arrays.fields, arrays.quadratic))
+    stressed, bent = (
+        float(np.linalg.norm(part, 2)) if part.size else 0.0
+        for part in (arrays.fields.T @ arrays.fields, arrays.quadratic)
+    )
     return AxisModel(
         first=arrays.first,
         second=arrays.second,
@@ -223,9 +243,8 @@ def axis_model(run: HubRun, drives: Drives, sensing: Sensing, base: HubInputs, a
         viscous_back=viscous_back,
         reach=reach.copy(),
         spin=spin,
-        spin_follow=spin_follow,
-        spin_through=hub.spin_follow[0].copy() if spin_follow.shape[1] else np.zeros((r, 0)),
-        reach_follow=hub.reach_follow[row].copy(),
+        turned=turned,
+        turning=turning,
         pull=hub.pull[0].copy(),
         pull_slope=pull_slope.T.copy(),
         square_follow=square_follow,
@@ -257,7 +276,7 @@ def new_axis_space(model: AxisModel, runs: int) -> AxisSpace:
     """Zeros of the right shapes."""
     r, m, c = len(model.reach), len(model.first), len(model.load)
     k, o = max(len(model.fields_back), len(model.viscous_back)), model.near.shape[1]
-    shapes = (14, r), (6, m), (k,), (12,), (c,), (c - 1,), (len(model.near),), (o,), (r,)
+    shapes = (14, r), (4, m), (len(model.turned),), (k,), (12,), (c,), (c - 1,), (len(model.near),), (o,), (r,)
     return AxisSpace(*(np.zeros((*shape, runs)) for shape in shapes))
 
 

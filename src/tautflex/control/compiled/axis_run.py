@@ -9,7 +9,16 @@ from tautflex.control.compiled.axis_parts import ACCELERATION, ANGLE, RATE, Axis
 from tautflex.control.compiled.axis_steps import Y, axis_balance, axis_give, axis_jump, axis_stable, axis_step
 from tautflex.control.compiled.lanes import add, sum_of, times
 from tautflex.control.compiled.loop import act, ask, exact, forget, observe
-from tautflex.control.compiled.parts import FAILED, FORCE, INTERVALS, WHEEL, Drives, LinearLoop, LoopState, Sensing
+from tautflex.control.compiled.parts import (
+    FORCE,
+    INTERVALS,
+    STRESS,
+    WHEEL,
+    Drives,
+    LinearLoop,
+    LoopState,
+    Sensing,
+)
 from tautflex.numeric import Array, Indices, Mask, jit, jit_lanes
 from tautflex.reduction.marching.free_hub.hub_inertia import RATES, TWIST
 from tautflex.reduction.marching.steps import CHECK_INTERVAL
@@ -89,15 +98,28 @@ def _value(loop: LoopState, space: AxisSpace) -> None:
 
 
 @jit
-def _count(c: AxisModel, d: Drives, at: AxisState, loop: LoopState, n: int, turned: float) -> None:
-    """Take in an interval in which the hub turned by an angle [rad]; steps add up to it by the trapezoidal rule."""
-    axis = c.numbers[0]
+def _push(d: Drives, loop: LoopState, failed: Indices) -> None:
+    """Begin the work of forces in an interval: they work on the way from here."""
     for k in range(d.kind.size):
-        u = loop.value[n, k]
-        if d.kind[k] == WHEEL and d.axis[k] == axis:
-            loop.work[n, k] += u * turned
-            loop.stored[n, k, 0] -= u * d.times[0]
-        elif d.kind[k] == FORCE:
+        if d.kind[k] == FORCE:
+            for n in range(failed.size):
+                loop.work[n, k] += loop.value[n, k] * loop.pull[n, k] if failed[n] == 0 else 0.0
+
+
+@jit
+def _count(fixed: Indices, own: Indices, before: Array, failed: Indices) -> None:
+    """Take in an interval of hubs that were at some angles; steps add up to it by the trapezoidal rule."""
+    c, d = part_at(AxisModel, fixed, 0), part_at(Drives, fixed, _DRIVES)
+    at, loop, axis = part_at(AxisState, own, 0), part_at(LoopState, own, _LOOP), c.numbers[0]
+    for k in range(d.kind.size):
+        if d.kind[k] == STRESS or (d.kind[k] == WHEEL and d.axis[k] != axis):
+            continue
+        for n in range(failed.size):
+            u, turned = loop.value[n, k] if failed[n] == 0 else 0.0, at.rigid[ANGLE, n] - before[n]
+            if d.kind[k] == WHEEL:
+                loop.work[n, k] += u * turned
+                loop.stored[n, k, 0] -= u * d.times[0]
+                continue
             loop.work[n, k] -= u * loop.pull[n, k]
             if d.pushing[k] != 0:
                 done = c.torque[1 + k, 0] * turned
@@ -109,9 +131,8 @@ def _count(c: AxisModel, d: Drives, at: AxisState, loop: LoopState, n: int, turn
 @jit
 def begin(fixed: Indices, own: Indices, fresh: Mask, measurement: Array) -> None:
     """Begin at the coordinates, rates and hubs that are there, in chosen runs; their first measurements."""
-    c, s = part_at(AxisModel, fixed, 0), part_at(Sensing, fixed, _SENSING)
+    c = part_at(AxisModel, fixed, 0)
     at, space, loop = part_at(AxisState, own, 0), part_at(AxisSpace, own, _SPACE), part_at(LoopState, own, _LOOP)
-    found = np.empty(s.bias.size)
     for n in range(fresh.size):
         if fresh[n]:
             forget(loop, n)
@@ -121,11 +142,7 @@ def begin(fixed: Indices, own: Indices, fresh: Mask, measurement: Array) -> None
     axis_balance(fixed, own, fresh)
     _pull(c, at.q, space.on_y[Y], space.pull, loop.pull)
     _read(fixed, own)
-    for n in range(fresh.size):
-        if fresh[n]:
-            for i in range(found.size):
-                found[i] = space.reading[i, n]
-            observe(s, loop, n, found, True, measurement[n])
+    observe(fixed, _SENSING, own, _LOOP, space.reading, fresh, True, measurement)
 
 
 @jit
@@ -133,32 +150,26 @@ def run(
     fixed: Indices, own: Indices, around: Indices, follow: Array, command: Array, last: Array, measured: Array
 ) -> None:
     """Intervals of all plants, see `any_hub.run`."""
-    c, d, s = part_at(AxisModel, fixed, 0), part_at(Drives, fixed, _DRIVES), part_at(Sensing, fixed, _SENSING)
+    c, d = part_at(AxisModel, fixed, 0), part_at(Drives, fixed, _DRIVES)
     law, step, o, axes = part_at(LinearLoop, around, 0), d.times[1], last.shape[1], np.zeros((3, 3))
-    z, found, axes[0] = np.empty(o + follow.shape[1]), np.empty(o), 1.0
-    first = 0
+    z, first, axes[0] = np.empty(o + follow.shape[1]), 0, 1.0
     for block in range(own.shape[0]):
         table = own[block]
         at, space = part_at(AxisState, table, 0), part_at(AxisSpace, table, _SPACE)
         loop = part_at(LoopState, table, _LOOP)
-        lanes, turned, failed = at.q.shape[1], np.empty(at.q.shape[1]), np.empty(at.q.shape[1], dtype=np.int64)
+        lanes, turned, failed = at.q.shape[1], np.empty(at.q.shape[1]), loop.failed
+        going, rows = np.empty(lanes, dtype=np.bool_), slice(first, first + lanes)
         for t in range(command.shape[0]):
-            changed = False
             for n in range(lanes):
                 if law.C.shape[0]:
                     for i in range(z.size):
                         z[i] = last[first + n, i] if i < o else follow[t, i - o]
                     ask(law, first + n, z, command[t, first + n])
-                failed[n], turned[n] = loop.counts[n, FAILED], at.rigid[ANGLE, n]
-                if failed[n] == 0 and act(d, loop, n, axes, command[t, first + n]):
-                    changed = True
-            if changed:
+                turned[n] = at.rigid[ANGLE, n]
+            if act(fixed, _DRIVES, table, _LOOP, axes, command[t, rows], failed):
                 _value(loop, space)
                 axis_jump(fixed, table)
-            for n in range(lanes):
-                for k in range(d.kind.size):
-                    if failed[n] == 0 and d.kind[k] == FORCE:
-                        loop.work[n, k] += loop.value[n, k] * loop.pull[n, k]
+            _push(d, loop, failed)
             at.swept[:] = 0.0
             for _ in range(int(d.times[2])):
                 for n in range(lanes):
@@ -168,15 +179,11 @@ def run(
                 axis_step(fixed, table, step, failed)
             _pull(c, at.q, space.on_y[Y], space.pull, loop.pull)
             _read(fixed, table)
+            _count(fixed, table, turned, failed)
             for n in range(lanes):
-                loop.counts[n, FAILED] = failed[n]
-                if failed[n] == 0:
-                    _count(c, d, at, loop, n, at.rigid[ANGLE, n] - turned[n])
-                    loop.counts[n, INTERVALS] += 1
-                    for i in range(o):
-                        found[i] = space.reading[i, n]
-                    observe(s, loop, n, found, False, last[first + n])
-                if measured.shape[0]:
-                    for i in range(o):
-                        measured[t, first + n, i] = last[first + n, i]
+                going[n] = failed[n] == 0
+                loop.counts[n, INTERVALS] += going[n]
+            observe(fixed, _SENSING, table, _LOOP, space.reading, going, False, last[rows])
+            if measured.shape[0]:
+                measured[t, rows] = last[rows]
         first += lanes

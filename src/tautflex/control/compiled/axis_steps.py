@@ -15,14 +15,14 @@ from tautflex.control.compiled.axis_parts import (
     AxisSpace,
     AxisState,
 )
-from tautflex.control.compiled.lanes import add, add_slopes, add_through, bend, monomials, sum_of, times
+from tautflex.control.compiled.lanes import add, add_slopes, add_through, monomials, sum_of, times
 from tautflex.numeric import Array, Indices, Mask, jit, jit_lanes
 from tautflex.reduction.marching.steps import STABLE_SHARE
 
 _SPACE = width(AxisState)
 # Places in `AxisSpace.on_q` and `on_y`.
 HALF, Q, V, KNOWN, FREE, PULLS, SOLVED, PULLED, PARTS, COUPLING, SPUN, SPAN, FRAME, ON_Q = range(14)
-Y, RATES, STRESS, FOLLOW, LATE, ON_Y = range(6)
+Y, RATES, STRESS, ON_Y = range(4)
 # Places in `AxisSpace.rigid`.
 _INERTIA, _SHARE, _PUSH, _MOMENTUM, _RATE, _ACCELERATION, _LEFT, _FELT, _MOVING, _REACHED, _BENT, _KEPT = range(12)
 
@@ -31,30 +31,32 @@ _INERTIA, _SHARE, _PUSH, _MOMENTUM, _RATE, _ACCELERATION, _LEFT, _FELT, _MOVING,
 def _place(fixed: Indices, own: Indices) -> None:
     """Fill forces and the hub's inertia at coordinates and rates in the space."""
     c, at, s = part_at(AxisModel, fixed, 0), part_at(AxisState, own, 0), part_at(AxisSpace, own, _SPACE)
-    q, v, y, rates, stress, follow = s.on_q[Q], s.on_q[V], s.on_y[Y], s.on_y[RATES], s.on_y[STRESS], s.on_y[FOLLOW]
+    q, v, y, rates, stress = s.on_q[Q], s.on_q[V], s.on_y[Y], s.on_y[RATES], s.on_y[STRESS]
     parts, coupling, pulls, on_q = s.on_q[PARTS], s.on_q[COUPLING], s.on_q[PULLS], s.on_q[ON_Q]
     r, m, lanes = q.shape[0], y.shape[0], q.shape[1]
     monomials(c.first, c.second, q, v, y, rates)
     for k in range(m):
         for n in range(lanes):
             stress[k, n] = at.stress[k, n]
-            follow[k, n] = c.reach_follow[k]
     add_through(c.fields, c.fields_back, y, s.fields, stress)
     add_through(c.viscous, c.viscous_back, rates, s.fields, stress)
     times(c.linear, q, parts)
     add(c.quadratic, y, parts)
     add_slopes(c.first, c.second, stress, q, parts)
-    add(c.spin_through, q, follow)
     for i in range(r):
         for n in range(lanes):
-            coupling[i, n], pulls[i, n], on_q[i, n] = c.reach[i], c.pull[i], 0.0
+            coupling[i, n], pulls[i, n] = c.reach[i], c.pull[i]
     add(c.spin, q, coupling)
-    if c.spin_follow.shape[1]:
-        add(c.spin_follow, y, on_q)
-        for i in range(r):
+    if c.turned.size:
+        for k in range(r * r):
             for n in range(lanes):
-                coupling[i, n] = coupling[i, n] - on_q[i, n]
-    add_slopes(c.first, c.second, follow, q, coupling)
+                s.slope[k, n] = c.turned[k]
+        add(c.turning, q, s.slope)
+        for i in range(r):
+            for j in range(r):
+                for n in range(lanes):
+                    mean = 0.5 * (c.turned[r * i + j] + s.slope[r * i + j, n])
+                    coupling[i, n] = coupling[i, n] + mean * q[j, n]
     add(c.pull_slope, q, pulls)
     inertia, push = s.rigid[_INERTIA], s.rigid[_PUSH]
     inertia[:], push[:] = c.inertia[0], 0.0
@@ -75,19 +77,27 @@ def _place(fixed: Indices, own: Indices) -> None:
 
 
 @jit_lanes
-def _frame(fixed: Indices, own: Indices, rate: Array) -> None:
-    """Fill the Coriolis forces between monomials and coordinates, at a rate of the hub."""
-    c, s = part_at(AxisModel, fixed, 0), part_at(AxisSpace, own, _SPACE)
-    frame, on_q, late = s.on_q[FRAME], s.on_q[ON_Q], s.on_y[LATE]
+def _frame(slope: Array, v: Array, rate: Array, frame: Array) -> None:
+    """Fill ``w (D - D') v``, the Coriolis forces of the monomials."""
+    r, lanes = v.shape
     frame[:] = 0.0
-    if c.spin_follow.shape[1] == 0:
-        return
-    times(c.spin_through, s.on_q[V], late)
-    add_slopes(c.first, c.second, late, s.on_q[Q], frame)
-    times(c.spin_follow, s.on_y[RATES], on_q)
-    for i in range(frame.shape[0]):
-        for n in range(frame.shape[1]):
-            frame[i, n] = 2.0 * rate[n] * (frame[i, n] - on_q[i, n])
+    for i in range(r if slope.size else 0):
+        for j in range(r):
+            for n in range(lanes):
+                frame[i, n] = frame[i, n] + (slope[r * i + j, n] - slope[r * j + i, n]) * v[j, n]
+        for n in range(lanes):
+            frame[i, n] = rate[n] * frame[i, n]
+
+
+@jit_lanes
+def _bend(slope: Array, v: Array, result: Array) -> None:
+    """Fill ``v' D v``, what the monomials' curvature adds to the rate of a momentum."""
+    r, lanes = v.shape
+    result[:] = 0.0
+    for i in range(r if slope.size else 0):
+        for j in range(r):
+            for n in range(lanes):
+                result[n] = result[n] + slope[r * i + j, n] * v[j, n] * v[i, n]
 
 
 @jit_lanes
@@ -123,7 +133,7 @@ def axis_step(fixed: Indices, own: Indices, step: float, failed: Indices) -> Non
         moving[n] = moving[n] - left[n] * left[n] / inertia[n]
         rate[n] = at.rigid[RATE, n] + step * at.rigid[ACCELERATION, n]
         momentum[n] = at.rigid[MOMENTUM, n] + 0.5 * step * (at.rigid[TORQUE, n] + push[n])
-    _frame(fixed, own, rate)
+    _frame(s.slope, v, rate, frame)
     times(c.damping, half, known)
     for i in range(r):
         for n in range(lanes):
@@ -138,7 +148,7 @@ def axis_step(fixed: Indices, own: Indices, step: float, failed: Indices) -> Non
             times(c.spin, v, spun)
             times(c.inverse, spun, span)
         sum_of(coupling, v, reached)
-        bend(c.first, c.second, s.on_y[FOLLOW], v, bent)
+        _bend(s.slope, v, bent)
         sum_of(pulls, v, left)
         for n in range(lanes):
             rate[n] = (momentum[n] - reached[n]) / inertia[n]
@@ -192,7 +202,7 @@ def axis_balance(fixed: Indices, own: Indices, fresh: Mask) -> None:
         for n in range(lanes):
             s.on_q[Q, i, n], v[i, n], span[i, n] = at.q[i, n], at.v[i, n], 0.0
     _place(fixed, own)
-    _frame(fixed, own, rate)
+    _frame(s.slope, v, rate, frame)
     add(c.spin, v, span)
     times(c.damping, v, known)
     for i in range(r):
@@ -201,7 +211,7 @@ def axis_balance(fixed: Indices, own: Indices, fresh: Mask) -> None:
             known[i, n] = known[i, n] + parts[i, n] + at.load[i, n] + frame[i, n] + turned
     times(c.still, known, free)
     times(c.still, coupling, solved)
-    bend(c.first, c.second, s.on_y[FOLLOW], v, bent)
+    _bend(s.slope, v, bent)
     sum_of(pulls, v, swing)
     sum_of(coupling, free, left)
     sum_of(coupling, solved, share)

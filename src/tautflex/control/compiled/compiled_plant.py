@@ -14,7 +14,7 @@ from tautflex.control.actuators.monitor import PERIODS, monitor_of
 from tautflex.control.compiled.addresses import table_of
 from tautflex.control.compiled.blocks import blocks_of
 from tautflex.control.compiled.drives import drives_of
-from tautflex.control.compiled.parts import DRAWN, FAILED, INTERVALS, Drives, LinearLoop, LoopState, Sensing
+from tautflex.control.compiled.parts import DRAWN, INTERVALS, Drives, LinearLoop, LoopState, Sensing
 from tautflex.control.compiled.sensing import sensing_of
 from tautflex.control.late import behind_drives
 from tautflex.control.law import ControlLaw
@@ -130,7 +130,7 @@ class CompiledPlant:
         drives = drives_of(self._run, bank, monitor, np.array([interval, step, self._steps, monitor.window]))
         self._blocks = blocks_of(self._run, drives, sensing)
         self._fixed, self._kept = table_of(*self._blocks.fixed)
-        self._watched = drives.watched
+        self._watched, self._views = drives.watched, dict[int, LinearPlant]()
         self._make_blocks(drives, sensing)
 
     def _make_blocks(self, drives: Drives, sensing: Sensing) -> None:
@@ -139,14 +139,13 @@ class CompiledPlant:
         late, old = int(drives.delay.max(initial=0)), int(sensing.kept.max(initial=1))
         self.measurement, self._command = np.zeros((count, o)), np.zeros((1, count, c))
         none, zeros = np.zeros((0, 0)), np.zeros
+        each, three = zeros((8, count, c)), zeros((count, c, 3))
         loop = self._loop = LoopState(
-            waiting=zeros((count, c, late)), target=zeros((count, c)), output=zeros((count, c)),
-            value=zeros((count, c)), gain=np.ones((count, c)), offset=zeros((count, c)), stored=zeros((count, c, 3)),
-            past=zeros((count, o, old)), work=zeros((count, c)), pull=zeros((count, c)), pumped=zeros((count, c)),
-            draws=zeros((count, _DRAWS, o)), watch=zeros((count, c, 4)), counts=zeros((count, 3), dtype=np.int64),
+            zeros((count, c, late)), *each[:3], np.ones((count, c)), each[3], three, zeros((count, o, old)), *each[4:],
+            zeros((count, _DRAWS, o)), zeros((count, c, 4)), zeros((count, 2), np.int64), zeros(count, np.int64),
         )  # fmt: skip
         self.gain, self.offset, self.value, self.work = loop.gain, loop.offset, loop.value, loop.work
-        self.failures = loop.counts[:, FAILED]
+        self.failures = loop.failed
         self._noise: list[dict[str, np.random.Generator]] = [{} for _ in range(count)]
         tables, lanes = [], self._blocks.lanes
         for first in range(0, count, lanes):
@@ -296,9 +295,11 @@ class CompiledPlant:
 
     def linearize(self, modes: int = 60) -> LinearPlant:
         """Linear view of small motion of the structure that was reduced, see `Plant.linearize`."""
-        damping = self._run.problem.damping
-        view = linearize(self.rom.state, self._effects, self.sensors, hub=self.hub, damping=damping, modes=modes)
-        return behind_drives(view, self.actuators, self.inputs, self.sensors, self.outputs)
+        if modes not in self._views:
+            damping = self._run.problem.damping
+            view = linearize(self.rom.state, self._effects, self.sensors, hub=self.hub, damping=damping, modes=modes)
+            self._views[modes] = behind_drives(view, self.actuators, self.inputs, self.sensors, self.outputs)
+        return self._views[modes]
 
     def _refill(self) -> None:
         for n in np.flatnonzero(self._loop.counts[:, DRAWN] >= _DRAWS):

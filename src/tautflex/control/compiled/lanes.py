@@ -85,13 +85,3 @@ def monomials(first: Indices, second: Indices, q: Array, v: Array, y: Array, rat
         for n in range(q.shape[1]):
             y[k, n] = q[i, n] * q[j, n]
             rates[k, n] = q[i, n] * v[j, n] + v[i, n] * q[j, n]
-
-
-@jit_lanes
-def bend(first: Indices, second: Indices, on_y: Array, v: Array, result: Array) -> None:
-    """Fill ``2 B y(v)``, see `hub_inertia.bend`, shape (n,)."""
-    result[:] = 0.0
-    for k in range(first.size):
-        i, j = first[k], second[k]
-        for n in range(v.shape[1]):
-            result[n] = result[n] + 2.0 * on_y[k, n] * v[i, n] * v[j, n]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from tautflex.control.actuators.monitor import PERIODS, SHARE
+from tautflex.control.compiled.addresses import part_at
 from tautflex.control.compiled.parts import DRAWN, INTERVALS, STRESS, WHEEL, Drives, LinearLoop, LoopState, Sensing
-from tautflex.numeric import Array, Indices, jit
+from tautflex.numeric import Array, Indices, Mask, jit
 from tautflex.reduction.marching.free_hub.hub_inertia import MOMENTUM, RATES, TWIST
 from tautflex.reduction.polynomial.forces import dot
 
@@ -17,25 +18,33 @@ def _clipped(value: float, low: float, high: float) -> float:
 
 
 @jit
-def _driven(d: Drives, loop: LoopState, n: int, k: int, command: float) -> float:
-    """What a drive makes of a command, see `Drive.act`; its memory moves on."""
-    interval, target = d.times[0], command
-    if d.delay[k] > 0:
-        place = loop.counts[n, INTERVALS] % d.delay[k]
-        target = loop.waiting[n, k, place]
-        loop.waiting[n, k, place] = command
-    if d.resolution[k] > 0.0:
-        target = d.resolution[k] * np.rint(target / d.resolution[k])
-    target = _clipped(target, -d.limit[k], d.limit[k])
-    reach = d.rate[k] * interval
-    target = loop.target[n, k] + _clipped(target - loop.target[n, k], -reach, reach)
-    loop.target[n, k] = target
-    if d.lag[k] == 0.0:
-        loop.output[n, k] = target
-        return target
-    left, decay = loop.output[n, k] - target, np.exp(-interval / d.lag[k])
-    loop.output[n, k] = target + decay * left
-    return target + left * d.lag[k] / interval * (1.0 - decay)
+def _drive(fixed: Indices, drives: int, own: Indices, place: int, command: Array, failed: Indices) -> None:
+    """Fill what drives make of commands, see `Drive.act`; their memory moves on."""
+    d, loop = part_at(Drives, fixed, drives), part_at(LoopState, own, place)
+    interval = d.times[0]
+    for n in range(failed.size):
+        if failed[n] != 0:
+            continue
+        for k in range(command.shape[1]):
+            watched = d.watched[k]
+            asked = 0.0 if watched >= 0 and loop.watch[n, watched, 3] >= PERIODS else command[n, k]
+            if d.delay[k] > 0:
+                turn = loop.counts[n, INTERVALS] % d.delay[k]
+                late = loop.waiting[n, k, turn]
+                loop.waiting[n, k, turn] = asked
+                asked = late
+            if d.resolution[k] > 0.0:
+                asked = d.resolution[k] * np.rint(asked / d.resolution[k])
+            asked = _clipped(asked, -d.limit[k], d.limit[k])
+            reach = d.rate[k] * interval
+            target = loop.target[n, k] + _clipped(asked - loop.target[n, k], -reach, reach)
+            left, given = loop.output[n, k] - target, target
+            loop.target[n, k] = loop.output[n, k] = target
+            if d.lag[k] > 0.0:
+                decay = np.exp(-interval / d.lag[k])
+                loop.output[n, k] = target + decay * left
+                given = target + left * d.lag[k] / interval * (1.0 - decay)
+            loop.given[n, k] = loop.gain[n, k] * given + loop.offset[n, k]
 
 
 @jit
@@ -50,40 +59,42 @@ def _watch(watch: Array, work: float, window: float) -> None:
 
 
 @jit
-def act(d: Drives, loop: LoopState, n: int, axes: Array, command: Array) -> bool:
+def act(fixed: Indices, drives: int, own: Indices, place: int, axes: Array, command: Array, failed: Indices) -> bool:
     """Fill what acts in the next interval, and the work that new stresses do; whether it is another than before.
 
-    Rows of ``axes`` are those in which momenta of wheels are kept, columns those of the hub, shape (3, 3).
+    Parts of drives and loops begin at these places of the tables. Rows of ``axes`` are those in which momenta of wheels
+    are kept, columns those of the hub, shape (3, 3). Commands have shape (n, c); loops that failed stay.
     """
-    changed, value = False, loop.value[n]
-    for k in range(command.size):
-        loop.pumped[n, k] = 0.0
-    for k in range(command.size):
-        own = d.watched[k]
-        told = 0.0 if own >= 0 and loop.watch[n, own, 3] >= PERIODS else command[k]
-        found = loop.gain[n, k] * _driven(d, loop, n, k, told) + loop.offset[n, k]
-        if d.kind[k] == WHEEL:
-            if d.momentum[k] < np.inf:
+    _drive(fixed, drives, own, place, command, failed)
+    d, loop, changed = part_at(Drives, fixed, drives), part_at(LoopState, own, place), False
+    for n in range(failed.size):
+        if failed[n] != 0:
+            continue
+        value = loop.value[n]
+        for k in range(value.size):
+            watched, found = d.watched[k], loop.given[n, k]
+            loop.pumped[n, k] = 0.0
+            if d.kind[k] != WHEEL:
+                found = max(found, d.lowest[k])
+            elif d.momentum[k] < np.inf:
                 stored = 0.0
                 for i in range(3):
                     stored += axes[i, d.axis[k]] * loop.stored[n, k, i]
                 low, high = (stored - d.momentum[k]) / d.times[0], (stored + d.momentum[k]) / d.times[0]
                 found = _clipped(found, min(low, 0.0), max(high, 0.0))
-        else:
-            found = max(found, d.lowest[k])
-        change = found - value[k]
-        if change == 0.0:
-            continue
-        changed = True
-        if d.kind[k] == STRESS:
-            at_once = dot(d.own[k], value)
-            loop.work[n, k] += change * (loop.pull[n, k] + at_once + 0.5 * d.own[k, k] * change)
-            if own >= 0:
-                loop.pumped[n, own] += change * (loop.pull[n, k] + at_once - dot(d.whole[k], value))
-        value[k] = found
-    for k in range(command.size):
-        if d.watched[k] == k and loop.watch[n, k, 3] < PERIODS:
-            _watch(loop.watch[n, k], loop.pumped[n, k], d.times[3])
+            change = found - value[k]
+            if change == 0.0:
+                continue
+            changed = True
+            if d.kind[k] == STRESS:
+                at_once = dot(d.own[k], value)
+                loop.work[n, k] += change * (loop.pull[n, k] + at_once + 0.5 * d.own[k, k] * change)
+                if watched >= 0:
+                    loop.pumped[n, watched] += change * (loop.pull[n, k] + at_once - dot(d.whole[k], value))
+            value[k] = found
+        for k in range(value.size):
+            if d.watched[k] == k and loop.watch[n, k, 3] < PERIODS:
+                _watch(loop.watch[n, k], loop.pumped[n, k], d.times[3])
     return changed
 
 
@@ -151,21 +162,36 @@ def exact(
 
 
 @jit
-def observe(s: Sensing, loop: LoopState, number: int, reading: Array, first: bool, measurement: Array) -> None:
-    """Fill what sensors make of exact readings, see `Sensor.observe`."""
-    draw = loop.counts[number, DRAWN]
-    for n in range(reading.size):
-        past, last = loop.past[number, n], s.kept[n] - 1
-        for j in range(last, 0, -1):
-            past[j] = reading[n] if first else past[j - 1]
-        past[0] = reading[n]
-        older = max(last - 1, 0)
-        share = max(0.0, s.age[n] - older) if last > 0 else 0.0
-        found = past[last] * share + past[older] * (1.0 - share) + s.bias[n] + s.noise[n] * loop.draws[number, draw, n]
-        if s.resolution[n] > 0.0:
-            found = s.resolution[n] * np.rint(found / s.resolution[n])
-        measurement[n] = found
-    loop.counts[number, DRAWN] = draw + 1
+def observe(
+    fixed: Indices,
+    sensing: int,
+    own: Indices,
+    place: int,
+    reading: Array,
+    chosen: Mask,
+    first: bool,
+    measurement: Array,
+) -> None:
+    """Fill what sensors make of exact readings (o, n) in chosen loops, see `Sensor.observe`."""
+    s, loop = part_at(Sensing, fixed, sensing), part_at(LoopState, own, place)
+    for n in range(chosen.size):
+        if not chosen[n]:
+            continue
+        draw = loop.counts[n, DRAWN]
+        for k in range(reading.shape[0]):
+            found, last = reading[k, n], s.kept[k] - 1
+            if last > 0:
+                past = loop.past[n, k]
+                for j in range(last, 0, -1):
+                    past[j] = found if first else past[j - 1]
+                past[0] = found
+                share = max(0.0, s.age[k] - (last - 1))
+                found = past[last] * share + past[last - 1] * (1.0 - share)
+            found += s.bias[k] + s.noise[k] * loop.draws[n, draw, k]
+            if s.resolution[k] > 0.0:
+                found = s.resolution[k] * np.rint(found / s.resolution[k])
+            measurement[n, k] = found
+        loop.counts[n, DRAWN] = draw + 1
 
 
 @jit
@@ -186,4 +212,4 @@ def forget(loop: LoopState, n: int) -> None:
         part[:] = 0.0
     for part in (loop.target[n], loop.output[n], loop.work[n], loop.pull[n]):
         part[:] = 0.0
-    loop.value[n], loop.counts[n] = loop.offset[n], 0
+    loop.value[n], loop.counts[n], loop.failed[n] = loop.offset[n], 0, 0

@@ -8,7 +8,7 @@ from tautflex.numeric import Array, Indices
 
 # Kinds of what a number of a command acts by; places in `LoopState.counts`.
 WHEEL, FORCE, STRESS = range(3)
-INTERVALS, DRAWN, FAILED = range(3)
+INTERVALS, DRAWN = range(2)
 
 
 class Drives(NamedTuple):
@@ -150,6 +150,8 @@ class LoopState(NamedTuple):
         Done by each number since the reset [J], shape (n, c).
     pull
         Energy that a unit of each number has where the structure is [J], shape (n, c).
+    given
+        What drives give, shape (n, c).
     pumped
         Work that a change pumps [J], shape (n, c).
     draws
@@ -157,7 +159,9 @@ class LoopState(NamedTuple):
     watch
         As of `Watch`: intervals, pumped and moved work [J], and periods that pumped, shape (n, c, 4).
     counts
-        Intervals since the reset, draws that are used, and whether a step failed, shape (n, 3).
+        Intervals since the reset, and draws that are used, shape (n, 2).
+    failed
+        Not 0 where a step failed, shape (n,).
     """
 
     waiting: Array
@@ -170,7 +174,9 @@ class LoopState(NamedTuple):
     past: Array
     work: Array
     pull: Array
+    given: Array
     pumped: Array
     draws: Array
     watch: Array
     counts: Indices
+    failed: Indices
