@@ -173,9 +173,10 @@ class Bank:
             elif item.bound is not None:
                 value = np.maximum(value, item.bound.lowest)
             if not np.array_equal(value, item.value):
-                before, last, item.value, changed = run.strain_energy(), item.value, value, True
+                stressed, last, item.value, changed = isinstance(item.bound, StressChange), item.value, value, True
+                before = run.strain_energy() if stressed else 0.0
                 item.held.hold(value, time)
-                if isinstance(item.bound, StressChange):
+                if stressed:
                     work = run.strain_energy() - before
                     item.work += work
                     pumped = work - self._stored(run, item, last, value - last)

@@ -87,7 +87,7 @@ def _source(kind: type, at: int, known: dict[str, Any]) -> tuple[str, int]:
             parts.append(text)
             continue
         lengths = "".join(f"table[first + {at + 1 + k}], " for k in range(_axes(field)))
-        number = _NUMBERS.get(field, np.float64).__name__
+        number = field if field in _NUMBERS else "number"
         text = f"carray(pointer(table[first + {at}]), ({lengths}), {number})"
         parts.append(f"{text}[0]" if field == "s" else text)
         at += _WIDTH
@@ -111,8 +111,7 @@ def part_at(kind: type[NamedTuple], table: Indices, first: int) -> Any:
 
 @overload(part_at)
 def _part_at(kind: Any, table: Any, first: Any) -> Any:
-    known: dict[str, Any] = {kind.__name__: kind for kind in (np.float64, *_NUMBERS.values())}
-    known |= {"carray": carray, "pointer": _pointer}
+    known: dict[str, Any] = {"carray": carray, "pointer": _pointer, "number": np.float64, **_NUMBERS}
     text, _ = _source(kind.instance_class, 0, known)
     exec(f"def made(kind: Any, table: Any, first: Any) -> Any:\n    return {text}\n", known)
     return known["made"]

@@ -178,7 +178,7 @@ def _trace(root: Array, still: Array) -> Array:
     return np.asarray(np.einsum("kab,ac,kcd->bd", slopes, still, slopes, optimize=True))
 
 
-def _turning(follow: Array, table: Array) -> tuple[Array, Array]:
+def turning_of(follow: Array, table: Array) -> tuple[Array, Array]:
     """Slope of ``Y' (follow + T' q) - T y`` at rest and per coordinate, shapes (r r,) and (r, r r)."""
     r = len(table)
     first, second = pairs(r)
@@ -205,7 +205,7 @@ def axis_model(run: HubRun, drives: Drives, sensing: Sensing, base: HubInputs, a
 
     reach = hub.reach[row]
     spin = kept(hub.spin[0], amplitude, reach)
-    turned, turning = _turning(hub.reach_follow[row], hub.spin_follow[0])
+    turned, turning = turning_of(hub.reach_follow[row], hub.spin_follow[0])
     size = np.abs(turned).reshape(r, r) + (np.abs(turning) * amplitude[:, None]).sum(axis=0).reshape(r, r)
     if (size * amplitude).max() <= _ROUND_OFF * np.abs(reach).max():
         turned, turning = turned[:0], turning[:, :0]
@@ -268,8 +268,12 @@ def axis_model(run: HubRun, drives: Drives, sensing: Sensing, base: HubInputs, a
 def new_axis_state(model: AxisModel, runs: int) -> AxisState:
     """Zeros of the right shapes."""
     r, m = len(model.reach), len(model.first)
-    shapes = (r,), (r,), (r,), (r,), (5,), (r,), (1,), (r,), (m,), (1,), (r,), (r,)
-    return AxisState(*(np.zeros((*shape, runs)) for shape in shapes), np.zeros(runs, dtype=np.int64))
+    zeros = np.zeros
+    q, v, a, forces = zeros((4, r, runs))
+    return AxisState(
+        q, v, a, forces, zeros((5, runs)), zeros((r, runs)), zeros((1, runs)), zeros((r, runs)), zeros((m, runs)),
+        zeros((1, runs)), zeros((r, runs)), zeros((r, runs)), zeros(runs, dtype=np.int64),
+    )  # fmt: skip
 
 
 def new_axis_space(model: AxisModel, runs: int) -> AxisSpace:

@@ -139,17 +139,19 @@ class CompiledPlant:
         late, old = int(drives.delay.max(initial=0)), int(sensing.kept.max(initial=1))
         self.measurement, self._command = np.zeros((count, o)), np.zeros((1, count, c))
         none, zeros = np.zeros((0, 0)), np.zeros
-        each, three = zeros((8, count, c)), zeros((count, c, 3))
+        target, output, value, offset, work, pull, given, pumped = zeros((8, count, c))
         loop = self._loop = LoopState(
-            zeros((count, c, late)), *each[:3], np.ones((count, c)), each[3], three, zeros((count, o, old)), *each[4:],
-            zeros((count, _DRAWS, o)), zeros((count, c, 4)), zeros((count, 2), np.int64), zeros(count, np.int64),
+            zeros((count, c, late)), target, output, value, np.ones((count, c)), offset, zeros((count, c, 3)),
+            zeros((count, o, old)), work, pull, given, pumped, zeros((count, _DRAWS, o)), zeros((count, c, 4)),
+            zeros((count, 2), dtype=np.int64), zeros(count, dtype=np.int64),
         )  # fmt: skip
         self.gain, self.offset, self.value, self.work = loop.gain, loop.offset, loop.value, loop.work
         self.failures = loop.failed
         self._noise: list[dict[str, np.random.Generator]] = [{} for _ in range(count)]
         tables, lanes = [], self._blocks.lanes
         for first in range(0, count, lanes):
-            block = self._blocks.block(LoopState(*(part[first : first + lanes] for part in loop)))
+            parts: Any = (part[first : first + lanes] for part in loop)
+            block = self._blocks.block(LoopState(*parts))
             table, kept = table_of(*block)
             tables.append(table)
             self._kept += kept

@@ -16,7 +16,7 @@ from tautflex.mechanics.loads.prepared import StressChange
 from tautflex.mechanics.surface import SurfaceOnVectors
 from tautflex.numeric import Array, Indices
 from tautflex.reduction.marching.free_hub.hub_run import HubRun
-from tautflex.reduction.polynomial.model import ReducedModel
+from tautflex.reduction.on_basis import OnBasis
 from tautflex.reduction.polynomial.monomials import pairs
 
 # Terms of a sensor below this part of its largest one are round-off.
@@ -99,7 +99,7 @@ def sensing_of(
     )  # fmt: skip
 
 
-def _clean(look: Array, speed: Array, rom: ReducedModel) -> None:
+def _clean(look: Array, speed: Array, rom: OnBasis) -> None:
     """Take out of a sensor's rows what is round-off of a flat structure, whose film follows nothing in its plane."""
     amplitude, r, m = rom.basis.amplitude, rom.size, rom.monomial_count
     first, second = pairs(r)
