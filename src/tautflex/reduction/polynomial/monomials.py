@@ -35,8 +35,8 @@ def _products(a: Array, b: Array) -> Array:
     """Packed products ``a_i b_j``, i <= j: (..., r) -> (..., m)."""
     count = a.shape[-1]
     if a.size <= _FEW * count:
-        first, second = _known_pairs(count)
-        return np.asarray(a[..., first] * b[..., second])
+        one, other = _known_pairs(count)
+        return np.asarray(a[..., one] * b[..., other])
     # Row by row of the transposed table: fancy indices or short slices would cost several times as much.
     left, right = (np.ascontiguousarray(np.moveaxis(part, -1, 0)) for part in (a, b))
     result = np.empty((count * (count + 1) // 2, *a.shape[:-1]))
