@@ -4,7 +4,7 @@ Run ``python benchmarks/control_steps.py`` (``make benchmark-control``). The ant
 turns about x, a wheel and tensions x and y that change in every interval of 10 ms, seven noisy readings; 8 and 17
 coordinates, steps of 5 ms by central differences. A call per step, one plant and 64 side by side; a table of 500
 commands at a time; the full structure by generalized-alpha. Then ``tautflex/Slew-v0``, alone and 64 side by side, and
-its functional twin with 256 runs of 50 steps. Processor times, medians of five; what is left out is not installed.
+its functional twin with 128 runs of 50 steps. Processor times, medians of five; what is left out is not installed.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def environments(coordinates: int, count: int = 64) -> float:
     return rate(once)
 
 
-def twin(precision: str, runs: int = 256, steps: int = 50) -> tuple[float, float]:
+def twin(precision: str, runs: int = 128, steps: int = 50) -> tuple[float, float]:
     """Rates of the functional twin, forward and with the slope of a small policy."""
     import jax
 
