@@ -70,7 +70,10 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
         scalars.append(found[:STORED])
         watch.see(time, found.tolist())
         left.append(0.5 * float(unbalanced @ solver.solve(unbalanced)))
-    truncated = np.array(left) / max(float(energy.max(initial=0.0)), 1e-300)
+    # Energy of motion: what stresses of inputs store in the structure at rest may be of either sign.
+    u = run.inputs.stresses(times)
+    moving = energy - 0.5 * np.einsum("tk,tk->t", u, u @ run.inputs.own)
+    truncated = np.array(left) / max(float(moving.max(initial=0.0)), 1e-300)
     warnings = list(watch.warnings())
     if (worst := float(truncated.max(initial=0.0))) > _NOTABLE:
         warnings.append(
