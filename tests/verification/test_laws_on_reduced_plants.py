@@ -119,7 +119,13 @@ def test_a_hyper_reduced_plant_is_the_full_one(verification_row):
         state(), tf.Stop(rate=0.3, duration=0.2), time_step=5e-3, end_time=1.0, fields="all", every=4,
         damping=DAMPING, inputs=[switched], method=tf.Bathe(),
     )  # fmt: skip
-    hyper = tf.hyper_reduce(state(), trained, tolerance=0.0)
+    few, hyper = (tf.hyper_reduce(state(), trained, tolerance=tolerance) for tolerance in (1e-2, 0.0))
+    bound = PULL["y"].prepare(state().system)
+    assert few.missed(bound.columns)[0] > 0.05  # which runs tell: elements are chosen without the stress
+    assert hyper.missed(bound.columns)[0] == 0.0
+    plant = tf.Plant(few, HUB, {"y": PULL["y"]}, {}, **ASKED | {"method": tf.Bathe()})
+    plant.reset()
+    assert any("the chosen elements miss" in text for text in plant.run.warnings)
     law = tf.PD(stiffness=160.0, damping=40.0, inertia=3.0) + (lambda time, y: [0.0, 0.3 if time % 0.2 < 0.1 else -0.3])
     slew, found = tf.Slew(angle=0.02, duration=0.5), []
     for body in (state(), hyper):
