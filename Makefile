@@ -15,7 +15,7 @@ help: ## list the targets
 
 demo: $(VENV)/installed demo/m2.toml ## install into .venv, run the stop maneuver of the antenna M2, write figures to demo/m2
 	@$(BIN)/tautflex check demo/m2.toml
-	@$(BIN)/tautflex run demo/m2.toml -o demo/m2
+	@$(BIN)/tautflex run demo/m2.toml -o demo/m2 --force
 
 quick: $(VENV)/tools ## run the tests that neither compile with JAX nor take long: a minute, after every change
 	$(PYTEST) -m 'not (slow or jax or campaign)'
@@ -48,8 +48,10 @@ benchmark: $(VENV)/installed ## measure step cost, its growth with the mesh, dir
 	$(BIN)/python benchmarks/linear_solvers.py
 	$(BIN)/python benchmarks/setup_cost.py
 
-benchmark-control: $(VENV)/installed ## measure control steps per second of reduced plants and of the full one (a minute)
+benchmark-control: $(VENV)/tools ## control steps per second (a minute), then policies beside tuned laws and the stop under control, into docs (hours)
 	$(BIN)/python benchmarks/control_steps.py
+	$(BIN)/python benchmarks/stop_control.py
+	$(BIN)/python benchmarks/learning_campaign.py --write
 
 benchmark-peers: $(VENV)/installed ## install Kratos and Exudyn into .peers, run beside them and DOLFINx, write docs/benchmarks.md (45 min)
 	$(BIN)/python benchmarks/peers/install.py

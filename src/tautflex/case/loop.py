@@ -32,6 +32,7 @@ from tautflex.control.loop import close_loop, start_law
 from tautflex.control.plant import Plant
 from tautflex.control.sensors.sensor import Sensor
 from tautflex.errors import CaseError, NotConvergedError
+from tautflex.interrupts import deferred
 from tautflex.motion.hub import FreeHub
 from tautflex.reduction.polynomial.model import reduce
 from tautflex.solvers.static.prestress import PrestressedState
@@ -179,13 +180,17 @@ def control_case(case: Case, progress: Progress | None = None) -> Run:
     >>> run = tf.control_case(tf.load_case("slew.toml"))  # doctest: +SKIP
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('slew.toml') gives one")
-    return _closed(case, prestressed(case, progress or silent)[1], progress or silent)
+    plant, law = _loop(case, prestressed(case, progress or silent)[1], progress or silent)
+    return _closed(case, plant, law, progress or silent)
 
 
-def _closed(case: Case, state: PrestressedState, progress: Progress) -> Run:
+def _loop(case: Case, state: PrestressedState, progress: Progress) -> tuple[Plant, ControlLaw]:
     progress(0.0, "plant and law")
     plant = build_plant(case, state)
-    law = build_law(case, plant)
+    return plant, build_law(case, plant)
+
+
+def _closed(case: Case, plant: Plant, law: ControlLaw, progress: Progress) -> Run:
     try:
         return _labelled(case, close_loop(plant, law, None, case.solver.end_time, case.loop.seed, progress))
     except NotConvergedError as error:
@@ -217,9 +222,18 @@ def write_case_loop(
     """
     tell = progress or silent
     _, state = prestressed(case, tell)
+    plant, law = _loop(case, state, tell)
+    with deferred():
+        return _write_loop(case, state, plant, law, directory, tell, figures, title)
+
+
+def _write_loop(
+    case: Case, state: PrestressedState, plant: Plant, law: ControlLaw, directory: Path, tell: Progress,
+    figures: Figures | None, title: str,
+) -> dict[str, Any]:  # fmt: skip
     more: dict[str, Any] = {}
     try:
-        run = _closed(case, state, tell)
+        run = _closed(case, plant, law, tell)
     except NotConvergedError as error:
         if not isinstance(error.result, Run):
             raise

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -13,26 +14,40 @@ from typing import Any
 import xarray as xr
 
 from tautflex import checks
+from tautflex._version import __version__
 from tautflex.analysis import amplitude, dominant_frequency, maneuver_end, settling_time, surface
 from tautflex.case import build
 from tautflex.case.options import within
 from tautflex.case.schema import Case
 from tautflex.errors import CaseError, InputError
 from tautflex.files import netcdf
+from tautflex.files.checkpoints import FOLDER, run_folder
+from tautflex.files.earlier import read_summary, remove_left_files
+from tautflex.files.transaction import publish
+from tautflex.interrupts import deferred
 from tautflex.motion.kinematics import Maneuver
 from tautflex.reduction.polynomial.model import reduce
 from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.simulate import simulate
-from tautflex.solvers.transient.status import Run
+from tautflex.solvers.transient.status import Run, Status
 
 Progress = Callable[[float, str], None]
 Figures = Callable[[xr.Dataset, xr.Dataset, Path], list[Path]]
 
 MODE_COUNT = 10
+CHECKPOINT = 60.0
+"""Wall-clock time between two checkpoints [s]."""
 
 
-def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True) -> Run:
+def run_case(
+    case: Case,
+    progress: Progress | None = None,
+    *,
+    throw: bool = True,
+    checkpoint: str | os.PathLike[str] | None = None,
+    seconds: float = CHECKPOINT,
+) -> Run:
     """Simulate a case: what `tautflex run` does, without files and with the same numbers.
 
     Parameters
@@ -43,6 +58,11 @@ def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True
         Called with the fraction done (0 to 1) and a short message; KeyboardInterrupt raised in it ends the run.
     throw
         Raise when the run fails; False returns the labelled partial run.
+    checkpoint
+        Folder that keeps the run while it is under way: one of the same case that was killed or interrupted goes on
+        there, to the bit. It goes when the run has ended by itself.
+    seconds
+        Wall-clock time between two checkpoints [s].
 
     Returns
     -------
@@ -51,7 +71,7 @@ def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True
     Raises
     ------
     InputError
-        If the case cannot be built, prestressed or simulated.
+        If the case cannot be built, prestressed or simulated, or the checkpoint is that of another one.
     NotConvergedError
         If a step fails and ``throw`` is set; ``.result`` holds the partial run.
 
@@ -62,8 +82,21 @@ def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
     _require_open_loop(case)
+    checks.non_negative("seconds", seconds)
+    folder = None if checkpoint is None else checks.path("checkpoint", checkpoint)
     maneuver, state = prestressed(case, progress or silent)
-    return _simulate(case, state, maneuver, progress or silent, throw)
+    question = _question(case, state, maneuver, progress or silent)
+    if folder is None:
+        return labelled(case, simulate(**question, throw=throw))
+    with run_folder(folder, _owner(case), seconds, resume=True) as keeper:
+        run = labelled(case, simulate(**question, throw=throw, keeper=keeper))
+        if keeper.trouble:
+            run = replace(run, data=run.data.assign_attrs(warnings=[*run.warnings, keeper.trouble]))
+        if run.status is Status.INTERRUPTED:
+            return run
+    # Its record, which is mapped into memory, outlives the files.
+    keeper.remove()
+    return run
 
 
 def write_case_run(
@@ -73,12 +106,15 @@ def write_case_run(
     *,
     figures: Figures | None = None,
     title: str = "tautflex run",
+    seconds: float = CHECKPOINT,
+    resume: bool = False,
 ) -> dict[str, Any]:
     """Simulate a case and write ``run.nc``, ``summary.json`` and figures into a directory, an earlier run replaced.
 
-    Nothing is written before the simulation has ended: bad input leaves no trace. A run that did not converge or was
-    interrupted is written as far as it got, with its status in the file and in the summary. ``figures`` takes the
-    datasets of run and modes and the directory, and returns what it wrote; ``title`` is stored in ``run.nc``.
+    Bad input leaves no trace. A run that did not converge or was interrupted is written as far as it got, with its
+    status in the file and in the summary. ``figures`` takes the datasets of run and modes and the directory, and
+    returns what it wrote; ``title`` is stored in ``run.nc``. Checkpoints, ``seconds`` apart, are kept in the directory;
+    ``resume`` goes on from the last one.
 
     Returns
     -------
@@ -88,8 +124,21 @@ def write_case_run(
     _require_open_loop(case)
     tell = progress or silent
     maneuver, state = prestressed(case, tell)
-    run = _simulate(case, state, maneuver, tell, throw=False)
-    return write_results(case, state, run, directory, tell, figures, title)
+    question = _question(case, state, maneuver, tell)
+    with deferred(), run_folder(directory / FOLDER, _owner(case), seconds, resume) as keeper:
+        run = labelled(case, simulate(**question, throw=False, keeper=keeper))
+        more = {"resumed_from": keeper.resumed_from}
+        if keeper.trouble:
+            run = replace(run, data=run.data.assign_attrs(warnings=[*run.warnings, keeper.trouble]))
+        found = write_results(case, state, run, directory, tell, figures, title, more)
+        if run.status is not Status.INTERRUPTED:
+            keeper.remove()
+        return found
+
+
+def _owner(case: Case) -> dict[str, str]:
+    """What the checkpoint of a case is recognised by."""
+    return {"case": case.to_toml(), "version of tautflex": __version__}
 
 
 def write_results(
@@ -107,12 +156,7 @@ def write_results(
     modes = solve_modes(state, n=min(MODE_COUNT, len(state.model.free_dofs) - 1))
     run = replace(run, data=run.data.assign_attrs(title=title))
     data = run.data
-    directory.mkdir(parents=True, exist_ok=True)
     tell(1.0, "writing")
-    files = {"run": directory / "run.nc", "summary": directory / "summary.json"}
-    netcdf.save(run, files["run"])
-    if figures is not None:
-        files |= _named(figures(data, modes.to_dataset(), directory))
     end = maneuver_end(data)
     summary = {
         "status": run.status.value,
@@ -130,10 +174,22 @@ def write_results(
         "energy_balance": dict(run.energy_balance),
         "warnings": [*state.warnings, *data.attrs["warnings"]],
         **(more or {}),
-        "files": {name: str(path) for name, path in files.items()},
     }
-    files["summary"].write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    return summary
+
+    def write(place: Path, final: Path) -> dict[str, Any]:
+        files = {"run": place / "run.nc", "summary": place / "summary.json"}
+        netcdf.save(run, files["run"])
+        if figures is not None:
+            files |= _named(figures(data, modes.to_dataset(), place))
+        stand = {name: str(final / path.relative_to(place)) for name, path in files.items()}
+        whole = summary | {"files": stand}
+        files["summary"].write_text(json.dumps(whole, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        return whole
+
+    earlier = read_summary(directory)
+    found = publish(directory, write)
+    remove_left_files(directory, earlier, found)
+    return found
 
 
 def _require_open_loop(case: Case) -> None:
@@ -150,7 +206,7 @@ def prestressed(case: Case, progress: Progress) -> tuple[Maneuver, PrestressedSt
     return maneuver, build.build_state(case)
 
 
-def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress: Progress, throw: bool) -> Run:
+def _question(case: Case, state: PrestressedState, maneuver: Maneuver, progress: Progress) -> dict[str, Any]:
     """The one place where a case becomes the arguments of `simulate`."""
     solver, fields = case.solver, case.output.fields
     if case.reduction is not None:
@@ -159,9 +215,9 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
     with within("reduction"):
         plant = state if case.reduction is None else reduce(state, case.reduction.build(), inputs=inputs)
     stated: dict[str, Any] = {"tolerance": solver.tolerance, "max_halvings": solver.max_halvings}
-    run = simulate(
-        plant,
-        maneuver,
+    return dict(
+        state=plant,
+        maneuver=maneuver,
         method=solver.build(),
         time_step=solver.time_step,
         end_time=solver.end_time,
@@ -176,10 +232,8 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
         every=case.output.every,
         fields=fields if isinstance(fields, str) else [t for t in fields if t <= solver.end_time],
         progress=progress,
-        throw=throw,
         **{name: value for name, value in stated.items() if value is not None},
     )
-    return labelled(case, run)
 
 
 def labelled(case: Case, run: Run) -> Run:

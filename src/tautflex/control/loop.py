@@ -17,6 +17,7 @@ from tautflex.control.runs.following import references, spec_of
 from tautflex.control.sensors.sensor import hub_rows
 from tautflex.control.signals import Reference, labels_of, units_of
 from tautflex.errors import NotConvergedError
+from tautflex.interrupts import deferred, meet
 from tautflex.motion.attitude import attitude
 from tautflex.motion.kinematics import Maneuver
 from tautflex.numeric import Array
@@ -24,6 +25,7 @@ from tautflex.solvers.transient.status import Run, Status
 from tautflex.solvers.variables import LOOP, described
 
 
+@deferred()
 def close_loop(
     plant: Plant,
     law: ControlLaw | Callable[[float, Array], ArrayLike],
@@ -73,6 +75,7 @@ def close_loop(
     commands, work, status = list[Array](), [plant.energy_by_source], Status.COMPLETED
     try:
         for number, reference in enumerate(follow[:-1]):
+            meet()
             time = reference.time
             try:
                 memory, given = asked.act(memory, measured[-1].copy(), reference)

@@ -70,7 +70,7 @@ class ReducedRun:
         self.reached = problem.begin
         self._work = new_work(rom.size, self._method.tangents)
         self._march = march_explicit if self._explicit else march
-        self._halvings = 0
+        self.halvings = 0
         beta = float(problem.damping.matrix(rom.state.linear).stiffness)
         self.warnings = [*problem.doubts, *doubts_about_inputs(self.inputs.given, problem)]
         self.warnings += self.inputs.doubts(problem.count * problem.time_step, beta)
@@ -136,7 +136,7 @@ class ReducedRun:
     def statistics(self) -> Statistics:
         """Work done so far."""
         taken, iterations, renewals, evaluations = map(int, (self._work.counts - self.before)[:4])
-        return Statistics(taken, iterations, renewals, iterations, evaluations, self._halvings)
+        return Statistics(taken, iterations, renewals, iterations, evaluations, self.halvings)
 
     def start(self) -> None:
         """Steady spinning equilibrium and projected velocity, or those another run ended with; accelerations follow."""
@@ -270,7 +270,7 @@ class ReducedRun:
         """One failed step as two of half its size."""
         if left == 0:
             return False
-        self._halvings += 1
+        self.halvings += 1
         stages, nowhere = stage_numbers(self._method, 0.5 * size), np.full(1, -1)
         for begin in (start, start + 0.5 * size):
             starts = np.array([begin])
