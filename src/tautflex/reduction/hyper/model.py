@@ -30,6 +30,7 @@ from tautflex.reduction.polynomial.condensation import CondensedModel, FrameMome
 from tautflex.reduction.polynomial.projection import project_moments
 from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.transient.problem import Progress, TransientProblem
+from tautflex.solvers.transient.restart.keeper import Keeper
 from tautflex.solvers.transient.status import Run
 from tautflex.solvers.variables import dataset_of
 
@@ -130,9 +131,9 @@ class HyperReducedModel(OnBasis):
             columns=np.array([rows_of([each[..., k] for each in stress]) for k in range(count)]),
         )
 
-    def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
+    def solve(self, problem: TransientProblem, progress: Progress = None, keeper: Keeper | None = None) -> Run:
         """Answer a problem asked of it."""
-        return solve_reduced(self, problem, progress)
+        return solve_reduced(self, problem, progress, keeper)
 
     @property
     def memory(self) -> int:

@@ -28,6 +28,7 @@ from tautflex.reduction.polynomial.monomials import WEAK_FIELD, monomial_sizes, 
 from tautflex.reduction.polynomial.projection import Projection, project
 from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.transient.problem import Progress, TransientProblem
+from tautflex.solvers.transient.restart.keeper import Keeper
 from tautflex.solvers.transient.status import Run
 
 # Fields of the static derivatives' damping, a small force, may be coarser than those of the stiffness, so many times.
@@ -129,9 +130,9 @@ class ReducedModel(OnBasis):
             stress_fields(c.viscous, amplitude, _COARSER * self.weak_field),
         )
 
-    def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
+    def solve(self, problem: TransientProblem, progress: Progress = None, keeper: Keeper | None = None) -> Run:
         """Answer a problem asked of it."""
-        return solve_reduced(self, problem, progress)
+        return solve_reduced(self, problem, progress, keeper)
 
     @property
     def memory(self) -> int:

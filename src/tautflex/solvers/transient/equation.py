@@ -252,6 +252,11 @@ class EquationOfMotion:
         self.statistics.factorizations = sum(factor.factorizations for factor in every)
         self.statistics.back_substitutions = sum(factor.solves for factor in every)
 
+    @property
+    def mass_ready(self) -> bool:
+        """Whether the mass matrix was factorized."""
+        return self._mass_factor.ready
+
     def mass_solve(self, right: Array) -> Array:
         """Solve with the consistent mass matrix, shape (size,)."""
         if not self._mass_factor.ready:
