@@ -66,6 +66,11 @@ def jit(function: Callable[..., Any]) -> Any:
     return _compiled(function, fastmath=FASTMATH)
 
 
+def jit_lanes(function: Callable[..., Any]) -> Any:
+    """Compile a kernel of runs side by side, whose sums keep their order: a run is the same in any company."""
+    return _compiled(function, fastmath={"contract", "nsz"})
+
+
 def jit_in_order(function: Callable[..., Any]) -> Any:
     """Compile a function that keeps the order of its sums, or has none; the machine code is kept on disk."""
     return _compiled(function)

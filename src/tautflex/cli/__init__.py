@@ -23,6 +23,8 @@ from tautflex.cli.runs.animate import animate
 from tautflex.cli.runs.export import export
 from tautflex.cli.runs.reproduce import reproduce
 from tautflex.cli.runs.run import run
+from tautflex.cli.studies.design import design
+from tautflex.cli.studies.sweep import sweep
 from tautflex.errors import InputError, MissingExtraError, NotConvergedError, NotWrittenError
 from tautflex.interrupts import exit_code, listening
 
@@ -39,7 +41,23 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for one in (init, check, keys, modes, tune, run, control, authority, train, evaluate, animate, reproduce, export):
+for one in (
+    init,
+    check,
+    keys,
+    modes,
+    tune,
+    run,
+    control,
+    authority,
+    train,
+    evaluate,
+    sweep,
+    design,
+    animate,
+    reproduce,
+    export,
+):
     app.command(one)
 app.register_install_completion_command(add_to_startup=False)
 
