@@ -15,7 +15,7 @@ help: ## list the targets
 
 demo: $(VENV)/installed demo/m2.toml ## install into .venv, run the stop maneuver of the antenna M2, write figures to demo/m2
 	@$(BIN)/tautflex check demo/m2.toml
-	@$(BIN)/tautflex run demo/m2.toml -o demo/m2
+	@$(BIN)/tautflex run demo/m2.toml -o demo/m2 --force
 
 quick: $(VENV)/tools ## run the tests that neither compile with JAX nor take long: a minute, after every change
 	$(PYTEST) -m 'not (slow or jax or campaign)'

@@ -12,6 +12,7 @@ from tautflex.cli.cases import spinning
 from tautflex.cli.options import Answer, CaseFile, Overrides, about, command, load, require_output_directory
 from tautflex.cli.spinning_cards import show_modes_and_spin
 from tautflex.errors import CaseError
+from tautflex.files.transaction import publish
 
 
 @command
@@ -70,8 +71,8 @@ def modes(
     if output is not None:
         from tautflex.cli.figures import mode_figures
 
-        output.mkdir(parents=True, exist_ok=True)
-        written = mode_figures(found.to_dataset(), output, table)
+        data = found.to_dataset()
+        written = publish(output, lambda place, final: [final / p.name for p in mode_figures(data, place, table)])
         files |= {path.name: path for path in written}
     answer: dict[str, Any] = {
         "frequencies": found.frequencies,

@@ -9,6 +9,7 @@ import xarray as xr
 from scipy.linalg import eigh
 
 from tautflex.errors import InputError, UnsupportedError
+from tautflex.interrupts import meet
 from tautflex.mechanics.inertia import WeighedMoments
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
@@ -218,6 +219,7 @@ class ReducedRun:
         rows = self._rows(stretch.grid)
         first = 0
         while first < len(rows):
+            meet()
             part = self._rest(frame, first * len(stages))
             first += self._steps(part, stages, rows[first:], stretch.starts[first:], segment)
             if first < len(rows):
