@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -34,10 +34,12 @@ class Model(Numbering):
     """Tensioned structure in its reference configuration; build it with `from_mesh` or from a case.
 
     ``prestress_stated`` tells whether the mode was chosen: its imbalance is then meant, and noted instead of warned of.
+    ``selections`` are rows of ``"nodes"``, ``"cables"`` and so on under the names of a mesh file.
     """
 
     prestress_mode: str = "uniform"
     prestress_stated: bool = True
+    selections: Mapping[str, Mapping[str, Indices]] = field(default_factory=dict, compare=False)
 
     @classmethod
     def from_mesh(
@@ -62,6 +64,7 @@ class Model(Numbering):
         links: Sequence[Link] = (),
         springs: Sequence[Spring] = (),
         prestress_mode: str | None = None,
+        selections: Mapping[str, Mapping[str, Indices]] | None = None,
     ) -> Model:
         """Build a model from any film elements, cables and beams in space.
 
@@ -103,6 +106,8 @@ class Model(Numbering):
             ``"equilibrium"``: cable tensions are final, film and beams respond; ``"initial-strain"``: cables
             are shortened to their tension between rigid ends, then everything relaxes (theory.md 5). None is
             ``"uniform"`` with a warning where the given stresses are far from balance.
+        selections
+            Rows of ``"nodes"``, ``"cables"`` and so on under names, by which cases choose them.
 
         Returns
         -------
@@ -151,6 +156,7 @@ class Model(Numbering):
             masses=checks.several("masses", masses, PointMass, _MASS),
             links=checks.several("links", links, Link, _LINK),
             springs=checks.several("springs", springs, Spring, _SPRING),
+            selections={} if selections is None else selections,
         )
 
     def __post_init__(self) -> None:

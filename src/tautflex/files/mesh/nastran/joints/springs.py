@@ -11,7 +11,7 @@ from tautflex.errors import InputError, MeshError
 from tautflex.files.mesh.nastran.coordinates import Systems
 from tautflex.files.mesh.nastran.supports import components
 from tautflex.files.mesh.nastran.text import Card
-from tautflex.files.mesh.numerals import natural, real, vector
+from tautflex.files.mesh.numerals import finite, natural, real, vector
 from tautflex.files.mesh.raw import Numbering, integers, shorten
 from tautflex.files.mesh.raw_links import RawLink
 from tautflex.numeric import Array
@@ -34,7 +34,7 @@ class Springs:
             card.require_only(*range(1, 9))
             for place in (1, 5):
                 if card.get(place):
-                    self._keep(card, place, np.array([real(card.get(place + 1), card.where)]))
+                    self._keep(card, place, np.array([finite(card.get(place + 1), card.where)]))
         elif card.name == "PBUSH":
             self._keep(card, 1, _bush(card))
         else:
@@ -74,7 +74,7 @@ class Springs:
 
     def _scalar(self, card: Card, nodes: Numbering, axes: Callable[[int], Array | None]) -> Spring | None:
         card.require_only(*range(1, 9))
-        value = self._property(card, 1)[0] if card.name == "CELAS1" else real(card.get(2), card.where)
+        value = self._property(card, 1)[0] if card.name == "CELAS1" else finite(card.get(2), card.where)
         ends = [(card.get(k), card.get(k + 1)) for k in (3, 5) if card.get(k) not in ("", "0")]
         parts = {frozenset(components(one, card.where)) for _, one in ends}
         if len(parts) != 1 or len(next(iter(parts))) != 1:
