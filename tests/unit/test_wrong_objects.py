@@ -23,8 +23,18 @@ ElementBlock ElementGroup FixedAxis FollowerForce HubState HyperReducedModel Ine
 LinearInput LinearLaw LinearPlant LinearStructure LoopSpec Maneuver Method OneStageMethod PatternLoad PlantState
 PreparedInput PreparedSensor RateFormula ReducedModel ReeledCables Reference RigidMotion Run Segment SensedMotion Sensor
 SensorRows Shape Stage StepScheme StressChange Stretch TensionOnly TimeInput UnitStep isoparametric_membrane register
-CompiledPlant FunctionalTwin HoldTask Link MeshSection Policy PolicyLaw Scenario SlewTask StopTask Task Trained Tuned
+CompiledPlant FunctionalTwin HoldTask Link MeshSection Policy PolicyLaw Scenario SlewTask StopTask Study Task Trained
+Tuned
 evaluate train tune_law
+"""
+STUDY = """base = "film.toml"
+[axes]
+"damping.beta" = [0.0, 1e-3]
+[design]
+minimize = ["surface.rms"]
+trials = 1
+[design.variables]
+"damping.beta" = { from = 0.0, to = 1e-3 }
 """
 LOOP = {
     "actuators": {"push": {"kind": "nodal-force", "near": (0.2, 0.2), "direction": (0, 0, 1)}},
@@ -57,6 +67,7 @@ def things(tmp_path_factory):
     run = tf.simulate(state, initial_velocity=lambda x, y: 0.01 + 0 * x, **options)
     tf.save(run.data, folder / "run.nc")
     (folder / "film.toml").write_text(FILM_CASE, encoding="utf-8")
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
     material = tf.Material(3e9, 1500.0, 0.3)
     film, rope = tf.MembraneSection(material, 1e-4), tf.CableSection(material, 1e-6)
     mesh = {
@@ -67,13 +78,15 @@ def things(tmp_path_factory):
         "beams": [[6, 7]], "beam": tf.BeamSection(material, 1e-4, 1e-9, 1e-9, 2e-9), "beam_axial_force": 0.0,
         "beam_orientation": (0, 0, 1), "prestress_mode": "uniform",
         "supports": [tf.Support.clamped((0, 1, 2, 3, 5, 6))], "masses": [tf.PointMass(7, 0.1)],
-        "links": [], "springs": [],
+        "links": [], "springs": [], "dampers": [],
     }  # fmt: skip
     hung = tf.solve_prestress(tf.Model.from_mesh(**mesh))
     modes, rom = tf.solve_modes(state, n=3), tf.reduce(state, tf.ModalBasis(count=2))
     return {
         "case": case, "model": model, "state": state, "modes": modes, "run": run, "folder": folder, "rom": rom,
         "film": film, "rope": rope, "material": material, "mesh": mesh, "hung": hung,
+        "swept": tf.sweep(folder / "study.toml", folder / "swept", workers=1),
+        "design": tf.design(folder / "study.toml", folder / "designed", workers=1),
     }  # fmt: skip
 
 
@@ -121,6 +134,8 @@ def doors(t):
         "max_halvings": 2,
         **short,
     }
+
+    asked = {"workers": 1, "scheduler": None, "force": False}
 
     def bound(kind):
         def door(**given):
@@ -231,6 +246,7 @@ def doors(t):
         "LinkEquation": (tf.LinkEquation, {"terms": ((0, "x", 1.0), (1, "x", -1.0))}),
         "RigidLink": (tf.RigidLink, {"reference": 0, "nodes": (1, 2), "directions": ("x",)}),
         "Tie": (tf.Tie, {"reference": 0, "nodes": (1,), "directions": ("x",), "axes": None}),
+        "Damper": (tf.Damper, {"nodes": (0, 1), "damping": (1.0, 1.0, 1.0), "axes": None, "place": None}),
         "Spring": (tf.Spring, {"nodes": (0, 1), "stiffness": (1.0, 1.0, 1.0), "axes": None, "place": None}),
         "find_form": (tf.find_form, {"model": t["hung"].model, "tolerance": 1e6, "max_iterations": 3}),
         "laminate": (lambda **given: tf.laminate(given["layers"]), {"layers": t["film"]}),
@@ -286,6 +302,7 @@ def doors(t):
                 "masses": (),
                 "links": (),
                 "springs": (),
+                "dampers": (),
             },
         ),
         "Model.from_mesh": (tf.Model.from_mesh, mesh),
@@ -465,6 +482,14 @@ def doors(t):
             {"figure": plot.plot_modes(modes.to_dataset(), 1, 1), "stem": folder / "figure", "formats": ("png",)},
         ),
         "load_run": (tf.load_run, {"path": folder / "run.nc"}),
+        "load_study": (tf.load_study, {"path": folder / "study.toml"}),
+        "sweep": (tf.sweep, asked | {"study": folder / "study.toml", "directory": folder / "study"}),
+        "design": (
+            tf.design,
+            asked | {"study": folder / "study.toml", "directory": folder / "design", "trials": 1},
+        ),
+        "plot_study": (plot.plot_study, {"study": t["swept"], "measures": ["surface.rms"]}),
+        "plot_design": (plot.plot_design, {"design": t["design"]}),
         **control_doors(t),
     }
 

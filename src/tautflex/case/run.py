@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -13,29 +14,38 @@ from typing import Any
 import xarray as xr
 
 from tautflex import checks
+from tautflex._version import __version__
 from tautflex.analysis import amplitude, dominant_frequency, maneuver_end, settling_time, surface
 from tautflex.case import build
-from tautflex.case.earlier import read_summary, remove_left_files
-from tautflex.case.options import within
+from tautflex.case.prepared import MODE_COUNT, Prepared, prepare
 from tautflex.case.schema import Case
 from tautflex.errors import CaseError, InputError
 from tautflex.files import netcdf
+from tautflex.files.checkpoints import FOLDER, run_folder
+from tautflex.files.earlier import read_summary, remove_left_files
 from tautflex.files.transaction import publish
 from tautflex.interrupts import deferred
 from tautflex.motion.kinematics import Maneuver
-from tautflex.reduction.polynomial.model import reduce
 from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.simulate import simulate
-from tautflex.solvers.transient.status import Run
+from tautflex.solvers.transient.status import Run, Status
 
 Progress = Callable[[float, str], None]
 Figures = Callable[[xr.Dataset, xr.Dataset, Path], list[Path]]
 
-MODE_COUNT = 10
+CHECKPOINT = 60.0
+"""Wall-clock time between two checkpoints [s]."""
 
 
-def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True) -> Run:
+def run_case(
+    case: Case,
+    progress: Progress | None = None,
+    *,
+    throw: bool = True,
+    checkpoint: str | os.PathLike[str] | None = None,
+    seconds: float = CHECKPOINT,
+) -> Run:
     """Simulate a case: what `tautflex run` does, without files and with the same numbers.
 
     Parameters
@@ -46,6 +56,11 @@ def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True
         Called with the fraction done (0 to 1) and a short message; KeyboardInterrupt raised in it ends the run.
     throw
         Raise when the run fails; False returns the labelled partial run.
+    checkpoint
+        Folder that keeps the run while it is under way: one of the same case that was killed or interrupted goes on
+        there, to the bit. It goes when the run has ended by itself.
+    seconds
+        Wall-clock time between two checkpoints [s].
 
     Returns
     -------
@@ -54,7 +69,7 @@ def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True
     Raises
     ------
     InputError
-        If the case cannot be built, prestressed or simulated.
+        If the case cannot be built, prestressed or simulated, or the checkpoint is that of another one.
     NotConvergedError
         If a step fails and ``throw`` is set; ``.result`` holds the partial run.
 
@@ -64,9 +79,22 @@ def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True
     >>> run = tf.run_case(tf.load_case("m2.toml"))  # doctest: +SKIP
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
-    _require_open_loop(case)
+    require_open_loop(case)
+    checks.non_negative("seconds", seconds)
+    folder = None if checkpoint is None else checks.path("checkpoint", checkpoint)
     maneuver, state = prestressed(case, progress or silent)
-    return labelled(case, simulate(**_question(case, state, maneuver, progress or silent), throw=throw))
+    question = _question(case, state, maneuver, progress or silent)
+    if folder is None:
+        return labelled(case, simulate(**question, throw=throw))
+    with run_folder(folder, _owner(case), seconds, resume=True) as keeper:
+        run = labelled(case, simulate(**question, throw=throw, keeper=keeper))
+        if keeper.trouble:
+            run = replace(run, data=run.data.assign_attrs(warnings=[*run.warnings, keeper.trouble]))
+        if run.status is Status.INTERRUPTED:
+            return run
+    # Its record, which is mapped into memory, outlives the files.
+    keeper.remove()
+    return run
 
 
 def write_case_run(
@@ -76,25 +104,39 @@ def write_case_run(
     *,
     figures: Figures | None = None,
     title: str = "tautflex run",
+    seconds: float = CHECKPOINT,
+    resume: bool = False,
 ) -> dict[str, Any]:
     """Simulate a case and write ``run.nc``, ``summary.json`` and figures into a directory, an earlier run replaced.
 
-    Nothing is written before the simulation has ended: bad input leaves no trace. A run that did not converge or was
-    interrupted is written as far as it got, with its status in the file and in the summary. ``figures`` takes the
-    datasets of run and modes and the directory, and returns what it wrote; ``title`` is stored in ``run.nc``.
+    Bad input leaves no trace. A run that did not converge or was interrupted is written as far as it got, with its
+    status in the file and in the summary. ``figures`` takes the datasets of run and modes and the directory, and
+    returns what it wrote; ``title`` is stored in ``run.nc``. Checkpoints, ``seconds`` apart, are kept in the directory;
+    ``resume`` goes on from the last one.
 
     Returns
     -------
     dict
         The content of ``summary.json``, SI units; the dominant frequency of a probe is that after the maneuver.
     """
-    _require_open_loop(case)
+    require_open_loop(case)
     tell = progress or silent
     maneuver, state = prestressed(case, tell)
     question = _question(case, state, maneuver, tell)
-    with deferred():
-        run = labelled(case, simulate(**question, throw=False))
-        return write_results(case, state, run, directory, tell, figures, title)
+    with deferred(), run_folder(directory / FOLDER, _owner(case), seconds, resume) as keeper:
+        run = labelled(case, simulate(**question, throw=False, keeper=keeper))
+        more = {"resumed_from": keeper.resumed_from}
+        if keeper.trouble:
+            run = replace(run, data=run.data.assign_attrs(warnings=[*run.warnings, keeper.trouble]))
+        found = write_results(case, state, run, directory, tell, figures, title, more)
+        if run.status is not Status.INTERRUPTED:
+            keeper.remove()
+        return found
+
+
+def _owner(case: Case) -> dict[str, str]:
+    """What the checkpoint of a case is recognised by."""
+    return {"case": case.to_toml(), "version of tautflex": __version__}
 
 
 def write_results(
@@ -113,24 +155,7 @@ def write_results(
     run = replace(run, data=run.data.assign_attrs(title=title))
     data = run.data
     tell(1.0, "writing")
-    end = maneuver_end(data)
-    summary = {
-        "status": run.status.value,
-        "message": run.status.message,
-        "maneuver": case.maneuver.describe(),
-        "probes": {str(name): _read_probe(data["w"].sel(probe=name), end) for name in data["probe"].values},
-        "surface": read_surface(data, end, case.output.surface_tolerance),
-        "natural_frequencies": [float(value) for value in modes.frequencies],
-        "steps": int(run.stats.steps),
-        "seconds": float(run.stats.seconds),
-        "back_substitutions": int(run.stats.back_substitutions),
-        "factorizations": int(run.stats.factorizations),
-        **({"reduced_model": data.attrs["reduced_model"]} if case.reduction is not None else {}),
-        "time_error": run.error if math.isfinite(run.error) else None,
-        "energy_balance": dict(run.energy_balance),
-        "warnings": [*state.warnings, *data.attrs["warnings"]],
-        **(more or {}),
-    }
+    summary = {**summary_of(case, state, run, modes.frequencies), **(more or {})}
 
     def write(place: Path, final: Path) -> dict[str, Any]:
         files = {"run": place / "run.nc", "summary": place / "summary.json"}
@@ -148,7 +173,29 @@ def write_results(
     return found
 
 
-def _require_open_loop(case: Case) -> None:
+def summary_of(case: Case, state: PrestressedState, run: Run, frequencies: Iterable[float]) -> dict[str, Any]:
+    """What ``summary.json`` says of a run, but its files; natural ``frequencies`` [Hz] are those of the state."""
+    data, end = run.data, maneuver_end(run)
+    return {
+        "status": run.status.value,
+        "message": run.status.message,
+        "maneuver": case.maneuver.describe(),
+        "probes": {str(name): read_probe(data["w"].sel(probe=name), end) for name in data["probe"].values},
+        "surface": read_surface(data, end, case.output.surface_tolerance),
+        "natural_frequencies": [float(value) for value in frequencies],
+        "steps": int(run.stats.steps),
+        "seconds": float(run.stats.seconds),
+        "back_substitutions": int(run.stats.back_substitutions),
+        "factorizations": int(run.stats.factorizations),
+        **({"reduced_model": data.attrs["reduced_model"]} if case.reduction is not None else {}),
+        "time_error": run.error if math.isfinite(run.error) else None,
+        "energy_balance": dict(run.energy_balance),
+        "warnings": [*state.warnings, *data.attrs["warnings"]],
+    }
+
+
+def require_open_loop(case: Case) -> None:
+    """Raise CaseError for a case of a closed loop."""
     for name in ("hub", "controller"):
         if getattr(case, name) is not None:
             text = f"{name}: expected no [{name}] for a run of a prescribed motion, got one"
@@ -163,25 +210,24 @@ def prestressed(case: Case, progress: Progress) -> tuple[Maneuver, PrestressedSt
 
 
 def _question(case: Case, state: PrestressedState, maneuver: Maneuver, progress: Progress) -> dict[str, Any]:
+    return question_of(case, prepare(case, state, progress), maneuver, progress)
+
+
+def question_of(case: Case, ready: Prepared, maneuver: Maneuver, progress: Progress) -> dict[str, Any]:
     """The one place where a case becomes the arguments of `simulate`."""
     solver, fields = case.solver, case.output.fields
-    if case.reduction is not None:
-        progress(0.0, "reduced model")
-    inputs = build.build_inputs(case, state)
-    with within("reduction"):
-        plant = state if case.reduction is None else reduce(state, case.reduction.build(), inputs=inputs)
     stated: dict[str, Any] = {"tolerance": solver.tolerance, "max_halvings": solver.max_halvings}
     return dict(
-        state=plant,
+        state=ready.plant,
         maneuver=maneuver,
         method=solver.build(),
         time_step=solver.time_step,
         end_time=solver.end_time,
         adaptive=solver.adaptive(),
         time_error=solver.time_error,
-        damping=build.build_damping(case, state),
+        damping=build.build_damping(case, ready.state),
         coupling=case.coupling.build(),
-        inputs=inputs,
+        inputs=ready.inputs,
         probes=case.output.probes,
         probe_reading=case.output.probe_reading,
         initial_imperfection=solver.initial_imperfection,
@@ -199,7 +245,7 @@ def labelled(case: Case, run: Run) -> Run:
     return replace(run, data=run.data.assign_attrs(attributes, surface_tolerance=tolerance))
 
 
-def _read_probe(record: xr.DataArray, maneuver_end: float | None) -> dict[str, float | None]:
+def read_probe(record: xr.DataArray, maneuver_end: float | None) -> dict[str, float | None]:
     """Measure one probe's displacement [m]; None where the record is too short, or never moved.
 
     The dominant frequency is that of the motion after the maneuver: during it the inertial load holds the film off its

@@ -21,7 +21,7 @@ from tautflex.errors import CaseError
 
 _RANGE = re.compile(r"(?<=, )[<>]=? ?\d+(?:[./]\d+)?|in [\[(][^\])]*[\])]")
 _TITLES = {name: f"[{name}.NAME]" for name in ("inputs", "actuators", "sensors")} | {
-    name: f"[[{name}]]" for name in ("masses", "links", "springs")
+    name: f"[[{name}]]" for name in ("masses", "links", "springs", "dampers")
 }
 _NAMES = {float: "number", int: "integer", bool: "true or false", str: "text", type(None): ""}
 
@@ -83,6 +83,12 @@ def _entries(name: str, field: FieldInfo) -> Iterator[SectionEntry]:
         yield _steps()
     if name == "inputs":
         yield SectionEntry("{ times, values } or { file }", _about(TimeTableKeys), _keys(TimeTableKeys))
+
+
+def entry_of(title: str, section: type[Section]) -> SectionEntry:
+    """Keys of a section that is no choice among classes, under a title."""
+    keys = tuple(key._replace(name=section.model_fields[key.name].alias or key.name) for key in _keys(section))
+    return SectionEntry(title, _about(section), keys)
 
 
 def _steps() -> SectionEntry:

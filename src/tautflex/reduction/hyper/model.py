@@ -30,6 +30,7 @@ from tautflex.reduction.polynomial.condensation import CondensedModel, FrameMome
 from tautflex.reduction.polynomial.projection import project_moments
 from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.transient.problem import Progress, TransientProblem
+from tautflex.solvers.transient.restart.keeper import Keeper
 from tautflex.solvers.transient.status import Run
 from tautflex.solvers.variables import dataset_of
 
@@ -96,7 +97,7 @@ class HyperReducedModel(OnBasis):
         reference, stresses = np.zeros(r + 1), np.empty(rest.size)
         add_forces(store, np.zeros(r + 1), reference, stresses, True, False, False)
         linear, none = self.state.linear, np.zeros(0, dtype=np.int64)
-        matrix = damping.matrix(linear)
+        matrix = damping.of(linear)
         kinds = linear.projected(self.basis.kept) if matrix.kinds else {}
         return HyperArrays(
             none,
@@ -130,9 +131,27 @@ class HyperReducedModel(OnBasis):
             columns=np.array([rows_of([each[..., k] for each in stress]) for k in range(count)]),
         )
 
-    def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
+    def missed(self, columns: Mapping[int, Array]) -> Array:
+        """Part of the stiffness by each of n stresses (row, strain, n) that chosen elements have wrong, shape (n,)."""
+        blocks = basis_blocks(self.state.system, self.basis.kept)
+        states, root = np.diag(self.basis.amplitude), np.sqrt(np.diag(self.coefficients.linear))
+        plain, found = element_forces(blocks, states), list[float]()
+        for k in range(next(iter(columns.values())).shape[2] if columns else 0):
+            changed = [
+                replace(block, initial_stress=block.initial_stress + columns[number][..., k])
+                if number in columns
+                else block
+                for number, block in enumerate(blocks)
+            ]
+            forces = (element_forces(changed, states) - plain) / root
+            whole = np.linalg.norm(forces.sum(axis=1))
+            wrong = np.linalg.norm(np.einsum("e,ner->nr", self.weights.values - 1.0, forces))
+            found.append(float(wrong / whole) if whole > 0.0 else 0.0)
+        return np.array(found)
+
+    def solve(self, problem: TransientProblem, progress: Progress = None, keeper: Keeper | None = None) -> Run:
         """Answer a problem asked of it."""
-        return solve_reduced(self, problem, progress)
+        return solve_reduced(self, problem, progress, keeper)
 
     @property
     def memory(self) -> int:

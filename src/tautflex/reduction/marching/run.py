@@ -9,7 +9,6 @@ import xarray as xr
 from scipy.linalg import eigh
 
 from tautflex.errors import InputError, UnsupportedError
-from tautflex.interrupts import meet
 from tautflex.mechanics.inertia import WeighedMoments
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
@@ -71,7 +70,7 @@ class ReducedRun:
         self.reached = problem.begin
         self._work = new_work(rom.size, self._method.tangents)
         self._march = march_explicit if self._explicit else march
-        self._halvings = 0
+        self.halvings = 0
         beta = float(problem.damping.matrix(rom.state.linear).stiffness)
         self.warnings = [*problem.doubts, *doubts_about_inputs(self.inputs.given, problem)]
         self.warnings += self.inputs.doubts(problem.count * problem.time_step, beta)
@@ -137,7 +136,7 @@ class ReducedRun:
     def statistics(self) -> Statistics:
         """Work done so far."""
         taken, iterations, renewals, evaluations = map(int, (self._work.counts - self.before)[:4])
-        return Statistics(taken, iterations, renewals, iterations, evaluations, self._halvings)
+        return Statistics(taken, iterations, renewals, iterations, evaluations, self.halvings)
 
     def start(self) -> None:
         """Steady spinning equilibrium and projected velocity, or those another run ended with; accelerations follow."""
@@ -219,7 +218,6 @@ class ReducedRun:
         rows = self._rows(stretch.grid)
         first = 0
         while first < len(rows):
-            meet()
             part = self._rest(frame, first * len(stages))
             first += self._steps(part, stages, rows[first:], stretch.starts[first:], segment)
             if first < len(rows):
@@ -272,7 +270,7 @@ class ReducedRun:
         """One failed step as two of half its size."""
         if left == 0:
             return False
-        self._halvings += 1
+        self.halvings += 1
         stages, nowhere = stage_numbers(self._method, 0.5 * size), np.full(1, -1)
         for begin in (start, start + 0.5 * size):
             starts = np.array([begin])
