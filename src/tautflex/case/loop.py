@@ -175,7 +175,8 @@ def _closed(case: Case, state: PrestressedState, progress: Progress) -> Run:
     plant = build_plant(case, state)
     law = build_law(case, plant)
     try:
-        return _labelled(case, close_loop(plant, law, None, case.solver.end_time, case.loop.seed, progress))
+        asked = case.solver.end_time, case.loop.seed, progress, case.output.frames
+        return _labelled(case, close_loop(plant, law, None, *asked))
     except NotConvergedError as error:
         if isinstance(error.result, Run):
             error.result = _labelled(case, error.result)

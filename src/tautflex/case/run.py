@@ -175,6 +175,7 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
         initial_imperfection=solver.initial_imperfection,
         every=case.output.every,
         fields=fields if isinstance(fields, str) else [t for t in fields if t <= solver.end_time],
+        frames=case.output.frames,
         progress=progress,
         throw=throw,
         **{name: value for name, value in stated.items() if value is not None},

@@ -83,9 +83,11 @@ RUN: Variables = {
     **{stored: SURFACE[name] for stored, name in OF_SURFACE.items()},
     "displacement": _of("field_time node component", "m", "elastic displacement of all nodes"),
     "film_state": _of("field_time triangle_element", "1", "state of each film element"),
+    "frame_displacement": _of("frame_time node component", "m", "elastic displacement of all nodes, in single"),
     "probe_position": _of("probe component", "m", "reference position of the probe"),
     "time": _of("time", "s", "time"),
     "field_time": _of("field_time", "s", "time of stored fields"),
+    "frame_time": _of("frame_time", "s", "time of the frames of pictures that move"),
 }
 
 HUB: Variables = {

@@ -64,7 +64,7 @@ class ReducedRun:
         self._began, self.segments = self._plan(problem.maneuver)
         self._tolerance = problem.tolerance or self._method.tolerance
         # Numbers of the grid instants whose coordinates are kept, sorted.
-        fields = np.array(sorted(problem.field_steps), dtype=np.int64)
+        fields = np.array(sorted(problem.field_steps | problem.frame_steps), dtype=np.int64)
         self.stored = np.union1d(np.array(problem.stored_steps, dtype=np.int64), fields)
         self.eta, self.rate = np.zeros((2, len(self.stored), rom.size))
         self.reached = problem.begin

@@ -39,6 +39,8 @@ class Samples(NamedTuple):
         Name in `SCALARS` or `OF_SURFACE` -> values, shape (sample,).
     fields
         Time [s], displacement of all nodes (node, 3) [m] and state of the film's elements, of every stored field.
+    frame_time, frames
+        Time [s] and displacement of all nodes in single precision [m] of frames, shapes (frame,), (frame, node, 3).
     """
 
     time: Array
@@ -46,6 +48,8 @@ class Samples(NamedTuple):
     spin: Array
     scalars: dict[str, Array]
     fields: list[tuple[float, Array, NDArray[np.int8]]]
+    frame_time: Array
+    frames: NDArray[np.float32]
 
 
 @jit
@@ -88,8 +92,8 @@ class Recorder:
         Measuring points.
     samples
         Number of stored instants at most.
-    field_steps
-        Steps whose whole displacement field is stored.
+    field_steps, frame_steps
+        Steps whose whole displacement field is stored, and those that are kept as frames.
 
     Attributes
     ----------
@@ -99,8 +103,12 @@ class Recorder:
         What `record` reads and writes.
     """
 
-    def __init__(self, equation: EquationOfMotion, probes: ProbeSet, samples: int, field_steps: set[int]) -> None:
-        self._equation, self._probes, self._field_steps = equation, probes, field_steps
+    def __init__(
+        self, equation: EquationOfMotion, probes: ProbeSet, samples: int, field_steps: set[int], frame_steps: set[int]
+    ) -> None:
+        self._equation, self._probes, self._field_steps, self._frame_steps = equation, probes, field_steps, frame_steps
+        self._frame_time = list[float]()
+        self._frames = np.zeros((len(frame_steps), len(equation.system.model.nodes), 3), dtype=np.float32)
         self._survey = StressSurvey(equation.system, equation.workspace)
         self._time, self._spin = np.zeros(samples), np.zeros((samples, 2, 3))
         self._probe = np.zeros((samples, 2, 3 * len(probes.names)))
@@ -133,7 +141,10 @@ class Recorder:
             self.count += 1
 
     def store_field(self, step: int, at: MotionState) -> None:
-        """Store the whole field if this step was asked for."""
+        """Store the whole field, and a frame, if this step was asked for."""
+        if step in self._frame_steps:
+            self._frames[len(self._frame_time)] = self._equation.system.translations(at.q)
+            self._frame_time.append(at.time)
         if step in self._field_steps:
             self._equation.workspace.strain_energy(at.q)  # the stresses on which the states depend
             self._fields.append((at.time, self._equation.system.translations(at.q), self._survey.membrane_states()))
@@ -146,7 +157,8 @@ class Recorder:
         scalars = dict(zip(SCALARS, self._numbers[:n].T, strict=False))
         scalars |= zip(OF_SURFACE, self._surface[:n].T, strict=True)
         probe = self._probe[:n].reshape(n, 2, -1, 3)
-        samples = Samples(self._time[:n], probe, self._spin[:n], scalars, self._fields)
+        frames = np.array(self._frame_time), self._frames[: len(self._frame_time)]
+        samples = Samples(self._time[:n], probe, self._spin[:n], scalars, self._fields, *frames)
         attributes = {
             **attributes,
             "warnings": [*attributes.get("warnings", ()), *compression.warnings(), *self._watch.warnings()],
@@ -164,12 +176,13 @@ def run_dataset(model: Model, probes: ProbeSet, samples: Samples, attributes: di
     arrays["displacement"] = np.array([field for _, field, _ in samples.fields]).reshape(-1, len(model.nodes), 3)
     states = np.array([state[model.triangle_owner] for _, _, state in samples.fields], dtype=np.int8)
     arrays["film_state"] = states.reshape(len(samples.fields), len(model.triangles))
-    arrays["probe_position"] = probes.positions
+    arrays["probe_position"], arrays["frame_displacement"] = probes.positions, samples.frames
     data = described(RUN, arrays)
     data["film_state"][-1].update(
         flag_values=np.arange(len(MEMBRANE_STATES), dtype=np.int8), flag_meanings=" ".join(MEMBRANE_STATES)
     )
     times = {"time": samples.time, "field_time": np.array([time for time, *_ in samples.fields])}
+    times["frame_time"] = samples.frame_time
     return xr.Dataset(
         {**data, **mesh_variables(model)},
         coords={**described(RUN, times), "probe": list(probes.names), "component": COMPONENTS},

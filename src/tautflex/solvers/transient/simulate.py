@@ -146,7 +146,8 @@ class FullRun:
             self.segments = split_segments(maneuver.segments(), driven.breaks)
             self.said += driven.idle()
         self._stepper = _stepper(problem, self.equation)
-        self._recorder = kind(self.equation, problem.placed, len(problem.stored_steps), problem.field_steps)
+        kept = len(problem.stored_steps), problem.field_steps, problem.frame_steps
+        self._recorder = kind(self.equation, problem.placed, *kept)
         self._errors = TimeError(self.equation, self._stepper.resolved) if problem.time_error else None
         watch = None if self._errors is None else self._errors.step
         self._driver = _driver(problem, self._stepper, self.segments, watch)
