@@ -118,7 +118,7 @@ def write_results(
         "status": run.status.value,
         "message": run.status.message,
         "maneuver": case.maneuver.describe(),
-        "probes": {str(name): _read_probe(data["w"].sel(probe=name), end) for name in data["probe"].values},
+        "probes": {str(name): read_probe(data["w"].sel(probe=name), end) for name in data["probe"].values},
         "surface": read_surface(data, end, case.output.surface_tolerance),
         "natural_frequencies": [float(value) for value in modes.frequencies],
         "steps": int(run.stats.steps),
@@ -190,7 +190,7 @@ def labelled(case: Case, run: Run) -> Run:
     return replace(run, data=run.data.assign_attrs(attributes, surface_tolerance=tolerance))
 
 
-def _read_probe(record: xr.DataArray, maneuver_end: float | None) -> dict[str, float | None]:
+def read_probe(record: xr.DataArray, maneuver_end: float | None) -> dict[str, float | None]:
     """Measure one probe's displacement [m]; None where the record is too short, or never moved.
 
     The dominant frequency is that of the motion after the maneuver: during it the inertial load holds the film off its

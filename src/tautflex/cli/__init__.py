@@ -20,6 +20,7 @@ from tautflex.cli.loops.evaluate import evaluate
 from tautflex.cli.loops.train import train
 from tautflex.cli.runs.animate import animate
 from tautflex.cli.runs.export import export
+from tautflex.cli.runs.report import report
 from tautflex.cli.runs.reproduce import reproduce
 from tautflex.cli.runs.run import run
 from tautflex.errors import InputError, MissingExtraError, NotConvergedError
@@ -37,7 +38,22 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for one in (init, check, keys, modes, tune, run, control, authority, train, evaluate, animate, reproduce, export):
+for one in (
+    init,
+    check,
+    keys,
+    modes,
+    tune,
+    run,
+    control,
+    authority,
+    train,
+    evaluate,
+    animate,
+    report,
+    reproduce,
+    export,
+):
     app.command(one)
 app.register_install_completion_command(add_to_startup=False)
 

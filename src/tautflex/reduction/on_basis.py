@@ -107,7 +107,7 @@ class OnBasis(SteppingModel):
         return result if offset is None else result + offset @ self.basis.derivatives
 
     def frames(self, eta: Array, offset: Array) -> NDArray[np.float32]:
-        """Displacement of all nodes [m] in single precision, shape (time, node, 3), as `displacement` in one product."""
+        """Displacement of all nodes [m] in single precision, as `displacement` in one product, (time, node, 3)."""
         parts = [eta]
         if len(self.basis.derivatives):
             parts.append(monomials(eta) @ self.coefficients.follow_quadratic.T + offset)
