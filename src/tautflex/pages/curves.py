@@ -57,8 +57,9 @@ def curves_of(run: xr.Dataset, tension: tuple[Array, Array] | None) -> list[dict
 
 
 def _along(time: Array, vectors: Array) -> list[tuple[str, Array, Array]]:
-    """Components that are not zero throughout, x if all are."""
-    moves = [k for k in range(3) if np.abs(vectors[:, k]).max(initial=0.0) > 1e-9] or [0]
+    """Components that are not zero beside the largest, x if all are."""
+    size = np.abs(vectors).max(axis=0, initial=0.0)
+    moves = [k for k in range(3) if size[k] > max(1e-9, 1e-4 * size.max())] or [0]
     return [(f"about {'xyz'[k]}", time, vectors[:, k]) for k in moves]
 
 

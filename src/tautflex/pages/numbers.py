@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from typing import Any
 
 import xarray as xr
@@ -11,6 +12,10 @@ import xarray as xr
 from tautflex.analysis import maneuver_end
 from tautflex.case.run import read_probe, read_surface
 from tautflex.solvers.modal.natural import Modes
+
+
+# A number with more digits than anyone reads.
+_LONG = re.compile(r"\d+\.\d{5,}(?:e[+-]?\d+)?")
 
 
 def numbers_of(run: xr.Dataset, modes: Modes | None) -> list[tuple[str, str]]:
@@ -46,7 +51,7 @@ def numbers_of(run: xr.Dataset, modes: Modes | None) -> list[tuple[str, str]]:
     found += _work(attributes.get("statistics"))
     if "reduced_model" in attributes:
         found.append(("Reduced model", " ".join(str(attributes["reduced_model"]).split())))
-    return [(name, words) for name, words in found if words]
+    return [(name, _LONG.sub(lambda number: f"{float(number[0]):.5g}", words)) for name, words in found if words]
 
 
 def _sizes(run: xr.Dataset, counts: dict[str, str]) -> list[tuple[str, str]]:

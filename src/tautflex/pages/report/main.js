@@ -44,8 +44,9 @@ element("notes").textContent = runs
   .join(" ");
 listen();
 home();
-requestAnimationFrame(loop);
-window.report = { player, stages, ready: true };
+loop();
+performance.mark("shown");
+window.report = { player, stages, draw, ready: true };
 if (!window.matchMedia("(prefers-reduced-motion: reduce)").matches) player.toggle(true);
 
 function option(holder, value, text) {
