@@ -13,7 +13,6 @@ from tautflex.analysis import maneuver_end
 from tautflex.case.run import read_probe, read_surface
 from tautflex.solvers.modal.natural import Modes
 
-
 # A number with more digits than anyone reads.
 _LONG = re.compile(r"\d+\.\d{5,}(?:e[+-]?\d+)?")
 
