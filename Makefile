@@ -15,7 +15,7 @@ help: ## list the targets
 
 demo: $(VENV)/installed demo/m2.toml ## install into .venv, run the stop maneuver of the antenna M2, write figures and a page to demo/m2
 	@$(BIN)/tautflex check demo/m2.toml
-	@$(BIN)/tautflex run demo/m2.toml -o demo/m2
+	@$(BIN)/tautflex run demo/m2.toml -o demo/m2 --force
 	@$(BIN)/tautflex report demo/m2 --force
 	@echo "Open $(CURDIR)/demo/m2/report.html in a browser: the antenna turns, stops and rings."
 

@@ -76,6 +76,7 @@ from .errors import InputError as InputError
 from .errors import MeshError as MeshError
 from .errors import MissingExtraError as MissingExtraError
 from .errors import NotConvergedError as NotConvergedError
+from .errors import NotWrittenError as NotWrittenError
 from .errors import PrestressError as PrestressError
 from .errors import TautflexError as TautflexError
 from .errors import UnstableWarning as UnstableWarning

@@ -29,6 +29,10 @@ class UnsupportedError(InputError):
     """A structure can move as a rigid body where the question asked needs it to be held."""
 
 
+class NotWrittenError(InputError):
+    """A file or folder could not be written, for want of space, permission or a folder; what stood there is whole."""
+
+
 class MissingExtraError(TautflexError, ImportError):
     """An optional dependency is not installed; the message names the extra that brings it."""
 

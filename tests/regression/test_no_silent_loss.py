@@ -22,7 +22,7 @@ IDLE = {
     ".inp": {"*END PART", "*END INSTANCE", "*ASSEMBLY, NAME=all", "*END ASSEMBLY", "*END STEP", "*STATIC"}
     | {"*BOUNDARY, AMPLITUDE=a", "right.5, 1, 2", ""},
 }
-ELEMENTS = ("1, 1, 2, 3, 4", "2, 3, 5", "3, 2, 5", "4, 5", "5, 2", "10, 8")
+ELEMENTS = ("1, 1, 2, 3, 4", "2, 3, 5", "3, 2, 5", "4, 5", "5, 2", "10, 8", "11, 11, 2", "12, 12, 13", "13, 1, 2, 4")
 LABELLED = ("CQUAD4", "CTRIA3", "CROD", "CTUBE", "CONROD", "CBAR", "CBEAM", "CONM1", "CONM2", "CMASS1", "CMASS2")
 LABELLED += ("RBE2", "RBE3", "CELAS1", "CELAS2", "CBUSH")
 
@@ -44,7 +44,8 @@ def fingerprint(path, text: str) -> object:
     ]
     sections = {name: (one.kind, dict(one.values), one.doubt) for name, one in mesh.sections.items()}
     spread = [
-        {part: one.tolist() for part, one in own.items()} for own in (mesh.initial_stress, mesh.nonstructural_mass)
+        {part: one.tolist() for part, one in own.items()}
+        for own in (mesh.initial_stress, mesh.free_strain, mesh.nonstructural_mass)
     ]
     whole = [np.round(array, 12).tolist() for array in arrays]
     return whole, groups, sorted(held), bodies, joined, sections, spread

@@ -87,6 +87,35 @@ def test_what_a_structure_cannot_have(case, text, words):
     assert words in str(caught.value)
 
 
+QUADS = """
+GRID,1,,0.,0.,0.
+GRID,2,,1.,0.,0.
+GRID,3,,1.,1.,0.
+GRID,4,,0.,1.,0.
+GRID,5,,2.,0.,0.
+GRID,6,,2.,1.,0.
+CQUAD4,1,1,1,2,3,4
+CQUAD4,2,1,2,5,6,3
+PSHELL,1,1,1e-4
+MAT1,1,3.e9,,.3,1500.
+SPC1,1,123456,1,4
+"""
+
+
+def test_sides_of_films_of_quadrilaterals(tmp_path):
+    """Joints of a case with a mesh are placed before there is a model."""
+    (tmp_path / "film.bdf").write_text(QUADS, encoding="utf-8")
+    case = tmp_path / "film.toml"
+    links = "[[links]]\nkind = 'rigid'\nreference_near = [2.0, 0.0]\nside = '+x'\n"
+    head = "schema = 1\n[mesh]\nfile = 'film.bdf'\n[membrane]\nedges = 'fixed'\nstress_x = 1e5\nstress_y = 1e5\n"
+    case.write_text(head + links.replace("side = '+x'", "nodes = [5]"), encoding="utf-8")
+    by_number = tf.build_model(tf.load_case(case)).links
+    case.write_text(head + "[[links]]\nkind = 'tie'\nreference_near = [1.0, 0.0]\nside = '+x'\n", encoding="utf-8")
+    by_side = tf.build_model(tf.load_case(case)).links
+    assert (by_number[0].reference, by_side[0].reference) == (4, 1)
+    assert set(by_side[0].nodes) == {4, 5}
+
+
 @dataclass(frozen=True)
 class Mirrored(tf.Link):
     """Node that moves across the film against another one.

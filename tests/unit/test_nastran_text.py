@@ -9,6 +9,7 @@ import tautflex as tf
 from tautflex import MeshError
 from tautflex.files.mesh.nastran import read_nastran
 from tautflex.files.mesh.nastran.text import cards
+from verification import decks
 
 FILM = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\nGRID,4,,0.,1.,0.\nCQUAD4,1,1,1,2,3,4\n"
 
@@ -66,8 +67,35 @@ def test_continuations_belong_to_their_marks():
 )
 def test_lines_that_are_not_clear(text, words):
     with pytest.raises(MeshError) as caught:
-        list(cards(enumerate_lines(text)))
+        [card.require_right() for card in cards(enumerate_lines(text))]
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"{'PCOMP   1':<72}KFREQ\n+FREQ   7\n",  # the first column of a mark is free
+        f"{'PCOMP   1':<72}+X     0\n+X     0 7\n",
+        f"{'PCOMP   1':<72}A\n+A      7\n",
+    ],
+)
+def test_marks_as_programs_write_them(text):
+    (card,) = cards(enumerate_lines(text))
+    assert (card.get(1), card.get(9), card.wrong) == ("1", "7", "")
+
+
+def test_columns_behind_the_fields_may_hold_a_date():
+    (card,) = cards(
+        enumerate_lines("GRID    3903    0       1.0     1.7320510.0     0       1456            6/20/72\n")
+    )
+    assert card.wrong == ""
+
+
+def test_what_has_no_effect_may_have_any_form(tmp_path):
+    """DEQATN has commas of its own, idle materials any number of fields."""
+    idle = "DEQATN,1,f(a,b,c,d,e,g,h,i,j)=max(a,b,c,d,e,g,h,i,j)\nCBARAO,1,FR,4,.2,.2\nSPOINT,7,THRU,9\n"
+    (tmp_path / "mast.bdf").write_text(decks.nastran(decks.HELD + idle), encoding="utf-8")
+    assert len(tf.read_mesh(tmp_path / "mast.bdf").beams) == 10
 
 
 def test_replicated_numbers():
@@ -128,8 +156,8 @@ def test_supports_of_the_case_control(control, step, held):
 @pytest.mark.parametrize(
     ("control", "step", "words"),
     [
-        ("", None, "expected SPC = number for the constraint sets 1, 2, got none"),
-        ("SPC = 3\n", None, "expected constraint set 3, which SPC = 3 selects"),
+        ("", None, "expected SPC = number for the sets 1, 2 of SPC1, got none"),
+        ("SPC = 3\n", None, "expected set 3, which SPC = 3 selects"),
         ("SPC = 1\nSUBCASE 1\nSUBCASE 5\nSPC = 2\n", None, "got 1: SPC = 1, 5: SPC = 2; choose one with step"),
         ("SPC = 1\nSUBCASE 1\n", 2, "got 2; choose one of them"),
         ("SPC = skew\n", None, "expected SPC = number, got 'skew'"),

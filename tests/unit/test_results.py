@@ -1,8 +1,11 @@
+import resource
+from contextlib import contextmanager
+
 import numpy as np
 import pytest
 import xarray as xr
 
-from tautflex import InputError
+from tautflex import InputError, NotWrittenError
 from tautflex.files import netcdf
 
 
@@ -63,18 +66,23 @@ def test_saving_leaves_the_dataset_alone_and_can_replace(tmp_path):
     assert [item.name for item in tmp_path.iterdir()] == ["run.nc"]
 
 
-def test_failed_write_keeps_the_old_file(tmp_path, monkeypatch):
+@contextmanager
+def files_no_longer_than(size):
+    """Let writing fail as on a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("size", [0, 7, 500, 2000, 4000, 8000])
+def test_failed_write_keeps_the_old_file(tmp_path, size):
     path = netcdf.save(dataset(), tmp_path / "run.nc")
-
-    def broken(self, target, **kwargs):
-        target.write_bytes(b"half a file")
-        raise OSError("No space left on device")
-
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", broken)
-    with pytest.raises(InputError, match="No space left"):
-        netcdf.save(dataset(), path)
+    with files_no_longer_than(size), pytest.raises(NotWrittenError, match=r"run\.nc.*File too large"):
+        netcdf.save(xr.Dataset({"long": ("x", np.arange(1e4))}), path)
     assert [item.name for item in tmp_path.iterdir()] == ["run.nc"]
-    monkeypatch.undo()
     xr.testing.assert_identical(netcdf.load(path), dataset())
 
 

@@ -46,7 +46,7 @@ def changed_rom(rom: ReducedModel, numbers: dict[str, float]) -> ReducedModel:
     inertia = {}
     for kind, part in projection.inertia.items():
         rho = factor(numbers, f"density.{kind}")
-        inertia[kind] = Moments(rho * part.pair, rho * part.first, rho * part.zeroth)
+        inertia[kind] = Moments(rho * part.mass, rho * part.pair, rho * part.first, rho * part.zeroth)
     return replace(
         rom,
         projection=replace(

@@ -11,7 +11,7 @@ from scipy.io import loadmat
 from scipy.linalg import solve_continuous_are
 
 from tautflex.control.actuators.drive import Drive
-from tautflex.control.estimate import loop_matrix, steady_reference
+from tautflex.control.estimate import steady_reference
 from tautflex.control.law import FunctionLaw, added, law_of
 from tautflex.control.laws.imsc import IndependentModalControl
 from tautflex.control.laws.lqg import LQG
@@ -26,6 +26,7 @@ from tautflex.control.riccati import bryson_weights, kalman_filter, regulator
 from tautflex.control.sampled import Lateness
 from tautflex.control.sensors.sensor import Sensor
 from tautflex.control.signals import Channel, LoopSpec, Reference
+from tautflex.control.spillover import loop_matrix
 from tautflex.errors import InputError
 from tautflex.motion.shaping import sampled_shaper, shaper_impulses
 from verification.linear_plants import modal_plant, radius, run_bilinear, spec_of
@@ -245,6 +246,26 @@ def test_modes_beyond_the_whole_model_must_be_left_stable_too(kind):
     law.start(spec)
     with pytest.raises(InputError, match=r"^modes: .*all 2 coordinates, up to 2\.1 Hz, grows .*spillover"):
         law.start(replace(spec, beyond=plant))
+
+
+def test_modal_control_must_leave_other_modes_stable():
+    """One mode of two by a sensor and an actuator apart: what the second sees of it has the wrong sign."""
+    one = [[0.8], [-0.5]]
+    plant = modal_plant([1.3, 2.1], [0.002, 0.004], one, [[0.8, 0.5]], velocities=True)
+    for effort, unstable, told in ((0.1, True, False), (50.0, False, True), (1e6, False, False)):
+        spec = spec_of(plant, INTERVAL)
+        law = IndependentModalControl("y0", "y1", 1, effort)
+        largest = radius(loop_matrix(plant.discretize(INTERVAL), law.matrices(spec)))
+        assert (largest > 1.0) == unstable
+        if unstable:
+            with pytest.raises(InputError, match=r"^modes: .*IndependentModalControl whose .*spillover.*raise effort"):
+                law.start(spec)
+            continue
+        law.start(spec)
+        assert bool(spec.remarks) == told
+    apart = PositivePositionFeedback(-0.3 / (0.8**2 / (2.6 * np.pi) ** 2), 1.4, "y0", "u0")
+    with pytest.raises(InputError, match=r"^gain: .*spillover.*give it the sign of G\(0\)"):
+        apart.start(spec_of(plant, INTERVAL))
 
 
 def test_regulator_of_a_measured_state_is_the_gain():

@@ -291,8 +291,8 @@ REFUSED = {
     **{
         keyword: (".inp", decks.abaqus(lines), f"({keyword.upper()}): not read here")
         for keyword, lines in {
-            "release": "*Release\n6, S1, ALLM\n",
-            "tie": "*Tie, name=t\na, b\n",
+            "connector section": "*Connector section\n",
+            "fastener": "*Fastener\n",
             "imperfection": "*Imperfection, file=a, step=1\n",
             "nfill": "*Nfill\nroot, tip, 10\n",
         }.items()

@@ -123,7 +123,7 @@ def test_springs_at_the_tip(name, read):
         (".bdf", "MPC,3,11,2,1.,6,2,-1.\n", "expected MPC = number"),
         (".inp", "*MPC\nLINK, 11, 6\n", "expected BEAM, TIE, PIN"),
         (".inp", "*Equation\n3\n11,2,1.,6,2,-1.\n", "expected 3 terms"),
-        (".inp", "*Coupling, constraint name=c, ref node=6, surface=s\n*Kinematic\n", "surface of TYPE=NODE"),
+        (".inp", "*Coupling, constraint name=c, ref node=6, surface=s\n*Kinematic\n", "expected a *SURFACE"),
         (".inp", COUPLED, "*KINEMATIC or *DISTRIBUTING"),
         (".inp", "*Element, type=SPRING2, elset=s\n80, 11, 10\n*Spring, elset=s\n1, 2\n100.\n", "the same direction"),
     ],

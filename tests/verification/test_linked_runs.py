@@ -10,6 +10,7 @@ import pytest
 import tautflex as tf
 from tautflex import RigidLink, Support, Tie
 from tautflex.mechanics.loads.pressure import nodal_load
+from tautflex.solvers.modal.refinement import mesh_errors
 from verification.test_links import FILM, sheet
 
 MAST = tf.BeamSection(tf.Material(7e9, 1600.0, 0.33), 5e-5, 4e-10, 4e-10, 6e-10)
@@ -50,6 +51,13 @@ def boomed_film(apart: bool) -> tf.Model:
 @pytest.fixture(scope="module")
 def states() -> tuple[tf.PrestressedState, ...]:
     return tuple(tf.solve_prestress(boomed_film(apart)) for apart in (False, True))
+
+
+def test_mesh_errors_along_a_boom(states: Any) -> None:
+    """Sides on the boom stay straight between its nodes."""
+    whole, parts = (mesh_errors(tf.solve_modes(state, n=4), [0, 1]) for state in states)
+    assert parts == pytest.approx(whole, rel=0.4)
+    assert np.all((parts > 0.02) & (parts < whole))
 
 
 def simulated(state: Any, maneuver: Any, method: Any = None, **given: Any) -> Any:

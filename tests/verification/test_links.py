@@ -10,6 +10,7 @@ import pytest
 import tautflex as tf
 from tautflex import Attachment, DistributingLink, LinkEquation, MeshError, PointMass, RigidLink, Spring, Support, Tie
 from tautflex.mechanics.loads.pressure import nodal_load
+from tautflex.solvers.modal.refinement import mesh_errors
 
 ALUMINIUM = tf.BeamSection(tf.Material(7e10, 2700.0, 0.33), 1e-4, 8.33e-10, 8.33e-10, 1.4e-9)
 LINE = np.column_stack([np.linspace(0.0, 1.0, 11), np.zeros(11), np.zeros(11)])
@@ -83,6 +84,14 @@ def test_hinge_in_a_clamped_beam(axes: Any) -> None:
 def test_tied_films_are_one_film() -> None:
     whole, parts = (frequencies(two_sheets(apart), 6) for apart in (False, True))
     assert parts == pytest.approx(whole, rel=1e-10)
+
+
+def test_mesh_errors_of_tied_films_are_those_of_one_film() -> None:
+    whole, parts = (
+        mesh_errors(tf.solve_modes(tf.solve_prestress(two_sheets(apart)), n=6), [0, 1, 2]) for apart in (False, True)
+    )
+    assert np.all(whole > 0.01)
+    assert parts == pytest.approx(whole, rel=1e-6)
 
 
 def test_tied_beams_are_one_beam() -> None:

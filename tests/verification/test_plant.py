@@ -142,6 +142,30 @@ def test_linear_view_has_drives_and_late_sensors(state, verification_row):
         assert off < most
 
 
+@pytest.mark.parametrize("axes", ["xyz", "free"])
+def test_matrices_of_a_hub_of_three_axes_are_its_small_motion(state, axes, verification_row):
+    """Torques about all axes and a force on the film: python-control's answer against the nonlinear plant."""
+    control = pytest.importorskip("control")
+    sensors = {"attitude": tf.Attitude(), "rate": tf.Rate(), "A": tf.Displacement([0.3, 0.1])}
+    body = tf.FreeHub(20.0, (3.0, 4.0, 5.0), center=(0.1, -0.05, 0.2), axes=axes)
+    driven = tf.Plant(
+        state, body, {"torque": tf.HubTorque("xyz"), "tip": TIP}, sensors, interval=0.02, time_step=2e-3,
+        method=tf.GeneralizedAlpha(1.0), damping=DAMPING,
+    )  # fmt: skip
+    n = np.arange(40)
+    commands = 1e-4 * np.column_stack([np.sin(0.3 * n), np.cos(0.2 * n), np.sign(np.sin(0.25 * n + 0.1)), 3e-3 * n])
+    measured = np.array([driven.reset(), *(driven.step(row) for row in commands)])[1:-1]
+    system = driven.linearize().discretize(0.02).to_control()
+    outputs = control.forced_response(system, U=commands.T).outputs.T
+    # What follows a command at once shows under the last one: y(k) = C x(k) + D u(k - 1).
+    found = outputs[1:] + (commands[:-1] - commands[1:]) @ system.D.T
+    names = [*(f"attitude about {axis}" for axis in "xyz"), *(f"rate about {axis}" for axis in "xyz"), "A"]
+    for name, one, other in zip(names, found.T, measured.T, strict=True):
+        off = float(np.abs(one - other).max() / np.abs(other).max())
+        verification_row(f"Matrices of a hub with axes {axes!r}, {name}", 0.0, off, "nonlinear plant, relative")
+        assert off < (1e-3 if "attitude" in name else 0.01)
+
+
 def test_restarts_and_seeds(state):
     sensors = {"rate": tf.Rate(noise=1e-5, delay=0.015), "film": tf.Displacement([[0.3, 0.1]], noise=1e-7)}
     drive = {"lag": 0.03, "delay": 0.02, "rate": 5.0}
@@ -243,13 +267,18 @@ def test_bad_plants_are_told(state):
         ({"actuators": {"torque": tf.HubTorque(delay=0.015)}}, "actuators.torque.delay: expected whole intervals of"),
         ({"method": tf.CentralDifference()}, "method: expected an implicit method"),
         ({"interval": 0.0}, "interval: expected"),
+        ({"actuators": {"t": tf.TensionGroup([999])}}, r"actuators\.t\.cables: expected cable numbers in"),
     ):
         with pytest.raises(InputError, match=message):
             plant(state, **({"actuators": torque} | more))
     with pytest.raises(InputError, match="expected a free hub"):
         plant(state, torque, free=False)
-    with pytest.raises(InputError, match="limit: expected"):
-        tf.HubTorque("x", limit=0.0)
+    about_x = {"hub": hub(axes="x"), "actuators": {"torque": tf.HubTorque("y")}}
+    with pytest.raises(InputError, match=r"torque\.axis: expected an axis that the hub turns about, 'x', got 'y'"):
+        tf.Plant(state, **about_x)
+    for limit in (0.0, [], [1.0, -1.0]):
+        with pytest.raises(InputError, match="limit: expected"):
+            tf.HubTorque("x", limit=limit)
     made = plant(state, torque)
     with pytest.raises(InputError, match="expected reset before this"):
         made.step(0.0)

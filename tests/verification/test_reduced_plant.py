@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex import InputError, UnsupportedError
+from tautflex import InputError, NotConvergedError, UnsupportedError
 from verification.dynamic_cases import small_antenna
 
 pytestmark = pytest.mark.slow
@@ -181,7 +181,7 @@ def test_tables_and_linear_laws_run_compiled():
         np.testing.assert_allclose(told[:, 1], loop.data.command.values[:-1], atol=1e-7)
 
 
-@pytest.mark.parametrize("kind", ["reduced", "compiled"])
+@pytest.mark.parametrize("kind", ["full", "reduced", "compiled"])
 def test_tension_that_pumps_is_switched_off(kind):
     """Stiffness high on the way out and low on the way back damps; the other way round it pumps."""
     period = 2.0 * np.pi / float(state().linear.modes(1)[0][0])
@@ -195,7 +195,8 @@ def test_tension_that_pumps_is_switched_off(kind):
     asked = {"interval": interval, "time_step": interval / np.ceil(interval / 1e-3), "damping": tf.Rayleigh(0.0, 1e-5)}
     hub = tf.FreeHub(1e5, (1e5, 1e5, 1e5), axes="x")
     made = tf.CompiledPlant if kind == "compiled" else tf.Plant
-    plant = made(rom(), hub, actuators, sensors, **asked)
+    asked |= {"method": tf.Bathe(), "time_step": interval} if kind == "full" else {}
+    plant = made(state() if kind == "full" else rom(), hub, actuators, sensors, **asked)
     for sign, expected in ((1.0, ()), (-1.0, ("y",))):
         y = plant.reset()
         for k in range(200):
@@ -244,10 +245,22 @@ def test_bad_plants_are_told():
         tf.Plant(rom(), ABOUT_X, ACTUATORS, {}, time_step=0.01).reset()
     with pytest.raises(InputError, match=r"actuators\.tip\.monitor: expected false where no stress is changed"):
         tf.Plant(rom(), ABOUT_X, {"tip": tf.Actuator(TIP, monitor=True)})
-    with pytest.raises(UnsupportedError, match="monitor: expected false on the full structure"):
-        tf.Plant(state(), ABOUT_X, {"x": tf.Actuator(PULL["x"], monitor=True)})
     with pytest.raises(UnsupportedError, match="rom: expected a reduced model"):
         tf.CompiledPlant(state(), ABOUT_X)
     with pytest.raises(UnsupportedError, match="hub: expected constant force and torque"):
         tf.CompiledPlant(rom(), tf.FreeHub(**BODY, axes="x", torque=lambda time, hub: (0.0, 0.0, 0.0)))
-    assert "torque [N m]" in repr(tf.CompiledPlant(rom(), ABOUT_X, ACTUATORS, **ASKED))
+    with pytest.raises(InputError, match=r"torque\.axis: expected an axis that the hub turns about, 'x', got 'xyz'"):
+        tf.CompiledPlant(rom(), ABOUT_X, {"torque": tf.HubTorque("xyz")})
+    plants = tf.CompiledPlant(rom(), ABOUT_X, ACTUATORS, **ASKED)
+    assert "torque [N m]" in repr(plants)
+    for wrong, said in (
+        (lambda: plants.step([1.0, 2.0]), r"command: expected shape \(1, 4\), got \(2,\)"),
+        (lambda: plants.run(np.zeros((3, 5))), r"law: expected shape \(any, 1, 4\), got \(3, 5\)"),
+        (lambda: plants.run(lambda time, y: np.zeros(4), end_time=0.0), "end_time: expected a number > 0"),
+        (lambda: plants.reset(row=1), r"row: expected a number in \[0, 0\], got 1"),
+    ):
+        with pytest.raises(InputError, match=said):
+            wrong()
+    with pytest.raises(NotConvergedError, match=r"t = 0\.03 s: the law failed .ZeroDivisionError") as caught:
+        plants.run(lambda time, y: 1.0 / 0.0 if time > 0.025 else np.zeros(4), end_time=0.1)
+    assert [len(part) for part in caught.value.result] == [4, 3]

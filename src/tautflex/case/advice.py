@@ -32,7 +32,7 @@ def advise(case: Case, state: PrestressedState) -> tuple[list[str], list[str]]:
     """
     maneuver = build_maneuver(case)
     build_inputs(case, state)
-    check_loop(case, state)
+    about_loop = check_loop(case, state)
     damping = build_damping(case, state)
     count, most = getattr(case.reduction, "count", None), state.system.size - 1
     if count is not None and count > most:
@@ -46,6 +46,7 @@ def advise(case: Case, state: PrestressedState) -> tuple[list[str], list[str]]:
         *_about_mesh(case),
         *_about_cables(case),
         *about_maneuver,
+        *about_loop,
         *start.warnings,
         *_about_probes(case, state, read),
         *_about_run(case, maneuver),

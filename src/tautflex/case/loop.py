@@ -32,6 +32,7 @@ from tautflex.control.loop import close_loop, start_law
 from tautflex.control.plant import Plant
 from tautflex.control.sensors.sensor import Sensor
 from tautflex.errors import CaseError, NotConvergedError
+from tautflex.interrupts import deferred
 from tautflex.motion.hub import FreeHub
 from tautflex.reduction.polynomial.model import reduce
 from tautflex.solvers.static.prestress import PrestressedState
@@ -88,7 +89,12 @@ def build_plant(case: Case, state: PrestressedState) -> Plant:
 
 
 def build_law(case: Case, plant: Plant) -> ControlLaw:
-    """Build the law of a case, tried on its plant.
+    """Build the law of a case, tried on its plant, see `tried_law`."""
+    return tried_law(case, plant)[0]
+
+
+def tried_law(case: Case, plant: Plant) -> tuple[ControlLaw, list[str]]:
+    """Law of a case, tried on its plant, and what it says about the loop.
 
     Raises
     ------
@@ -99,24 +105,31 @@ def build_law(case: Case, plant: Plant) -> ControlLaw:
         text = "controller: missing, expected a [controller] section with kind = 'pd' or another law"
         raise CaseError(f"{text}; add it, `tautflex init --template control` writes a case with one")
     several = case.controller if isinstance(case.controller, tuple) else (case.controller,)
-    laws = list[ControlLaw]()
+    laws, said = list[ControlLaw](), list[str]()
     for number, given in enumerate(several):
         with within("controller" if several[0] is case.controller else f"controller.{number}"):
             laws.append(given.build())
-            start_law(plant, laws[-1])
-    return laws[0] if len(laws) == 1 else added(*laws)
+            said += start_law(plant, laws[-1])[1]
+    return laws[0] if len(laws) == 1 else added(*laws), said
 
 
-def check_loop(case: Case, state: PrestressedState) -> None:
-    """Raise InputError unless what a case has of a loop fits its structure, and its law what it reads and commands."""
+def check_loop(case: Case, state: PrestressedState) -> list[str]:
+    """What the law of a case says about its loop.
+
+    Raises
+    ------
+    InputError
+        Unless what the case has of a loop fits its structure, and the law what it reads and commands.
+    """
     if case.controller is not None:
         plant = build_plant(case, state)
-        build_law(case, plant)
+        said = tried_law(case, plant)[1]
         plant.reset()
-    else:
-        hub = None if case.hub is None else case.hub.build()
-        build_actuators(case, state)
-        build_sensors(case, state, hub)
+        return said
+    hub = None if case.hub is None else case.hub.build()
+    build_actuators(case, state)
+    build_sensors(case, state, hub)
+    return []
 
 
 def authority_of_case(case: Case, modes: int = 10) -> xr.Dataset:
@@ -167,13 +180,17 @@ def control_case(case: Case, progress: Progress | None = None) -> Run:
     >>> run = tf.control_case(tf.load_case("slew.toml"))  # doctest: +SKIP
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('slew.toml') gives one")
-    return _closed(case, prestressed(case, progress or silent)[1], progress or silent)
+    plant, law = _loop(case, prestressed(case, progress or silent)[1], progress or silent)
+    return _closed(case, plant, law, progress or silent)
 
 
-def _closed(case: Case, state: PrestressedState, progress: Progress) -> Run:
+def _loop(case: Case, state: PrestressedState, progress: Progress) -> tuple[Plant, ControlLaw]:
     progress(0.0, "plant and law")
     plant = build_plant(case, state)
-    law = build_law(case, plant)
+    return plant, build_law(case, plant)
+
+
+def _closed(case: Case, plant: Plant, law: ControlLaw, progress: Progress) -> Run:
     try:
         asked = case.solver.end_time, case.loop.seed, progress, case.output.frames
         return _labelled(case, close_loop(plant, law, None, *asked))
@@ -206,9 +223,18 @@ def write_case_loop(
     """
     tell = progress or silent
     _, state = prestressed(case, tell)
+    plant, law = _loop(case, state, tell)
+    with deferred():
+        return _write_loop(case, state, plant, law, directory, tell, figures, title)
+
+
+def _write_loop(
+    case: Case, state: PrestressedState, plant: Plant, law: ControlLaw, directory: Path, tell: Progress,
+    figures: Figures | None, title: str,
+) -> dict[str, Any]:  # fmt: skip
     more: dict[str, Any] = {}
     try:
-        run = _closed(case, state, tell)
+        run = _closed(case, plant, law, tell)
     except NotConvergedError as error:
         if not isinstance(error.result, Run):
             raise

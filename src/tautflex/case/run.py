@@ -15,10 +15,13 @@ import xarray as xr
 from tautflex import checks
 from tautflex.analysis import amplitude, dominant_frequency, maneuver_end, settling_time, surface
 from tautflex.case import build
+from tautflex.case.earlier import read_summary, remove_left_files
 from tautflex.case.options import within
 from tautflex.case.schema import Case
 from tautflex.errors import CaseError, InputError
 from tautflex.files import netcdf
+from tautflex.files.transaction import publish
+from tautflex.interrupts import deferred
 from tautflex.motion.kinematics import Maneuver
 from tautflex.reduction.polynomial.model import reduce
 from tautflex.solvers.modal.natural import solve_modes
@@ -63,7 +66,7 @@ def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True
     checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
     _require_open_loop(case)
     maneuver, state = prestressed(case, progress or silent)
-    return _simulate(case, state, maneuver, progress or silent, throw)
+    return labelled(case, simulate(**_question(case, state, maneuver, progress or silent), throw=throw))
 
 
 def write_case_run(
@@ -88,8 +91,10 @@ def write_case_run(
     _require_open_loop(case)
     tell = progress or silent
     maneuver, state = prestressed(case, tell)
-    run = _simulate(case, state, maneuver, tell, throw=False)
-    return write_results(case, state, run, directory, tell, figures, title)
+    question = _question(case, state, maneuver, tell)
+    with deferred():
+        run = labelled(case, simulate(**question, throw=False))
+        return write_results(case, state, run, directory, tell, figures, title)
 
 
 def write_results(
@@ -107,12 +112,7 @@ def write_results(
     modes = solve_modes(state, n=min(MODE_COUNT, len(state.model.free_dofs) - 1))
     run = replace(run, data=run.data.assign_attrs(title=title))
     data = run.data
-    directory.mkdir(parents=True, exist_ok=True)
     tell(1.0, "writing")
-    files = {"run": directory / "run.nc", "summary": directory / "summary.json"}
-    netcdf.save(run, files["run"])
-    if figures is not None:
-        files |= _named(figures(data, modes.to_dataset(), directory))
     end = maneuver_end(data)
     summary = {
         "status": run.status.value,
@@ -130,10 +130,22 @@ def write_results(
         "energy_balance": dict(run.energy_balance),
         "warnings": [*state.warnings, *data.attrs["warnings"]],
         **(more or {}),
-        "files": {name: str(path) for name, path in files.items()},
     }
-    files["summary"].write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    return summary
+
+    def write(place: Path, final: Path) -> dict[str, Any]:
+        files = {"run": place / "run.nc", "summary": place / "summary.json"}
+        netcdf.save(run, files["run"])
+        if figures is not None:
+            files |= _named(figures(data, modes.to_dataset(), place))
+        stand = {name: str(final / path.relative_to(place)) for name, path in files.items()}
+        whole = summary | {"files": stand}
+        files["summary"].write_text(json.dumps(whole, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        return whole
+
+    earlier = read_summary(directory)
+    found = publish(directory, write)
+    remove_left_files(directory, earlier, found)
+    return found
 
 
 def _require_open_loop(case: Case) -> None:
@@ -150,7 +162,7 @@ def prestressed(case: Case, progress: Progress) -> tuple[Maneuver, PrestressedSt
     return maneuver, build.build_state(case)
 
 
-def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress: Progress, throw: bool) -> Run:
+def _question(case: Case, state: PrestressedState, maneuver: Maneuver, progress: Progress) -> dict[str, Any]:
     """The one place where a case becomes the arguments of `simulate`."""
     solver, fields = case.solver, case.output.fields
     if case.reduction is not None:
@@ -159,9 +171,9 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
     with within("reduction"):
         plant = state if case.reduction is None else reduce(state, case.reduction.build(), inputs=inputs)
     stated: dict[str, Any] = {"tolerance": solver.tolerance, "max_halvings": solver.max_halvings}
-    run = simulate(
-        plant,
-        maneuver,
+    return dict(
+        state=plant,
+        maneuver=maneuver,
         method=solver.build(),
         time_step=solver.time_step,
         end_time=solver.end_time,
@@ -177,10 +189,8 @@ def _simulate(case: Case, state: PrestressedState, maneuver: Maneuver, progress:
         fields=fields if isinstance(fields, str) else [t for t in fields if t <= solver.end_time],
         frames=case.output.frames,
         progress=progress,
-        throw=throw,
         **{name: value for name, value in stated.items() if value is not None},
     )
-    return labelled(case, run)
 
 
 def labelled(case: Case, run: Run) -> Run:

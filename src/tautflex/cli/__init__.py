@@ -23,7 +23,8 @@ from tautflex.cli.runs.export import export
 from tautflex.cli.runs.report import report
 from tautflex.cli.runs.reproduce import reproduce
 from tautflex.cli.runs.run import run
-from tautflex.errors import InputError, MissingExtraError, NotConvergedError
+from tautflex.errors import InputError, MissingExtraError, NotConvergedError, NotWrittenError
+from tautflex.interrupts import exit_code, listening
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -62,10 +63,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code: 0 done, 1 not converged, 2 bad input."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="surrogateescape")  # names of files may be in any encoding
+    with listening():
+        code = _outcome(sys.argv[1:] if arguments is None else list(arguments))
+        return exit_code() or code
+
+
+def _outcome(arguments: list[str]) -> int:
     try:
-        outcome = app(sys.argv[1:] if arguments is None else list(arguments))
+        outcome = app(arguments)
     except CycloptsError as error:
         return _report(f"{' '.join(str(error).split())} Try `tautflex --help`.", BAD_INPUT)
+    except NotWrittenError as error:
+        return _report(str(error), FAILED)
     except (InputError, MissingExtraError) as error:
         return _report(str(error), BAD_INPUT)
     except NotConvergedError as error:
@@ -77,10 +86,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
         reason = error.strerror or str(error)
-        return _report(f"{place}cannot write or read ({reason}); choose another place or free some space", BAD_INPUT)
+        return _report(f"{place}cannot write or read ({reason}); choose another place or free some space", FAILED)
     except KeyboardInterrupt:
         return _report("interrupted", INTERRUPTED)
     except Exception as error:
+        if exit_code():  # what compiled code makes of an interrupt
+            return _report("interrupted", INTERRUPTED)
         blamed = _blame(error)
         if blamed is None:
             raise

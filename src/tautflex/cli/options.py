@@ -26,9 +26,9 @@ Overrides = Annotated[
 ]
 ResultFolder = Annotated[
     Path | None,
-    Parameter(name=["-o", "--output"], help="Directory for results; default: named like the case."),
+    Parameter(name=["-o", "--output"], help="Directory for results; default: named like the case, here."),
 ]
-Force = Annotated[bool, Parameter(name="--force", help="Overwrite an existing file.")]
+Force = Annotated[bool, Parameter(name="--force", help="Replace what is there.")]
 _SHARED: dict[str, tuple[Any, Any]] = {
     "plugin": (
         Annotated[
@@ -118,19 +118,22 @@ def require_new_file(path: Path, *, force: bool) -> None:
         raise CaseError(f"{path}: expected a file to write, got a directory; name a file in it")
     if path.exists() and not force:
         raise CaseError(f"{path}: expected a new file, got one that exists; choose another name or add --force")
+    if path.is_symlink() and not path.exists():
+        raise CaseError(f"{path}: expected a file to write, got a link to nothing; choose another name")
     if not path.parent.is_dir():
         raise CaseError(f"{path}: expected an existing directory, got {path.parent}; create it first")
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise CaseError(f"{path}: cannot write there (permission denied); choose another place")
 
 
-def require_output_directory(path: Path) -> Path:
-    """Raise CaseError unless results can be written into ``path``; its nearest folder that is there, nothing new."""
+def require_output_directory(path: Path) -> None:
+    """Raise CaseError unless results can be written into ``path``; nothing is created."""
     nearest = path
     while not nearest.exists() and nearest != nearest.parent:
+        if nearest.is_symlink():
+            raise CaseError(f"{path}: {nearest} is a link to nothing; choose another directory with -o")
         nearest = nearest.parent
     if not nearest.is_dir():
         raise CaseError(f"{path}: expected an output directory, got the file {nearest}; choose another with -o")
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise CaseError(f"{path}: cannot write there (permission denied); choose another directory with -o")
-    return nearest

@@ -15,8 +15,6 @@ from tautflex.control.signals import LoopSpec, labelled
 from tautflex.errors import InputError
 from tautflex.numeric import Array
 
-# Growth per interval below this is that of an undamped mode, to round-off.
-_LASTING = 1e-9
 # Columns of the output matrix that are shorter than this part of the longest are not seen.
 _SEEN = 1e-9
 
@@ -121,30 +119,6 @@ def kalman_estimator(plant: LinearPlant, spec: LoopSpec, noise: Noise) -> Estima
 def any_estimator(plant: LinearPlant, spec: LoopSpec, noise: Noise) -> Estimator:
     """Estimator at once where that is possible, else a Kalman filter."""
     return direct_estimator(plant, spec.interval) or kalman_estimator(plant, spec, noise)
-
-
-def loop_matrix(plant: LinearPlant, law: LawMatrices) -> Array:
-    """Matrix of the loop of a discrete plant and a linear law on (x, last command, state of the law)."""
-    (n, m), p = plant.B.shape, len(plant.outputs)
-    look = np.concatenate([plant.C, plant.D, np.zeros((p, len(law.A)))], axis=1)
-    command, own = law.D[:, :p] @ look, law.B[:, :p] @ look
-    command[:, n + m :] += law.C
-    own[:, n + m :] += law.A
-    top = np.concatenate([plant.A, np.zeros((n, m + len(law.A)))], axis=1) + plant.B @ command
-    return np.concatenate([top, command, own])
-
-
-def refuse_spillover(spec: LoopSpec, law: LawMatrices, name: str) -> None:
-    """Raise InputError if a law that knows some modes alone makes the plant with more of them unstable [Balas 1978]."""
-    plant = replace(spec, model=spec.beyond or spec.model).plant(name)
-    growth = float(np.abs(np.linalg.eigvals(loop_matrix(plant.discretize(spec.interval), law))).max())
-    if growth > 1.0 + _LASTING:
-        highest = float(np.sqrt(np.abs(np.diag(plant.stiffness)).max(initial=0.0))) / (2.0 * np.pi)
-        raise InputError(
-            f"modes: expected a law that leaves the modes beyond its own at rest, got {name} whose loop with all "
-            f"{plant.coordinates} coordinates, up to {highest:.3g} Hz, grows {growth:.6g} times per interval "
-            "(spillover); raise modes, or the tolerances"
-        )
 
 
 def steady_reference(plant: LinearPlant, known: LinearPlant, feedforward: bool) -> tuple[Array, Array]:

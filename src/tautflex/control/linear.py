@@ -17,6 +17,9 @@ from tautflex.errors import InputError, MissingExtraError
 from tautflex.numeric import Array, Indices
 from tautflex.text import card, count
 
+# Columns below this part of what they were are round-off of what went.
+_ROUND_OFF = 1e-11
+
 
 @dataclass(frozen=True, eq=False)
 class LinearPlant:
@@ -159,10 +162,12 @@ class LinearPlant:
         )
         state, given = follow[:, : len(kept)], follow[:, len(kept) :]
         forward, seen = self.A[np.ix_(kept, gone)], self.C[:, gone]
+        b = self.B[kept] + forward @ given
+        b[:, np.abs(b).max(axis=0, initial=0.0) <= _ROUND_OFF * np.abs(self.B).max(axis=0, initial=0.0)] = 0.0
         return replace(
             self,
             A=self.A[np.ix_(kept, kept)] + forward @ state,
-            B=self.B[kept] + forward @ given,
+            B=b,
             C=self.C[:, kept] + seen @ state,
             D=self.D + seen @ given,
             states=tuple(self.states[k] for k in kept),

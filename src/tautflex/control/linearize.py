@@ -47,6 +47,8 @@ from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.text import shown
 
 _MODES = 60
+# Parts of a column below this are round-off.
+_ROUND_OFF = 1e-11
 
 
 @within_arithmetic()
@@ -171,7 +173,8 @@ class _View:
         rates = block_diag(np.zeros((d, d)), self._damping(damping))
         if about.spin:
             rates[0, d:], rates[d:, 0] = -self.vectors @ swing, self.vectors @ swing
-        inverse = np.linalg.inv(np.block([[hub_mass, coupled.T], [coupled, self.mass]]))
+        mass = np.block([[hub_mass, coupled.T], [coupled, self.mass]])
+        inverse = np.linalg.inv(mass)
         back = inverse @ block_diag(np.zeros((d, d)), self.stiffness)
         given = inverse @ np.concatenate([wrench[about.directions], pushes])
         drag = inverse @ rates
@@ -180,7 +183,10 @@ class _View:
         moving = np.concatenate([-back[:, turns], -drag[:, turns]], axis=1)
         n = h + r
         a = np.block([[np.zeros((n, n)), np.eye(n)], [moving[turns]]])
-        b = np.concatenate([np.zeros((n, len(self.labels))), given[turns]])
+        # In units of the same energy, what is left of a column by symmetry is round-off.
+        sizes = np.abs(given[turns]) * np.sqrt(mass.diagonal())[turns, None]
+        pushed = np.where(sizes > _ROUND_OFF * sizes.max(axis=0, initial=0.0), given[turns], 0.0)
+        b = np.concatenate([np.zeros((n, len(self.labels))), pushed])
         # What follows at once, from the state and from the inputs.
         own = self._rest_of_inputs()
         by_hub = self.rest(np.concatenate([link.T, swing[:, None]], axis=1)) if d else np.zeros((size, 1))

@@ -17,6 +17,7 @@ from tautflex.control.runs.following import references, spec_of
 from tautflex.control.sensors.sensor import hub_rows
 from tautflex.control.signals import Reference, labels_of, units_of
 from tautflex.errors import NotConvergedError
+from tautflex.interrupts import deferred, meet
 from tautflex.motion.attitude import attitude
 from tautflex.motion.kinematics import Maneuver
 from tautflex.numeric import Array
@@ -24,6 +25,7 @@ from tautflex.solvers.transient.status import Run, Status
 from tautflex.solvers.variables import LOOP, described
 
 
+@deferred()
 def close_loop(
     plant: Plant,
     law: ControlLaw | Callable[[float, Array], ArrayLike],
@@ -68,16 +70,17 @@ def close_loop(
     """
     checks.instance("plant", plant, Plant, "a plant", remedy="Plant(state, ...) makes one")
     asked = law_of("law", law)
-    count = int(np.ceil(checks.positive("end_time", end_time) / plant.interval - 1e-6))
+    count = max(1, int(np.ceil(checks.positive("end_time", end_time) / plant.interval - 1e-6)))
     kept = np.linspace(0, count, min(checks.whole("frames", frames, 0), count + 1)).round()
     options = {"frames": plant.interval * kept}
     measured = [plant.reset(seed, options if maneuver is None else options | {"maneuver": maneuver})]
     times = np.asarray(plant.interval * np.arange(count + 1), dtype=np.float64)
     follow = references(plant.maneuver, times, plant.hub)
-    memory = start_law(plant, asked)
+    memory, remarks = start_law(plant, asked)
     commands, work, status = list[Array](), [plant.energy_by_source], Status.COMPLETED
     try:
         for number, reference in enumerate(follow[:-1]):
+            meet()
             time = reference.time
             try:
                 memory, given = asked.act(memory, measured[-1].copy(), reference)
@@ -94,20 +97,23 @@ def close_loop(
         status = Status.INTERRUPTED
     except NotConvergedError as error:
         if isinstance(error.result, Run):
-            error.result = _with_loop(error.result, plant, times, measured, commands, work, follow)
+            error.result = _with_loop(error.result, plant, times, measured, commands, work, follow, remarks)
         raise
-    return _with_loop(plant.result(status), plant, times, measured, commands, work, follow)
+    return _with_loop(plant.result(status), plant, times, measured, commands, work, follow, remarks)
 
 
-def start_law(plant: Plant, law: ControlLaw) -> Any:
-    """Memory of a law before the first measurement of a plant, which is linearized where the law asks for its model.
+def start_law(plant: Plant, law: ControlLaw) -> tuple[Any, list[str]]:
+    """Memory of a law before the first measurement of a plant, and what it says about the loop.
+
+    The plant is linearized where the law asks for its model.
 
     Raises
     ------
     InputError
         If the loop has not what the law needs.
     """
-    return law.start(spec_of(plant, law))
+    spec = spec_of(plant, law)
+    return law.start(spec), spec.remarks
 
 
 def _with_loop(
@@ -118,6 +124,7 @@ def _with_loop(
     commands: list[Array],
     work: list[dict[str, float]],
     follow: list[Reference],
+    remarks: list[str],
 ) -> Run:
     """The run with what went through the loop; the last sample has no command yet (NaN)."""
     count = len(work)
@@ -133,8 +140,13 @@ def _with_loop(
     if plant.hub is not None:
         arrays["attitude_error"] = _attitude_error(run.data, plant.maneuver, times[:count])
         labels["axis"] = ["xyz"[int(row.argmax())] for row in hub_rows(plant.hub)]
-    data = run.data.assign(described(LOOP, arrays)).assign_coords(
-        described(LOOP, {"sample_time": times[:count]}) | labels | {"asked": ["attitude", "rate", "acceleration"]}
+    said = [*run.data.attrs["warnings"], *remarks]
+    data = (
+        run.data.assign_attrs(warnings=said)
+        .assign(described(LOOP, arrays))
+        .assign_coords(
+            described(LOOP, {"sample_time": times[:count]}) | labels | {"asked": ["attitude", "rate", "acceleration"]}
+        )
     )
     data["measurement"].attrs["channel_units"] = list(units_of(plant.outputs))
     data["command"].attrs["channel_units"] = list(units_of(plant.inputs))

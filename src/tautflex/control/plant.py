@@ -28,7 +28,7 @@ from tautflex.control.runs.run_of_plant import RunOfPlant
 from tautflex.control.runs.timing import steps_of
 from tautflex.control.sensors.sensor import SensedMotion, Sensor, SensorMemory, checked_sensors, noise_of
 from tautflex.control.signals import Channel
-from tautflex.errors import InputError, NotConvergedError, UnsupportedError
+from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import TimeInput, require_equipped
 from tautflex.mechanics.loads.prepared import LinearInput
@@ -157,13 +157,7 @@ class Plant:
         self.state_of = bare if reduced else equip(bare, effects)
         for each in effects if reduced else ():
             require_equipped(each, self.state_of.system)
-        for name, drive in self.actuators.items() if self._rom is None else ():
-            if drive.monitor:
-                raise UnsupportedError(
-                    f"actuators.{name}.monitor: expected false on the full structure, whose work is mostly that of "
-                    "motion in its plane, got true; monitor a reduced model"
-                )
-        self._monitor = monitor_of(self.actuators, self.state_of, self.interval)
+        self._monitor = monitor_of(self.actuators, self.state_of, self.interval, full=not reduced)
         self.sensors, self._prepared = checked_sensors(sensors, self.actuators, self.state_of, hub)
         self._looks = any(p.function is not None or p.rows is None or p.rows.stress for p in self._prepared.values())
         self._asked: dict[str, Any] = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -67,6 +67,8 @@ class LoopSpec:
         Linear view of the plant in continuous time; None where there is none.
     beyond
         The same with more modes, which laws that know the model must leave stable; None: the model itself.
+    remarks
+        What laws say about the loop as they start, in words; runs have it among their warnings.
     """
 
     measurements: tuple[Channel, ...]
@@ -75,6 +77,7 @@ class LoopSpec:
     axes: int = 0
     model: LinearPlant | None = None
     beyond: LinearPlant | None = None
+    remarks: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         checks.positive("interval", self.interval)

@@ -15,6 +15,7 @@ import xarray as xr
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.solvers.variables import dataset_of
+from tautflex.writing import written
 
 KINDS = (".json", ".npz", ".csv")
 
@@ -40,20 +41,21 @@ def save_appendage(data: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     ------
     InputError
         If the suffix is unknown, or ``data`` holds no participation.
-    OSError
-        If the file cannot be written.
+    NotWrittenError
+        If the file cannot be written; what stood there is whole.
     """
     target = appendage_path(path)
     data = dataset_of("data", data, "participation", "rigid_mass", remedy="appendage_data(modes, point) gives it")
-    if target.suffix == ".json":
-        target.write_text(json.dumps(_as_object(data), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    elif target.suffix == ".npz":
-        arrays: dict[str, Any] = {str(name): variable.values for name, variable in data.variables.items()}
-        with target.open("wb") as stream:
-            np.savez(stream, **arrays)
-    else:
-        with target.open("w", newline="", encoding="utf-8") as stream:
-            csv.writer(stream).writerows(_as_rows(data))
+    with written(target) as place:
+        if target.suffix == ".json":
+            place.write_text(json.dumps(_as_object(data), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        elif target.suffix == ".npz":
+            arrays: dict[str, Any] = {str(name): variable.values for name, variable in data.variables.items()}
+            with place.open("wb") as file:
+                np.savez(file, **arrays)
+        else:
+            with place.open("w", newline="", encoding="utf-8") as stream:
+                csv.writer(stream).writerows(_as_rows(data))
     return target
 
 

@@ -13,6 +13,7 @@ import xarray as xr
 from tautflex import checks
 from tautflex.files.results import results_of_a_run
 from tautflex.solvers.variables import dataset_of
+from tautflex.writing import written
 
 
 @results_of_a_run()
@@ -38,14 +39,13 @@ def write_csv(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     ------
     InputError
         If the dataset has no time.
-    OSError
-        If the file cannot be written.
+    NotWrittenError
+        If the file cannot be written; what stood there is whole.
     """
     dataset = dataset_of("dataset", dataset, "time", remedy="give run.data or load('run.nc')")
     columns = [("time", dataset["time"]), *_histories(dataset)]
     target = checks.path("path", path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with target.open("w", encoding="utf-8", newline="") as file:
+    with written(target) as place, place.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(
             [f"{title} [{values.attrs['units']}]" if "units" in values.attrs else title for title, values in columns]

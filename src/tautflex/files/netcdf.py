@@ -5,12 +5,10 @@ The seal and the examination are own, because HDF5 may hang on a damaged file an
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import os
 import platform
-import uuid
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -22,9 +20,11 @@ import xarray as xr
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.files.final_state import GROUP, checkpoint_data, checkpoint_from
+from tautflex.files.hdf5 import write_hdf5
 from tautflex.solvers.transient.restart.checkpoint import Checkpoint
 from tautflex.solvers.transient.status import Run, Statistics, Status
 from tautflex.solvers.variables import dataset_of
+from tautflex.writing import written
 
 _FORMAT = "tautflex result"
 _SCHEMA = 1
@@ -57,29 +57,17 @@ def save(dataset: xr.Dataset | Run, path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     InputError
-        If ``dataset`` is no Dataset, an attribute cannot be stored, or the path cannot be written.
+        If ``dataset`` is no Dataset, or an attribute cannot be stored.
+    NotWrittenError
+        If the path cannot be written.
     """
     final = dataset.final if isinstance(dataset, Run) else None
     dataset = dataset_of("dataset", dataset, remedy="give run.data or modes.to_dataset()")
     target = checks.path("path", path)
-    stored = _encode(dataset)
-    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        encoding = {variable: {"_FillValue": None} for variable in stored.variables}
-        stored.to_netcdf(temporary, engine="h5netcdf", format="NETCDF4", encoding=encoding)
-        if final is not None:
-            state = _encode(checkpoint_data(final))
-            state.to_netcdf(temporary, mode="a", group=GROUP, engine="h5netcdf", format="NETCDF4")
-        _seal(temporary)
-        temporary.replace(target)
-    except OSError as error:
-        raise InputError(
-            f"path: expected a file that can be written, got {str(target)!r} ({error}); choose another folder"
-        ) from error
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
+    groups = {None: _encode(dataset)} | ({} if final is None else {GROUP: _encode(checkpoint_data(final))})
+    with written(target) as place:
+        write_hdf5(place, groups)
+        _seal(place)
     return target
 
 

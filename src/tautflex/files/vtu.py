@@ -18,6 +18,7 @@ from tautflex.errors import InputError
 from tautflex.files.results import results_of_a_run
 from tautflex.numeric import Array, Indices
 from tautflex.solvers.variables import MESH, dataset_of
+from tautflex.writing import written_together
 
 Fields: TypeAlias = Mapping[str, NDArray[np.generic]]
 Cells: TypeAlias = tuple[Indices, int]
@@ -58,8 +59,8 @@ def write_vtu(dataset: xr.Dataset, directory: str | os.PathLike[str], name: str 
     ------
     InputError
         If the dataset holds no fields or no mesh.
-    OSError
-        If the files cannot be written.
+    NotWrittenError
+        If the files cannot be written; what stood there is whole.
     """
     dataset = dataset_of("dataset", dataset, "node_position", *CELL_TYPES, remedy="give run.data or modes.to_dataset()")
     directory = checks.path("directory", directory)
@@ -79,16 +80,15 @@ def write_vtu(dataset: xr.Dataset, directory: str | os.PathLike[str], name: str 
         # What is known of an element's triangles is the same for all of them: keep the first of each.
         first = np.unique(dataset["triangle_owner"].values, return_index=True)[1]
         dataset = dataset.drop_vars("triangle").isel({str(dataset["triangle"].dims[0]): first})
-    folder = Path(directory) / f"{name}_vtu"
-    folder.mkdir(parents=True, exist_ok=True)
-    files = [folder / f"{name}_{step:0{max(4, len(str(len(steps))))}d}.vtu" for step in range(len(steps))]
-    for step, file in enumerate(files):
-        instant = dataset.isel({series: step})
-        of_cells = dict(_cell_fields(instant, owners, counts))
-        write_grid(file, points, cells, dict(_point_fields(instant)), {"kind": kinds} | of_cells)
-    collection = Path(directory) / f"{name}.pvd"
-    _write_collection(collection, [f"{folder.name}/{file.name}" for file in files], [float(step) for step in steps])
-    return [collection, *files]
+    files = [f"{name}_vtu/{name}_{step:0{max(4, len(str(len(steps))))}d}.vtu" for step in range(len(steps))]
+    with written_together(directory) as place:
+        (place / f"{name}_vtu").mkdir()
+        for step, file in enumerate(files):
+            instant = dataset.isel({series: step})
+            of_cells = dict(_cell_fields(instant, owners, counts))
+            write_grid(place / file, points, cells, dict(_point_fields(instant)), {"kind": kinds} | of_cells)
+        _write_collection(place / f"{name}.pvd", files, [float(step) for step in steps])
+    return [directory / f"{name}.pvd", *(directory / file for file in files)]
 
 
 def _cells_of(dataset: xr.Dataset, kind: str, points: int) -> list[Cells]:

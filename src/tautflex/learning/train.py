@@ -20,7 +20,6 @@ from tautflex.batch.library import jax, threadpool_limits
 from tautflex.case.schema import Case
 from tautflex.control.law import ControlLaw
 from tautflex.control.tasks.policy import Policy
-from tautflex.control.tasks.written import written
 from tautflex.errors import InputError, MissingExtraError
 from tautflex.learning.arena import Arena
 from tautflex.learning.cases import case_of
@@ -28,6 +27,7 @@ from tautflex.learning.functional import FunctionalTwin
 from tautflex.learning.gain import linear_gain
 from tautflex.learning.rollout import Course, Layers, Rollouts, start_layers
 from tautflex.numeric import Array
+from tautflex.writing import written
 
 try:
     import optax

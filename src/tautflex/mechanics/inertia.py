@@ -90,7 +90,7 @@ class InertiaOperator:
     ``int rho N_a' N_b``; ``first_moment`` is ``int rho N_a' x_b``, shape (3, 3, size) [kg m], ``zeroth_moment`` ``int
     rho N_a'``, shape (3, size) [kg]; of the whole structure there are ``mass`` [kg], ``mass_moment`` ``int rho x`` [kg
     m], shape (3,), and ``second_moment`` ``int rho x x'`` [kg m^2], shape (3, 3). Where sections turn by any angle, the
-    values hold their `turning_terms` as well; ``turning``, shape (entries,), is what these add to M(1), the mass aside.
+    values hold their `turning_terms` as well, and ``moving``, shape (entries,), is the mass M(1) without them.
     """
 
     pattern: SparsityPattern
@@ -101,7 +101,7 @@ class InertiaOperator:
     mass: float
     mass_moment: Array
     second_moment: Array
-    turning: Array | None = None
+    moving: Array | None = None
 
     @classmethod
     def from_blocks(
@@ -119,21 +119,20 @@ class InertiaOperator:
         element_slots = [pattern.element_slots(own) for own in places]
         slots: list[list[NDArray[np.int32]]] = [[], [], []]
         values: list[list[Array]] = [[], [], []]
-        total, turning = np.empty(pattern.entries + 1), None
+        turns = any(points.turning is not None for points in inertias)
+        total, moving = np.empty(pattern.entries + 1), np.zeros(pattern.entries) if turns else None
         for a, b in np.ndindex(3, 3):
             total.fill(0.0)
             for points, where in zip(inertias, element_slots, strict=True):
                 _collect_products(points.mass, points.interpolation, where, a, b, total)
+            if moving is not None and a == b:
+                moving += total[:-1]
+            for points, where in zip(inertias, element_slots, strict=True):
                 if points.turning is not None:
-                    before = total.copy()
                     np.add.at(total, where, points.turning[:, a, b].transpose(1, 2, 0))
-                    if a == b:
-                        turning = (0.0 if turning is None else turning) + (total - before)[:-1]
             slots[a].append(np.flatnonzero(total[:-1]).astype(np.int32))
             values[a].append(total[slots[a][b]])
-        return cls(
-            pattern, slots, values, first[:, :, :-1].copy(), zeroth[:, :-1].copy(), mass, moment, second, turning
-        )
+        return cls(pattern, slots, values, first[:, :, :-1].copy(), zeroth[:, :-1].copy(), mass, moment, second, moving)
 
     @property
     def size(self) -> int:
@@ -207,8 +206,7 @@ class InertiaOperator:
     @cached_property
     def mass_entries(self) -> Array:
         """Values of the mass matrix M(1) in the pattern."""
-        every = self.entries(np.eye(3))
-        return every if self.turning is None else every - self.turning
+        return self.entries(np.eye(3)) if self.moving is None else self.moving
 
     @cached_property
     def mass_matrix(self) -> csr_array:

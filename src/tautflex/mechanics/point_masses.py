@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tautflex.elements.block import InertiaPoints, turning_terms
-from tautflex.elements.linked import led_dofs, led_points
+from tautflex.elements.linked import led_inertia
 from tautflex.numeric import Array, Indices, cross_matrix
 from tautflex.structure.masses import PointMass
 from tautflex.structure.model import Model
@@ -39,11 +39,10 @@ def body_block(model: Model) -> BodyBlock:
     interpolation[..., 3:] = [[-cross_matrix(arm) for arm in arms] for arms in place]
     position = model.nodes[[body.node for body in model.masses]][:, None] + place
     points = InertiaPoints(mass, interpolation, position)
-    if any(group.section.strain == "corotational" for group in model.groups):
+    if any(body.turns for body in model.masses):
         second = np.einsum("np,npa,npb->nab", mass, position, place)[:, None]
         points = replace(points, turning=turning_terms(second, np.eye(3, 6, 3)[None, None]))
-    dofs, weights = led_dofs(dofs, model.constraints)
-    return BodyBlock(dofs, points if weights is None else led_points(points, weights))
+    return BodyBlock(*led_inertia(dofs, points, model.constraints))
 
 
 def _points(body: PointMass) -> tuple[Array, Array]:

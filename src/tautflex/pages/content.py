@@ -67,7 +67,7 @@ def _mesh(run: xr.Dataset, drawing: Drawing) -> dict[str, Any]:
     mesh = drawing.mesh
     lines = {"triangles": mesh.triangles, "edges": mesh.edges, "cables": mesh.cables, "beams": mesh.beams}
     found: dict[str, Any] = {name: packed(values) for name, values in lines.items()}
-    found |= {"nodes": packed(mesh.nodes), "links": packed(mesh.links), "held": packed(drawing.held)}
+    found |= {"nodes": packed(mesh.nodes), "links": packed(mesh.links), "held": packed(mesh.held)}
     found["span"] = mesh.span
     if run.sizes.get("probe", 0):
         places = run["probe_position"].transpose("probe", "component").values

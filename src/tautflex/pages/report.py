@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from pathlib import Path
 
 import xarray as xr
@@ -17,6 +16,7 @@ from tautflex.pages.content import content_of
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.status import Run
 from tautflex.solvers.variables import RUN, dataset_of
+from tautflex.writing import write_text
 
 # Bytes of the page [MB] that everything but frames takes: library, curves, modes, text; and of every run.
 _LIBRARY, _FIXED = 1.1, 0.6
@@ -63,7 +63,9 @@ def report(
     Raises
     ------
     InputError
-        If the run has no frames, an argument is out of range, or the file cannot be written.
+        If the run has no frames, or an argument is out of range.
+    NotWrittenError
+        If the file cannot be written.
     """
     given = [run] if other is None else [run, other]
     data = [_framed(each, "run" if number == 0 else "other") for number, each in enumerate(given)]
@@ -80,17 +82,7 @@ def report(
     runs = [content_of(each, name, place, state, budget) for each, name in zip(data, called, strict=False)]
     title = " and ".join(dict.fromkeys(each["title"] for each in runs))
     text = assembled("report", title, {"title": title, "made": f"tautflex {__version__}", "runs": runs})
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".tautflex-", dir=target.parent) as inner:  # whole or not at all
-            made = Path(inner, target.name)
-            made.write_text(text, encoding="utf-8")
-            made.replace(target)
-    except OSError as error:
-        raise InputError(
-            f"path: expected a file that can be written, got {str(target)!r} ({error}); choose another"
-        ) from error
-    return target
+    return write_text(target, text)
 
 
 def _framed(run: xr.Dataset | Run, name: str) -> xr.Dataset:

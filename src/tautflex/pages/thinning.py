@@ -21,13 +21,12 @@ class Drawing(NamedTuple):
     nodes: Indices
     triangles: Indices
     cables: Indices
-    held: Indices
 
 
 def drawing_of(run: xr.Dataset, most: int = MOST_NODES) -> Drawing:
     """Mesh of a run, with the nodes of a cube of space drawn as one where there are more than ``most``."""
     mesh = wireframe(run)
-    count, held = len(mesh.nodes), np.asarray(run["held"].values if "held" in run else [], dtype=np.int64)
+    count = len(mesh.nodes)
     kept, place = np.arange(count), np.arange(count)
     cells = 2.0 * np.sqrt(most)
     while len(kept) > most:
@@ -47,8 +46,9 @@ def drawing_of(run: xr.Dataset, most: int = MOST_NODES) -> Drawing:
     edges = mesh.edges if len(kept) == count else np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]]])
     if len(kept) == count:
         edges = joined(edges)[0]
-    parts = mesh.nodes[kept], triangles, edges, cables, joined(mesh.beams)[0], joined(mesh.links)[0]
-    return Drawing(Wireframe(*parts), kept, triangle_rows, cable_rows, np.unique(place[held]))
+    members = cables, joined(mesh.beams)[0], joined(mesh.links)[0]
+    drawn = Wireframe(mesh.nodes[kept], triangles, edges, *members, np.unique(place[mesh.held]))
+    return Drawing(drawn, kept, triangle_rows, cable_rows)
 
 
 def chosen_frames(stored: int, most: float) -> Indices:

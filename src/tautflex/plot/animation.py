@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +23,7 @@ from tautflex.plot.style import DIVERGING, length_unit, new_figure, styled
 from tautflex.plot.surface import VIEW, draw_surface, wireframe
 from tautflex.solvers.transient.status import Run
 from tautflex.solvers.variables import RUN, dataset_of
+from tautflex.writing import written_together
 
 _FORMATS = {".gif": PillowWriter, ".mp4": FFMpegWriter, ".html": HTMLWriter}
 _MOST = 300
@@ -92,20 +92,12 @@ def animate(
     chosen = np.unique(np.linspace(0, stored.size - 1, min(frames, stored.size)).round().astype(int))
     film = _Film(run, chosen, magnification, turning)
     options: dict[str, Any] = {"embed_frames": True} if writer is HTMLWriter else {}
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".tautflex-", dir=target.parent) as folder:  # whole or not at all
-            made = Path(folder, target.name)
-            writing = writer(fps=rate, **options)
-            with writing.saving(film.figure, str(made), dots):
-                for number in range(len(chosen)):
-                    film.draw(number)
-                    writing.grab_frame()
-            made.replace(target)
-    except OSError as error:
-        raise InputError(
-            f"path: expected a file that can be written, got {str(target)!r} ({error}); choose another"
-        ) from error
+    with written_together(target.parent) as folder:
+        writing = writer(fps=rate, **options)
+        with writing.saving(film.figure, str(folder / target.name), dots):
+            for number in range(len(chosen)):
+                film.draw(number)
+                writing.grab_frame()
     return target
 
 

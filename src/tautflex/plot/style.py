@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from tautflex import checks
-from tautflex.errors import InputError
+from tautflex.writing import written
 
 SINGLE_COLUMN = 3.5  # [inch], one column of a two-column page
 DOUBLE_COLUMN = 7.0  # [inch], the whole page
@@ -24,6 +24,7 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#00
 """Okabe and Ito's palette, told apart by every kind of colour vision."""
 LINES = ("-", "--", "-.", ":")
 GREY = "#5a5a5a"
+SUPPORT = "#c2571a"
 DIVERGING = "RdBu_r"
 SEQUENTIAL = "viridis"
 
@@ -106,24 +107,21 @@ def save_figure(figure: Figure, stem: str | os.PathLike[str], formats: Sequence[
     Raises
     ------
     InputError
-        If a format is unknown or a file cannot be written.
+        If a format is unknown.
+    NotWrittenError
+        If a file cannot be written; what stood there is whole.
     """
     undated: dict[str, dict[str, Any]] = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
     checks.instance("figure", figure, Figure, "a matplotlib Figure", remedy="plot_modes(modes) and its like give one")
     for kind in checks.several("formats", formats, str, "'png'"):
         checks.one_of("formats", kind, tuple(undated))
     base = checks.path("stem", stem)
-    written = [base.with_name(f"{base.name}.{kind}") for kind in formats]
-    try:
-        base.parent.mkdir(parents=True, exist_ok=True)
-        with matplotlib.rc_context(_STYLE):
-            for path, kind in zip(written, formats, strict=True):
-                figure.savefig(path, dpi=200, metadata=undated[kind])
-    except OSError as error:
-        raise InputError(
-            f"stem: expected a path that can be written, got {str(base)!r} ({error}); choose another folder"
-        ) from error
-    return written
+    files = [base.with_name(f"{base.name}.{kind}") for kind in formats]
+    with matplotlib.rc_context(_STYLE):
+        for path, kind in zip(files, formats, strict=True):
+            with written(path) as place:
+                figure.savefig(place, dpi=200, metadata=undated[kind], format=kind)
+    return files
 
 
 def length_unit(values: ArrayLike) -> tuple[float, str]:

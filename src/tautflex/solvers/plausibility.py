@@ -157,8 +157,8 @@ def doubts_about_prestress(system: StructuralSystem) -> list[str]:
 def doubts_about_links(system: StructuralSystem, tangent: Array) -> list[str]:
     """Links of a free structure in balance that do not turn the forces which its prestress sends through them.
 
-    The arms of a rigid link move by ``theta x d`` alone, so that forces f in them resist a turn of the whole by
-    ``(d.theta)(f.theta) - (f.d) theta^2``: what elements that strain nothing leave of ``tangent`` (entries,).
+    Averages of nodes, ties in some directions and arms at the ends of corotational beams move to first order alone, so
+    that forces in them resist a turn of the whole: what elements that strain nothing leave of ``tangent`` (entries,).
     """
     model = system.model
     exact = all(group.section.strain != "von-karman" for group in model.groups)
@@ -171,7 +171,8 @@ def doubts_about_links(system: StructuralSystem, tangent: Array) -> list[str]:
         return []
     return [
         f"links carry forces of the prestress that do not turn with them: rigid motions of the free structure have up "
-        f"to {fastest:.2g} Hz in place of 0; link a part that is tensioned in itself at one node, or by stiff beams"
+        f"to {fastest:.2g} Hz in place of 0; lead such forces through rigid links, and not at the ends of corotational "
+        "beams, or through stiff beams"
     ]
 
 
@@ -260,7 +261,8 @@ _REMEDY = {
     "turn of a link": (
         ROTATION,
         ".2f",
-        "links take turns as small, up to 0.2 rad; stiffen or move it less",
+        "links take turns as small, up to 0.2 rad: its arms end {astray:.0%} of their length away from where they "
+        "should; stiffen or move it less, or make its arms of stiff corotational beams",
     ),
 }
 
@@ -294,7 +296,12 @@ class MotionWatch:
             )
             if worst.value > limit:
                 at = f"{worst.kind} {worst.element} at {place_of(self._system.model, worst.kind, worst.element)}"
-                found.append(f"the {name} reached {worst.value:{style}} at t = {time:.4g} s in {at}: {remedy}")
+                # Of an arm at right angles: what turns it less the turn that it takes.
+                astray = abs(np.exp(1j * worst.value) - 1.0 - 1j * worst.value)
+                found.append(
+                    f"the {name} reached {worst.value:{style}} at t = {time:.4g} s in {at}: "
+                    + remedy.format(astray=astray)
+                )
         for name, item in self._inputs:
             angle, time = max(((item.turned(q), time) for time, q in kept), default=(0.0, 0.0))
             if angle > ASTRAY:

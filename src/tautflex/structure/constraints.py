@@ -1,7 +1,8 @@
-"""Links as one linear map: what follows is eliminated, so that no solver knows of it [theory.md 16].
+"""Links as one map: what follows is eliminated, so that no solver knows of it [theory.md 16].
 
 Displacements that follow are sums of independent ones, ``q = T q_independent``, with a sparse constant T. Elements,
-loads and readings see T instead of q; links among links are followed through to what leads them.
+loads and readings see T instead of q; links among links are followed through to what leads them. Arms that rotations
+swing add their second order, ``theta x (theta x d)/2``, to the strains and inertial forces of elements alone.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from scipy.sparse import csr_array, diags_array
 from tautflex.errors import MeshError
 from tautflex.numeric import Array, Indices, Mask
 from tautflex.structure.groups import DIRECTIONS
-from tautflex.structure.links.link import Joined, Link, Place
+from tautflex.structure.links.link import Arm, Follows, Joined, Link, Place
 
 
 @dataclass(frozen=True)
@@ -30,10 +31,19 @@ class Constraints:
     matrix
         All unknowns, and one that does not exist behind them, from the independent ones among them, shape (dof + 1, dof
         + 1): rows and columns of 1 where one is its own, no columns of those that follow.
+    arms
+        Vectors d of arms [m], shape (arm, 3).
+    turns
+        Unknowns theta that swing them, shape (arm, 3).
+    swing
+        Shares of all unknowns in the components of ``theta x (theta x d)/2``, shape (dof + 1, 3 arms).
     """
 
     dependent: Indices
     matrix: csr_array
+    arms: Array
+    turns: Indices
+    swing: csr_array
 
     @cached_property
     def follows(self) -> Mask:
@@ -70,6 +80,30 @@ class Constraints:
         weights[element, local % width, place[which]] = value
         return own, weights
 
+    def bends(self, dofs: Indices) -> tuple[Indices, Array]:
+        """Second order of the unknowns of elements (element, dof): ``1/2 sum_r theta_r' B_r theta_r``.
+
+        Unknowns theta of the nodes that swing their arms, shape (element, r, 3), the one that does not exist where
+        there are fewer, and B, shape (element, dof, r, 3, 3).
+        """
+        count, width = dofs.shape
+        found = self.swing[dofs.ravel()].tocoo()
+        arm, axis = np.divmod(found.col, 3)
+        element = found.row // width
+        keys, which = np.unique(element * self.matrix.shape[0] + self.turns[arm, 0], return_inverse=True)
+        owner, leads = np.divmod(keys, self.matrix.shape[0])
+        place = np.arange(len(keys)) - np.searchsorted(owner, owner)
+        most = int(place.max(initial=-1)) + 1
+        turns = np.full((count, most, 3), self.matrix.shape[0] - 1)
+        turns[owner, place] = leads[:, None] + np.arange(3)
+        # Component c of theta (theta.d) - d theta^2 as a quadratic form.
+        vector, unit = self.arms[arm], np.eye(3)[axis]
+        forms = 0.5 * (unit[:, :, None] * vector[:, None] + vector[:, :, None] * unit[:, None])
+        forms -= vector[np.arange(len(axis)), axis][:, None, None] * np.eye(3)
+        bends = np.zeros((count, width, most, 3, 3))
+        np.add.at(bends, (element, found.row % width, place[which]), found.data[:, None, None] * forms)
+        return turns, bends
+
 
 def constraints_of(links: Sequence[Link], structure: Joined, held: Indices) -> Constraints:
     """Follow links through; ``held`` are the unknowns that supports hold.
@@ -82,6 +116,7 @@ def constraints_of(links: Sequence[Link], structure: Joined, held: Indices) -> C
     offset, owner = structure.dof_offset, dict[int, int]()
     size, bound = int(offset[-1]) + 1, set(held.tolist())
     rows, columns, values = list[int](), list[int](), list[float]()
+    swung, arms = list[tuple[int, int]](), dict[Arm, int]()
 
     def unknown(place: Place) -> int:
         node, direction = place
@@ -95,10 +130,10 @@ def constraints_of(links: Sequence[Link], structure: Joined, held: Indices) -> C
 
     for number, link in enumerate(links):
         try:
-            found = list(link.follows(structure))
+            found = [Follows(*each) for each in link.follows(structure)]
         except MeshError as error:
             raise MeshError(f"links[{number}]: {error}") from None
-        for (node, direction), others in found:
+        for (node, direction), others, arm in found:
             one = unknown((node, direction))
             if one in owner:
                 raise MeshError(
@@ -112,6 +147,8 @@ def constraints_of(links: Sequence[Link], structure: Joined, held: Indices) -> C
             rows += [one] * len(leads)
             columns += leads
             values += [weight for _, weight in others]
+            if arm is not None:
+                swung.append((one, 3 * arms.setdefault(arm, len(arms)) + direction))
     both = np.intersect1d(held, list(owner))
     if both.size:
         node = int(np.searchsorted(offset, both[0], side="right")) - 1
@@ -124,6 +161,7 @@ def constraints_of(links: Sequence[Link], structure: Joined, held: Indices) -> C
     alone[dependent] = 0.0
     step = csr_array((values, (rows, columns)), shape=(size, size))
     through = csr_array(diags_array(alone) + step)
+    direct = step
     follows = np.flatnonzero(alone == 0.0)
     for _ in range(len(links) + 1):
         if not np.any(np.isin(step.indices, follows)):
@@ -139,4 +177,10 @@ def constraints_of(links: Sequence[Link], structure: Joined, held: Indices) -> C
         )
     matrix = csr_array(diags_array(alone) + step)
     matrix.sort_indices()
-    return Constraints(dependent, matrix)
+    more = csr_array((np.ones(len(swung)), np.reshape(swung, (-1, 2)).T.astype(int)), shape=(size, 3 * len(arms)))
+    swing = more
+    while more.nnz:  # what follows swings with what leads it
+        more = csr_array(direct @ more)
+        swing = csr_array(swing + more)
+    turns = offset[[arm.node for arm in arms]][:, None] + np.arange(3, 6)
+    return Constraints(dependent, matrix, np.reshape([arm.vector for arm in arms], (-1, 3)), turns, swing)

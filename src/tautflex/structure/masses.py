@@ -19,9 +19,9 @@ _ROUND_OFF = 1e-9
 class PointMass:
     """Rigid body fixed to a node: ``1/2 m |v + w x c|^2 + 1/2 w . J w`` with the node's velocity v and turn rate w.
 
-    It follows the node's rotation to first order, as beams do: in a turning frame the moments that act on the inertia
-    and offset of a body that has turned by an angle (propeller moment, pendulum) are left out; beside the stiffness
-    against that turn they are of the size of (turn rate / its own frequency)^2.
+    It follows the node's rotation, to second order in the forces of a turning frame: pendulum and propeller moments. A
+    frame that speeds up has those of its angular acceleration left out, which are of the size of (angular acceleration)
+    / (its own angular frequency)^2 beside the stiffness against that turn.
 
     Parameters
     ----------

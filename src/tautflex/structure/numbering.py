@@ -178,8 +178,8 @@ class Numbering:
         if self.links and not supports_alone:
             misfit = self.constraints.misfit(motions)
             held = np.concatenate([held, misfit[own[self.constraints.dependent]]])
-        for spring in () if supports_alone else self.springs:
-            if nodes[spring.nodes[0]]:
+        for spring in self.springs:  # one to the frame is a support
+            if nodes[spring.nodes[0]] and not (supports_alone and len(spring.nodes) == 2):
                 held = np.concatenate([held, self._strained(spring, motions)])
         rank = int(np.linalg.matrix_rank(held, tol=1e-9)) if held.size else 0
         return int(np.linalg.matrix_rank(motions[own], tol=1e-9)) - rank

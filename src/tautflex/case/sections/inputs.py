@@ -14,7 +14,7 @@ from tautflex.case.section import Number, key
 from tautflex.errors import CaseError
 from tautflex.mechanics.loads.effects.cables import cables_along
 from tautflex.mechanics.loads.inputs import Effect
-from tautflex.numeric import Array
+from tautflex.numeric import Array, Indices
 
 if TYPE_CHECKING:
     from tautflex.structure.model import Model
@@ -119,11 +119,16 @@ def nearest_node(model: Model, point: Array) -> int:
     return node
 
 
+def _film(model: Model) -> tuple[Indices, Indices]:
+    """Triangles of a structure, and quadrilaterals, which meshes have beside them."""
+    return model.triangles, getattr(model, "quads", np.zeros((0, 4), dtype=np.int64))
+
+
 def _longest_side(model: Model) -> float:
     """Length of the longest side of an element [m]."""
     sides = [
         model.nodes[cells] - model.nodes[np.roll(cells, 1, axis=1)]
-        for cells in (model.triangles, model.cables, model.beams)
+        for cells in (*_film(model), model.cables, model.beams)
     ]
     return max(float(np.linalg.norm(side, axis=2).max(initial=0.0)) for side in sides)
 
@@ -135,7 +140,7 @@ def _axis(side: Side) -> tuple[int, float]:
 def _nodes_of_side(model: Model, side: Side) -> tuple[int, ...]:
     """Nodes of the film that lie farthest in a direction, in their order along the side."""
     axis, sign = _axis(side)
-    film = np.unique(model.triangles)
+    film = np.unique(np.concatenate([cells.ravel() for cells in _film(model)]))
     if not film.size:
         raise CaseError(f"side: expected a model with a film, got none for {show(side)}; give nodes or near")
     places = sign * model.nodes[film, axis]

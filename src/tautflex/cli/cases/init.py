@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from tautflex.cli.cards import say
 from tautflex.cli.options import Answer, Force, command, require_new_file
+from tautflex.writing import write_text
 
 _FOLLOWING = {"control": "control", "slew": "control", "task-slew": "train"} | dict.fromkeys(
     ("task-stop", "task-hold"), "evaluate"
@@ -43,7 +44,7 @@ def init(
     for place in wanted:
         require_new_file(place, force=force)
     for place, text in wanted.items():
-        place.write_text(text, encoding="utf-8")
+        write_text(place, text)
     written = " and ".join(str(place) for place in wanted)
     following = _FOLLOWING.get(template, "run")
     return Answer({"file": name}, partial(say, f"Wrote {written}. Next: tautflex {following} {name}"))

@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from tautflex.cli.cards import show_tuning
 from tautflex.cli.options import Answer, CaseFile, Force, Overrides, about, command, load, require_new_file
 from tautflex.errors import CaseError
+from tautflex.writing import write_text
 
 if TYPE_CHECKING:
     from tautflex.case import Case
@@ -71,7 +72,7 @@ def tune(
         "files": {},
     }
     if output is not None:
-        output.write_text(f"# {one_line(case.name)}, tuned by `tautflex tune`\n\n{tuned.to_toml()}", encoding="utf-8")
+        write_text(output, f"# {one_line(case.name)}, tuned by `tautflex tune`\n\n{tuned.to_toml()}")
         answer["files"] = {"case": output}
     return Answer(answer, partial(show_tuning, case, answer))
 

@@ -22,6 +22,8 @@ from tautflex.cli.options import (
 )
 from tautflex.cli.runs.run import default_directory, progress_bar
 from tautflex.errors import CaseError
+from tautflex.files.transaction import publish
+from tautflex.writing import write_text
 
 
 @command
@@ -96,6 +98,10 @@ def evaluate(
         "failures": found.attrs["failures"],
         "files": {"evaluation": directory / "evaluation.nc", "summary": directory / "evaluation.json"},
     }
-    netcdf.save(found, directory / "evaluation.nc")
-    (directory / "evaluation.json").write_text(json.dumps(answer, default=str, indent=1), encoding="utf-8")
+
+    def write(place: Path, final: Path) -> None:
+        netcdf.save(found, place / "evaluation.nc")
+        write_text(place / "evaluation.json", json.dumps(answer, default=str, indent=1))
+
+    publish(directory, write)
     return Answer(answer, partial(show_evaluation, case, answer))

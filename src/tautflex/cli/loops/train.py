@@ -12,6 +12,7 @@ from tautflex.cli.cards import show_training
 from tautflex.cli.options import Answer, CaseFile, Force, Overrides, about, command, load, require_new_file
 from tautflex.cli.runs.run import progress_bar
 from tautflex.errors import CaseError
+from tautflex.writing import write_or_keep
 
 _MOST = 10**6  # iterations, where the clock ends a training
 
@@ -58,7 +59,7 @@ def train(
             checkpoint=checkpoint,
             progress=progress,
         )
-    found.policy.save(output)
+    write_or_keep(output, found.policy.save)
     answer = {
         "cost": found.cost,
         "start_cost": found.start_cost,

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from tautflex.cli.cards import say
 from tautflex.cli.options import Answer, Force, command, require_new_file
+from tautflex.writing import write_or_keep
 
 
 @command
@@ -33,5 +34,10 @@ def animate(
     from tautflex.files.netcdf import load
     from tautflex.plot.animation import animate as film
 
-    film(load(run), output, magnification=magnification, frames=frames, rate=rate, turning=not floating)
+    data = load(run)
+
+    def write(path: Path) -> Path:
+        return film(data, path, magnification=magnification, frames=frames, rate=rate, turning=not floating)
+
+    write_or_keep(output, write)
     return Answer({"file": output}, partial(say, f"Wrote {output}."))

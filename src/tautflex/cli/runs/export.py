@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
@@ -11,6 +10,7 @@ from cyclopts import Parameter
 
 from tautflex.cli.cards import say
 from tautflex.cli.options import Answer, about, command, require_output_directory
+from tautflex.files.transaction import publish, result_folder
 
 
 @command
@@ -30,21 +30,19 @@ def export(
     Example: tautflex export m2/run.nc --to vtu -o m2/paraview
     """
     directory = output if output is not None else run.parent
-    nearest = require_output_directory(directory)
+    require_output_directory(directory)
 
     from tautflex.files import netcdf
     from tautflex.files.csv import write_csv
     from tautflex.files.vtu import write_vtu
 
     data = netcdf.load(run)
-    with tempfile.TemporaryDirectory(prefix=".tautflex-", dir=nearest) as folder:  # whole or not at all
-        with about(run):
-            made = (
-                [write_csv(data, Path(folder, f"{run.stem}.csv"))] if to == "csv" else write_vtu(data, folder, run.stem)
-            )
-        files = [directory / file.relative_to(folder) for file in made]
-        for before, after in zip(made, files, strict=True):
-            after.parent.mkdir(parents=True, exist_ok=True)
-            before.replace(after)
+
+    def write(place: Path, final: Path) -> list[Path]:
+        made = [write_csv(data, place / f"{run.stem}.csv")] if to == "csv" else write_vtu(data, place, run.stem)
+        return [final / file.relative_to(place) for file in made]
+
+    with result_folder(directory), about(run):
+        files = publish(directory, write)
     more = f" and {len(files) - 1} files in {files[1].parent}" if len(files) > 1 else ""
     return Answer({"files": files}, partial(say, f"Wrote {files[0]}{more}."))

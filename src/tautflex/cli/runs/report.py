@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say
 from tautflex.cli.options import Answer, Force, about, command, require_new_file
 from tautflex.errors import CaseError
+from tautflex.writing import write_or_keep
 
 
 @command
@@ -39,12 +40,10 @@ def report(
     from tautflex.files.netcdf import load
     from tautflex.pages.report import report as write
 
+    data, names = [load(path) for path in results], _names(results)
+    given: dict[str, Any] = {"other": data[-1] if other else None, "size": size, "names": names}
     with about(run):
-        names = _names(results)
-        data = [load(path) for path in results]
-        write(
-            data[0], target, other=data[1] if other else None, folder=results[0].parent.parent, size=size, names=names
-        )
+        write_or_keep(target, lambda path: write(data[0], path, folder=results[0].parent.parent, **given))
     megabytes = target.stat().st_size / 1e6
     return Answer(
         {"file": target, "megabytes": megabytes},

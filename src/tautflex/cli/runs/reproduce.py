@@ -16,6 +16,7 @@ from tautflex.cli.options import Answer, command, require_output_directory
 from tautflex.cli.runs.reproduce_cards import show_comparison
 from tautflex.cli.runs.run import progress_bar
 from tautflex.errors import CaseError
+from tautflex.writing import write_text
 
 if TYPE_CHECKING:
     from tautflex.paper.comparison import Plan
@@ -152,7 +153,7 @@ def _write_page(made: _Made, output: Path, docs: Path | None, quick: bool) -> di
     files = {path.name: path for path in build_page(made.rows, made.figures, summary, output, docs)}
     for variant, name in READINGS.items():
         files[f"{name}.toml"] = path = output / f"{name}.toml"
-        path.write_text(case_text(variant), encoding="utf-8")
+        write_text(path, case_text(variant))
     return files
 
 

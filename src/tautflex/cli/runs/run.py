@@ -8,9 +8,11 @@ from functools import partial
 from pathlib import Path
 
 from tautflex.cli.cards import show_run
+from tautflex.cli.figures import FORMATS, Formats, run_figures
 from tautflex.cli.options import (
     Answer,
     CaseFile,
+    Force,
     Overrides,
     ResultFolder,
     about,
@@ -18,6 +20,9 @@ from tautflex.cli.options import (
     load,
     require_output_directory,
 )
+from tautflex.files.transaction import result_folder
+
+ENDED = {"completed": 0, "not-converged": 1, "interrupted": 130}
 
 
 @command
@@ -26,11 +31,14 @@ def run(
     /,
     *,
     output: ResultFolder = None,
+    force: Force = False,
     override: Overrides = None,
+    form: Formats = None,
 ) -> Answer:
     """Simulate the maneuver; write run.nc, summary.json and figures.
 
-    Ctrl-C ends the run early and keeps what was computed. "surface" in the answer tells how the film stands about its
+    An existing result is not replaced without --force. Ctrl-C, SIGTERM and SIGHUP end the run early and keep what was
+    computed. "surface" in the answer tells how the film stands about its
     best plane: rms [m] and tilt [rad] at the end, the largest rms after the maneuver, and the time [s] from then on
     that the rms takes to stay within output.surface_tolerance (2e-5 m).
 
@@ -40,18 +48,23 @@ def run(
     directory = output if output is not None else default_directory(case)
     require_output_directory(directory)
 
-    from tautflex.case.run import write_case_run
-    from tautflex.cli.figures import run_figures
+    from tautflex.case.earlier import require_no_results
 
-    with about(case), progress_bar() as progress:
-        summary = write_case_run(loaded, directory, progress, figures=run_figures, title=case.stem)
-    return Answer(summary, partial(show_run, case, summary), 0 if summary["status"] == "completed" else 1)
+    if not force:
+        require_no_results(directory, "add --force to replace it")
+
+    from tautflex.case.run import write_case_run
+
+    with result_folder(directory), about(case), progress_bar() as progress:
+        summary = write_case_run(
+            loaded, directory, progress, figures=partial(run_figures, formats=form or FORMATS), title=case.stem
+        )
+    return Answer(summary, partial(show_run, case, summary), ENDED[summary["status"]])
 
 
 def default_directory(case: Path) -> Path:
-    """Results of ``m2.toml`` go to ``m2`` beside it; a case without suffix gets ``-run`` instead."""
-    bare = case.with_suffix("")
-    return bare if bare != case else case.with_name(f"{case.name}-run")
+    """Results of ``m2.toml``, wherever it is, go to ``m2`` in the current folder; without suffix ``-run`` is added."""
+    return Path(case.stem if case.suffix else f"{case.name}-run")
 
 
 @contextmanager

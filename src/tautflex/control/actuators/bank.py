@@ -78,6 +78,13 @@ def checked_actuators(given: Any, hub: FreeHub | None, system: StructuralSystem)
             raise InputError(
                 f"actuators.{name}: expected a free hub for {shown(drive)}, got none; give hub=FreeHub(...)"
             )
+        if isinstance(drive, HubTorque) and hub is not None:
+            free = "xyz" if hub.axes == "free" else hub.axes
+            if set(drive.axis) - set(free):
+                raise InputError(
+                    f"actuators.{name}.axis: expected an axis that the hub turns about, {free!r}, got {drive.axis!r}; "
+                    f"set axis = {free!r}, or free the hub's axes"
+                )
         if isinstance(drive, Actuator) and getattr(drive.effect, drive.effect.signal) is not None:
             raise InputError(
                 f"actuators.{name}: expected an effect without a signal, got {shown(drive.effect)}; leave "
@@ -173,12 +180,17 @@ class Bank:
             elif item.bound is not None:
                 value = np.maximum(value, item.bound.lowest)
             if not np.array_equal(value, item.value):
-                before, last, item.value, changed = run.strain_energy(), item.value, value, True
+                before, last, vibration = run.strain_energy(), item.value, self._monitor.vibration
+                if item.drive.monitor and vibration is not None:
+                    acting = {each.channel.name: each.value for each in self.items}
+                    pumped = vibration.pumped(item.channel.name, place.q, value - last, acting)
+                item.value, changed = value, True
                 item.held.hold(value, time)
                 if isinstance(item.bound, StressChange):
                     work = run.strain_energy() - before
                     item.work += work
-                    pumped = work - self._stored(run, item, last, value - last)
+                    if vibration is None:
+                        pumped = work - self._stored(run, item, last, value - last)
             if item.drive.monitor:
                 item.watch = item.watch.seen(pumped, self._monitor.window)
         if changed:

@@ -53,7 +53,7 @@ class Drive:
         Step of the numbers, >= 0; 0 is none.
     monitor
         Whether tension or temperature that has pumped vibration up for two periods of the lowest mode is switched off:
-        its commands are zero from then on. Of a reduced model.
+        its commands are zero from then on.
 
     Raises
     ------
@@ -71,7 +71,8 @@ class Drive:
 
     def __post_init__(self) -> None:
         if self.limit is not None:
-            for value in np.atleast_1d(checks.numbers("limit", self.limit)).ravel().tolist():
+            limits: list[Any] = np.atleast_1d(checks.numbers("limit", self.limit)).ravel().tolist()
+            for value in limits or [self.limit]:
                 checks.positive("limit", value)
         if self.rate is not None:
             checks.positive("rate", self.rate)

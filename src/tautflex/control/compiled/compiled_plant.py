@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,14 +17,14 @@ from tautflex.control.compiled.drives import drives_of
 from tautflex.control.compiled.parts import DRAWN, FAILED, INTERVALS, Drives, LinearLoop, LoopState, Sensing
 from tautflex.control.compiled.sensing import sensing_of
 from tautflex.control.late import behind_drives
-from tautflex.control.law import ControlLaw
+from tautflex.control.law import ControlLaw, law_of
 from tautflex.control.linear import LinearPlant
 from tautflex.control.linearize import linearize
 from tautflex.control.runs.following import references, spec_of
 from tautflex.control.runs.timing import steps_of
 from tautflex.control.sensors.sensor import Sensor, checked_sensors, noise_of
 from tautflex.control.signals import Channel
-from tautflex.errors import UnsupportedError
+from tautflex.errors import NotConvergedError, UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver
@@ -189,6 +189,8 @@ class CompiledPlant:
             Measurement, shape (outputs,) of one plant, else (count, outputs).
         """
         chosen = 0 if seed is None else seed
+        if row is not None:
+            checks.between("row", checks.whole("row", row, 0), 0, self.count - 1)
         for n in range(self.count) if row is None else (row,):
             work, ride = self._rows[n][:2]
             work.q[:] = self._run.work.q if coordinates is None else coordinates
@@ -230,13 +232,17 @@ class CompiledPlant:
         if self._left == 0:
             self._refill()
         self._left -= 1
-        self._command[0] = command
+        try:
+            self._command[0] = command
+        except (TypeError, ValueError):
+            checks.float_array("command", command, self._command.shape[1:])
+            raise
         kernels.run(self._fixed, self._own, self._free, _NONE, self._command, self.measurement, _NOT)
         return self.measurement if self.count > 1 else self.measurement[0]
 
     def run(
         self,
-        law: ControlLaw | ArrayLike,
+        law: ControlLaw | Callable[[float, Array], ArrayLike] | ArrayLike,
         maneuver: Maneuver | None = None,
         end_time: float = 10.0,
         seed: int | None = None,
@@ -246,7 +252,8 @@ class CompiledPlant:
         Parameters
         ----------
         law
-            Control law, or commands, shape (interval, count, inputs) or (interval, inputs).
+            Control law, a function (time [s], measurement) -> command, or commands, shape (interval, count, inputs) or
+            (interval, inputs).
         maneuver
             What the hub is to follow; None is rest.
         end_time
@@ -260,18 +267,29 @@ class CompiledPlant:
             At every sample, shape (interval + 1, count, outputs).
         command
             As asked for, shape (interval, count, inputs).
+
+        Raises
+        ------
+        InputError
+            If an argument is wrong, or the loop has not what the law needs.
+        NotConvergedError
+            If the law fails; ``.result`` is what was measured and asked for until then.
         """
+        law = law_of("law", law) if callable(law) else law
         first, size = self.reset(seed).reshape(self.count, -1), self._command.shape[2]
         if not isinstance(law, ControlLaw):
             table = checks.numbers("law", law)
-            table = np.broadcast_to(table if table.ndim == 3 else table[:, None], (len(table), self.count, size))
+            if table.ndim == 2 and table.shape[1] == size:
+                table = np.broadcast_to(table[:, None], (len(table), self.count, size))
             command = checks.float_array("law", table, (None, self.count, size)).copy()
             return self._march(first, command, _NONE.repeat(len(command), axis=0), self._free), command
-        times = np.asarray(self.interval * np.arange(np.ceil(end_time / self.interval - 1e-6)), dtype=np.float64)
+        last = np.ceil(checks.positive("end_time", end_time) / self.interval - 1e-6)
+        times = np.asarray(self.interval * np.arange(last), dtype=np.float64)
         follow = references(AtRest() if maneuver is None else maneuver, times, self.hub)
         command, spec = np.zeros((len(times), self.count, size)), spec_of(self, law)
         matrices = law.matrices(spec)
         if matrices is not None:
+            law.start(spec)  # refuses spillover
             a, b, c, d, *shift = (np.ascontiguousarray(part) for part in matrices)
             around, _alive = table_of(LinearLoop(a, b, c, d, shift[0], shift[1], np.zeros((self.count, len(a)))))
             numbers = np.array([each.numbers for each in follow])
@@ -279,7 +297,13 @@ class CompiledPlant:
         memories, measured = [law.start(spec) for _ in range(self.count)], [first]
         for number, reference in enumerate(follow):
             for n in range(self.count):
-                memories[n], command[number, n] = law.act(memories[n], measured[-1][n].copy(), reference)
+                try:
+                    memories[n], command[number, n] = law.act(memories[n], measured[-1][n].copy(), reference)
+                except Exception as error:
+                    raise NotConvergedError(
+                        f"t = {reference.time:.6g} s: the law failed ({type(error).__name__}: {error}); correct it",
+                        result=(np.array(measured), command[:number]),
+                    ) from error
             measured.append(self.step(command[number]).reshape(self.count, -1).copy())
         return np.array(measured), command
 

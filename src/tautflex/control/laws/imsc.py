@@ -8,9 +8,10 @@ from typing import ClassVar
 import numpy as np
 
 from tautflex import checks
-from tautflex.control.law import LawMatrices, LinearLaw
+from tautflex.control.law import LawMatrices, LinearLaw, LinearMemory
 from tautflex.control.riccati import require_columns
 from tautflex.control.signals import LoopSpec
+from tautflex.control.spillover import refuse_spillover
 from tautflex.errors import InputError
 
 
@@ -50,6 +51,13 @@ class IndependentModalControl(LinearLaw):
         checks.whole("modes", self.modes, 1)
         checks.positive("effort", self.effort)
 
+    def start(self, spec: LoopSpec) -> LinearMemory:
+        """No memory; modes that are not controlled must stay stable."""
+        memory = super().start(spec)
+        remedy = "control more modes with more sensors and actuators, or raise effort"
+        refuse_spillover(spec, memory.matrices, type(self).__name__, "modes", remedy)
+        return memory
+
     def matrices(self, spec: LoopSpec) -> LawMatrices:
         """One gain from measurements to commands."""
         plant, count = spec.plant(type(self).__name__), self.modes
@@ -60,7 +68,7 @@ class IndependentModalControl(LinearLaw):
             )
         if count > plant.coordinates:
             raise InputError(f"modes: expected at most {plant.coordinates}, those of the model, got {count}")
-        require_columns(plant)
+        require_columns(plant.truncated(count))
         first, half, eta = plant.positions[:count], plant.half, np.arange(count)
         w = np.sqrt(np.diag(plant.stiffness)[eta])
         g = -(w**2) + w * np.sqrt(w**2 + 1.0 / self.effort)

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from tautflex.control.estimate import direct_estimator, refuse_spillover, steady_reference
+from tautflex.control.estimate import direct_estimator, steady_reference
 from tautflex.control.law import LawMatrices, LinearLaw, LinearMemory
 from tautflex.control.laws.optimal import Optimal
 from tautflex.control.riccati import regulator
 from tautflex.control.signals import LoopSpec
+from tautflex.control.spillover import refuse_spillover
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Indices
 from tautflex.text import brief
@@ -50,7 +51,7 @@ def started(law: Any, spec: LoopSpec) -> LinearMemory:
     """Memory of an optimal law before the first measurement, its loop with all modes looked at."""
     memory: LinearMemory = LinearLaw.start(law, spec)
     if law.modes is not None or spec.beyond is not None:
-        refuse_spillover(spec, memory.matrices, type(law).__name__)
+        refuse_spillover(spec, memory.matrices, type(law).__name__, "modes", "raise modes, or the tolerances")
     return memory
 
 

@@ -11,12 +11,13 @@ from scipy.linalg import block_diag
 from scipy.sparse import csc_matrix
 
 from tautflex import checks
-from tautflex.control.estimate import Estimator, any_estimator, refuse_spillover, steady_reference
+from tautflex.control.estimate import Estimator, any_estimator, steady_reference
 from tautflex.control.law import ControlLaw, own_memory
 from tautflex.control.laws.lqr import of_all
 from tautflex.control.laws.optimal import Filtered
 from tautflex.control.riccati import regulator
 from tautflex.control.signals import LoopSpec, Reference, check_numbers, labelled
+from tautflex.control.spillover import refuse_spillover
 from tautflex.errors import InputError, MissingExtraError
 from tautflex.numeric import Array, Indices
 from tautflex.text import brief
@@ -108,7 +109,7 @@ class MPC(Filtered, ControlLaw):
         state, command = steady_reference(plant, known, self.feedforward)
         # Where no limit is met the law is the regulator.
         free_law = of_all(estimator.with_gain(gain, gain @ state + command), used, len(spec.commanded))
-        refuse_spillover(spec, free_law, type(self).__name__)
+        refuse_spillover(spec, free_law, type(self).__name__, "modes", "raise modes, or the tolerances")
         # x of steps 0 to N from the first x and all commands, in parts of their limits.
         free, forced, moved = [np.eye(len(known.A))], [np.zeros((len(known.A), self.horizon * m))], known.B * sizes
         for step in range(self.horizon):

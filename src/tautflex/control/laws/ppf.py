@@ -11,7 +11,11 @@ from tautflex import checks
 from tautflex.control.law import LawMatrices, LinearLaw, LinearMemory
 from tautflex.control.linear import LinearPlant
 from tautflex.control.signals import LoopSpec
+from tautflex.control.spillover import refuse_spillover
 from tautflex.errors import InputError
+
+# Static answers below this part of those of the modes are round-off.
+_ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
@@ -55,17 +59,35 @@ class PositivePositionFeedback(LinearLaw):
         checks.positive("damping_ratio", self.damping_ratio)
 
     def limit(self, plant: LinearPlant) -> float:
-        """Gain at which the loop with a plant loses its static stiffness, ``1/G(0)``; infinite where G(0) is zero."""
+        """Gain at which the loop with a plant loses its static stiffness, ``1/G(0)``.
+
+        Raises
+        ------
+        InputError
+            If the command does not move what is measured.
+        """
         plant = plant.selected([self.command], [self.measurement])
         eta, half = plant.positions, plant.half
         lean = -np.linalg.solve(plant.A[np.ix_(eta + half, eta)], plant.B[eta + half])
         static = float((plant.C[:, eta] @ lean + plant.D)[0, 0])
-        return np.inf if static == 0.0 else 1.0 / static
+        if abs(static) <= _ROUND_OFF * np.abs(plant.C[:, eta]).max(initial=0.0) * np.abs(lean).max(initial=0.0):
+            why = plant.remarks.get(self.command, "they may be apart by a nodal line")
+            raise InputError(
+                f"command: expected one that moves {self.measurement!r}, got {self.command!r}, whose static answer "
+                f"there is zero: {why}; push where the sensor is"
+            )
+        return 1.0 / static
 
     def start(self, spec: LoopSpec) -> LinearMemory:
-        """At rest, below the limit of the loop's model."""
-        spec.plant(type(self).__name__)
-        return super().start(spec)
+        """At rest, below the limit of the loop's model, which it leaves stable."""
+        name = type(self).__name__
+        spec.plant(name)
+        memory, remedy = (
+            super().start(spec),
+            "lower gain, give it the sign of G(0), or put sensor and actuator in one place",
+        )
+        refuse_spillover(spec, memory.matrices, name, "gain", remedy)
+        return memory
 
     def matrices(self, spec: LoopSpec) -> LawMatrices:
         """The filter by the trapezoidal rule; where there is a model, its limit is looked at."""

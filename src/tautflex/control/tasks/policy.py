@@ -18,9 +18,9 @@ from tautflex import checks
 from tautflex.control.law import ControlLaw, own_memory
 from tautflex.control.signals import LoopSpec, Reference
 from tautflex.control.tasks.observation import Observation
-from tautflex.control.tasks.written import written
 from tautflex.errors import InputError
 from tautflex.numeric import Array
+from tautflex.writing import written
 
 _FORMAT = 1
 _LARGEST_FILE = 100_000_000

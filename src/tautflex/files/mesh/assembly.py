@@ -170,6 +170,7 @@ def _collect(
         check_elements(part, shape, nodes, parts[part])
     orientation = np.where(np.isnan(raw.orientation), DEFAULT_ORIENTATION, raw.orientation)[chosen["beams"]]
     stress = {part: initial_stress(raw, _PARTS[part][0], rows, unit_length, unit_mass) for part, rows in chosen.items()}
+    strain = {part: raw.strain.get(_PARTS[part][0], np.zeros(0))[rows] for part, rows in chosen.items() if raw.strain}
     supports = _supports([(name, new["nodes"][rows], directions) for name, rows, directions in held])
     skew = list(_held_along(skew, used, elements["beams"], links))
     joined = list(finished([*links, *skew], new["nodes"], unit_length, unit_mass))
@@ -181,6 +182,7 @@ def _collect(
         beam_orientation=orientation,
         masses=tuple(_bodies(raw, new["nodes"], unit_length, unit_mass)),
         initial_stress={part: found for part, found in stress.items() if found is not None},
+        free_strain={part: found for part, found in strain.items() if found.any()},
         nonstructural_mass={part: extra[_PARTS[part][0]][rows] for part, rows in chosen.items()},
         sections=dict(sections(raw, role, unit_length, unit_mass)),
         links=tuple(one for one in joined if isinstance(one, Link)),

@@ -156,8 +156,11 @@ class MeshData:
         for kind, one in used.items():
             count = sum(len(getattr(self, part)) for part in PARTS[kind])
             of_file = any(section.kind == kind for section in self.sections.values())
-            told = any(self.initial_stress.get(part, self._extra(part)).any() for part in PARTS[kind])
-            told = told or any(self._extra(part).any() for part in PARTS[kind])
+            told = any(
+                one.get(part, np.zeros(0)).any()
+                for one in (self.initial_stress, self.free_strain, self.nonstructural_mass)
+                for part in PARTS[kind]
+            )
             if count and (stated or of_file or told or isinstance(one, Mapping)):
                 own = {name: keys for name, keys in stated.items() if set(self.groups[name]) & set(PARTS[kind])}
                 used[kind] = self._element_sections(kind, own, one)

@@ -12,7 +12,7 @@ from tautflex.files.mesh.raw import shorten
 from tautflex.numeric import Array
 
 # "1.5-3" is Nastran's short form of 1.5e-3, "1.5d-3" Fortran's.
-_REAL = re.compile(r"([+-]?(?:\d{1,40}\.?\d{0,40}|\.\d{1,40}))(?:[eEdD]?([+-]\d{1,4})|[eEdD](\d{1,4}))?", re.ASCII)
+NUMBER = re.compile(r"([+-]?(?:\d{1,40}\.?\d{0,40}|\.\d{1,40}))(?:[eEdD]?([+-]\d{1,4})|[eEdD](\d{1,4}))?", re.ASCII)
 _INTEGER = re.compile(r"\s*[+-]?\d{1,19}\s*", re.ASCII)
 _LARGEST = 2**62
 _LARGEST_LENGTH = 1e9
@@ -46,7 +46,7 @@ def real(text: str, where: str) -> float:
     bare = text.strip()
     if not bare:
         return 0.0
-    found = _REAL.fullmatch(bare)
+    found = NUMBER.fullmatch(bare)
     if found is None:
         raise MeshError(f"{where}: expected a number, got {shorten(text)}; correct the line")
     return float(f"{found[1]}e{found[2] or found[3] or 0}")

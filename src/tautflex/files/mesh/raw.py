@@ -61,7 +61,8 @@ class RawMass:
 class RawNonstructural:
     """Mass without stiffness of the elements of a group, in the file's units.
 
-    ``per`` is ``"membrane"`` (per area), ``"line"`` (per length) or ``"total"``; ``where`` is its place for messages.
+    ``per`` is ``"membrane"`` (per area), ``"line"`` (per length), ``"total"``, in proportion to the masses of elements
+    or ``"shared"``, to their areas or lengths; ``where`` is its place for messages.
     """
 
     where: str
@@ -94,6 +95,8 @@ class RawMesh:
         Links and springs between nodes.
     stress
         Initial stress (sx, sy, txy) of elements of a kind, along lines the first alone, shapes (element, 3).
+    strain
+        Strain that elements of a kind would take if they were free, shapes (element,).
     """
 
     nodes: Array
@@ -105,6 +108,7 @@ class RawMesh:
     masses: tuple[RawMass, ...] = ()
     links: tuple[RawLink, ...] = ()
     stress: Mapping[str, Array] = field(default_factory=dict)
+    strain: Mapping[str, Array] = field(default_factory=dict)
 
 
 class Numbering:

@@ -31,6 +31,7 @@ def simplified(
     masses: Iterable[RawMass] = (),
     links: Iterable[RawLink] = (),
     stress: Mapping[str, Array] | None = None,
+    strain: Mapping[str, Array] | None = None,
 ) -> RawMesh:
     """Mesh of triangles, quads and lines from the shapes of `WIDTHS`.
 
@@ -58,6 +59,8 @@ def simplified(
         Links and springs between nodes.
     stress
         Initial stress (sx, sy, txy) of elements by shape, shapes (element, 3); along lines the first.
+    strain
+        Strain of free elements by shape, shapes (element,).
 
     Raises
     ------
@@ -74,6 +77,7 @@ def simplified(
     role: dict[str, NDArray[np.str_]] = {}
     first: dict[str, int] = {}
     stressed: dict[str, Array] = {}
+    strained: dict[str, Array] = {}
     for kind in KINDS:
         own = [shape for shape in WIDTHS if KIND_OF[shape] == kind and len(pieces.get(shape, ()))]
         widths = {pieces[shape].shape[2] for shape in own} or {CORNERS[kind]}
@@ -88,8 +92,10 @@ def simplified(
             count += pieces[shape].shape[0] * pieces[shape].shape[1]
         width = widths.pop()
         found[kind] = np.concatenate([np.zeros((0, width), np.int64), *(pieces[s].reshape(-1, width) for s in own)])
-        given = [np.repeat((stress or {}).get(s, np.zeros((len(elements[s]), 3))), pieces[s].shape[1], 0) for s in own]
-        stressed[kind] = np.concatenate([np.zeros((0, 3)), *given])
+        for values, spread, each in ((stress, stressed, (3,)), (strain, strained, ())):
+            given = [(values or {}).get(s, np.zeros((len(elements[s]), *each))) for s in own]
+            parts = [np.repeat(one, pieces[s].shape[1], 0) for one, s in zip(given, own, strict=True)]
+            spread[kind] = np.concatenate([np.zeros((0, *each)), *parts])
         role[kind] = np.concatenate([np.zeros(0, "<U8"), *(np.repeat(roles[s], pieces[s].shape[1]) for s in own)])
     split = [
         np.repeat(part, 2 if k else 1, axis=0)
@@ -105,7 +111,9 @@ def simplified(
             )
         moved.append(replace(group, rows={kind: np.concatenate(parts) for kind, parts in rows.items()}))
     split_orientation = np.concatenate(split)
-    return RawMesh(nodes, found, role, split_orientation, tuple(moved), typed, tuple(masses), tuple(links), stressed)
+    return RawMesh(
+        nodes, found, role, split_orientation, tuple(moved), typed, tuple(masses), tuple(links), stressed, strained
+    )
 
 
 def _halved(nodes: Array, quads: Indices) -> tuple[Array, Indices]:

@@ -21,11 +21,11 @@ from tautflex import checks
 from tautflex._version import __version__
 from tautflex.case.schema import Case
 from tautflex.control.law import ControlLaw, law_of
-from tautflex.control.tasks.written import written
 from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
 from tautflex.learning.environments.bodies import KINDS
 from tautflex.learning.judging.scenarios import METRICS, Scenario, play, scenarios_of, start_on, tensioned
+from tautflex.writing import write_text
 
 Progress = Callable[[float, str], None]
 _DRAWS = 2000  # of the bootstrap
@@ -108,10 +108,8 @@ def evaluate(
     for job, result in _played(case, asked, chosen, todo, workers):
         found[job] = result
         if folder is not None:
-            with written(folder / f"{marks[job]}.json") as place:
-                place.write_text(
-                    json.dumps({"law": job[0], "scenario": chosen[job[1]].words, "plant": job[2]} | result)
-                )
+            words = {"law": job[0], "scenario": chosen[job[1]].words, "plant": job[2]}
+            write_text(folder / f"{marks[job]}.json", json.dumps(words | result))
         tell(len(found) / len(jobs), f"{job[0]}: {chosen[job[1]].words}")
     return _table(list(asked), chosen, list(plants), found)
 

@@ -15,6 +15,7 @@ from tautflex.paper.page.html import to_html
 from tautflex.paper.page.markdown import bullets, picture, symbols
 from tautflex.paper.tables import published
 from tautflex.paper.tables.rows import Row
+from tautflex.writing import write_text
 
 TITLE = "The paper, computed again and compared"
 NAME = "reproduction"
@@ -83,21 +84,19 @@ def build_page(
     Raises
     ------
     InputError
-        If a picture cannot be read or a file cannot be written.
+        If a picture cannot be read.
+    NotWrittenError
+        If a file cannot be written; what stood there is whole.
     """
     rows = sorted_rows(row for group in rows_by_table.values() for row in group)
     page, text = Path(directory) / f"{NAME}.html", Path(docs or directory) / f"{NAME}.md"
     parts = [*_overview(rows, summary), *_tables(rows), *_figures(figure_files, text.parent), *_end(summary)]
     content = "\n\n".join([f"# {TITLE}", *parts]) + "\n"
     try:
-        for path, written in ((page, to_html(content, text.parent)), (text, content)):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(written, encoding="utf-8")
+        html = to_html(content, text.parent)
     except OSError as error:
-        raise InputError(
-            f"directory: expected figures that can be read and folders that can be written, got {error}; choose others"
-        ) from error
-    return [page, text]
+        raise InputError(f"directory: expected figures that can be read, got {error}; choose another") from error
+    return [write_text(page, html), write_text(text, content)]
 
 
 def _overview(rows: Rows, summary: Mapping[str, Any]) -> list[str]:

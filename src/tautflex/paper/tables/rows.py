@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tautflex.errors import InputError
+from tautflex.writing import written
 
 
 @dataclass(frozen=True)
@@ -111,12 +112,12 @@ def write_csv(rows: Sequence[Row], path: str | os.PathLike[str]) -> Path:
 
     Raises
     ------
-    OSError
-        If the file cannot be written.
+    NotWrittenError
+        If the file cannot be written; what stood there is whole.
     """
     target = Path(path)
     header = ("variant", "table", "case", "quantity", "unit", "paper", "ours", "difference", "log_ratio", "note")
-    with target.open("w", encoding="utf-8", newline="") as stream:
+    with written(target) as place, place.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(header)
         for row in (row for row in rows if not row.repeats):

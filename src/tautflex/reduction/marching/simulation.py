@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from tautflex.interrupts import deferred
 from tautflex.mechanics.membrane import survey_at
 from tautflex.motion.hub import FreeHub
 from tautflex.numeric import Array
@@ -39,14 +40,15 @@ def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = 
     run = new_run(rom, problem)
     began = clock.perf_counter()
     status = Status.COMPLETED
-    try:
-        if not resume(run):
-            run.start()
-        if not run.advance(problem.count, progress):
-            status = Status.NOT_CONVERGED
-    except KeyboardInterrupt:
-        status = Status.INTERRUPTED
-    return result_of(run, status, clock.perf_counter() - began)
+    with deferred():
+        try:
+            if not resume(run):
+                run.start()
+            if not run.advance(problem.count, progress):
+                status = Status.NOT_CONVERGED
+        except KeyboardInterrupt:
+            status = Status.INTERRUPTED
+        return result_of(run, status, clock.perf_counter() - began)
 
 
 def result_of(run: ReducedRun, status: Status, seconds: float) -> Run:

@@ -98,15 +98,15 @@ class FrameMoments:
     @classmethod
     def general(cls, moments: Moments) -> FrameMoments:
         """For any motion: Z and the loads ``int rho V' x``, ``int rho V'`` entry by entry, k = 9, l = 12."""
-        mass, rows = np.einsum("aapq->pq", moments.pair), moments.pair.reshape(9, *moments.pair.shape[2:])
-        return cls(np.stack([mass, *rows]), np.concatenate([*moments.first, moments.zeroth]))
+        rows = moments.pair.reshape(9, *moments.pair.shape[2:])
+        return cls(np.stack([moments.mass, *rows]), np.concatenate([*moments.first, moments.zeroth]))
 
     @classmethod
     def about_axis(cls, moments: Moments, axis: Array, origin: Array) -> FrameMoments:
         """For rotation about one line: ``Z = S, S^2`` of the axis, loads of angular acceleration and squared rate."""
         spin = cross_matrix(axis)
         weights = (spin, spin @ spin)
-        pairs = [np.einsum("aapq->pq", moments.pair), *(np.einsum("ab,abpq->pq", w, moments.pair) for w in weights)]
+        pairs = [moments.mass, *(np.einsum("ab,abpq->pq", w, moments.pair) for w in weights)]
         # The frame's origin is at -origin from the line.
         loads = [np.einsum("ab,abp->p", w, moments.first) - (w @ origin) @ moments.zeroth for w in weights]
         return cls(np.stack(pairs), np.stack(loads))
@@ -185,7 +185,7 @@ def parts_by_kind(projection: Projection, c: CondensedModel, factors: Factors, x
     reach, parts = xp.concatenate([xp.eye(r), c.follow_linear]), {}
     for kind, elastic in projection.elastic.items():
         stiffness = factors.youngs_modulus.get(kind, 1.0) * elastic
-        mass = factors.density.get(kind, 1.0) * np.einsum("aapq->pq", projection.inertia[kind].pair)
+        mass = factors.density.get(kind, 1.0) * projection.inertia[kind].mass
         moved = reach.T @ stiffness
         parts[kind] = KindParts(
             even(reach.T @ mass @ reach), even(moved @ reach), even(e.T @ stiffness[r:, r:] @ e), moved[:, r:] @ e

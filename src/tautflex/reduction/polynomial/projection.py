@@ -25,14 +25,17 @@ class Moments:
 
     Parameters
     ----------
+    mass
+        ``V' M V``, shape (P, P).
     pair
-        ``int rho V_a' V_b``, shape (3, 3, P, P).
+        ``int rho V_a' V_b``, with the second order of what turns, shape (3, 3, P, P).
     first
         ``int rho V_a' x_b``, shape (3, 3, P).
     zeroth
         ``int rho V_a'``, shape (3, P).
     """
 
+    mass: Array
     pair: Array
     first: Array
     zeroth: Array
@@ -115,4 +118,7 @@ def project_moments(inertia: InertiaOperator, vectors: Array) -> Moments:
     for a, b in np.ndindex(3, 3):
         if len(inertia.values[a][b]):
             pair[a, b] = vectors @ (inertia.matrix(np.outer(np.eye(3)[a], np.eye(3)[b])) @ vectors.T)
-    return Moments(pair, inertia.first_moment @ vectors.T, inertia.zeroth_moment @ vectors.T)
+    mass = np.einsum("aapq->pq", pair)
+    if inertia.moving is not None:
+        mass = vectors @ (inertia.mass_matrix @ vectors.T)
+    return Moments(mass, pair, inertia.first_moment @ vectors.T, inertia.zeroth_moment @ vectors.T)

@@ -10,6 +10,7 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError
+from tautflex.interrupts import deferred, meet
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver, RigidMotion, Segment, split_segments
@@ -98,18 +99,19 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
     """Answer of the full model; a step that fails is told by the status."""
     run, status = FullRun(problem), Status.COMPLETED
     first, count = problem.begin, problem.count
-    run.start()
-    try:
-        part = count - first if progress is None else max(1, (count - first) // 100)
-        for number in [*range(first + part, count, part), count]:
-            if not run.advance(number):
-                status = Status.NOT_CONVERGED
-                break
-            if progress is not None and (number - first) % part == 0:
-                progress((number - first) / (count - first), f"t = {run.at.time:.3g} s")
-    except KeyboardInterrupt:
-        status = Status.INTERRUPTED
-    return run.result(status)
+    with deferred():
+        run.start()
+        try:
+            part = count - first if progress is None else max(1, (count - first) // 100)
+            for number in [*range(first + part, count, part), count]:
+                if not run.advance(number):
+                    status = Status.NOT_CONVERGED
+                    break
+                if progress is not None and (number - first) % part == 0:
+                    progress((number - first) / (count - first), f"t = {run.at.time:.3g} s")
+        except KeyboardInterrupt:
+            status = Status.INTERRUPTED
+        return run.result(status)
 
 
 class FullRun:
@@ -176,6 +178,7 @@ class FullRun:
     def advance(self, number: int) -> bool:
         """Take the steps to an instant of the grid; whether they converged."""
         while self._number < number:
+            meet()
             self._inside, before = True, self._number
             if self._march is not None:
                 self._number, self.at = self._march.take(self.at, before, number, self._driver.segment)

@@ -29,17 +29,28 @@ class Joined(NamedTuple):
         return bool(self.dof_offset[node + 1] - self.dof_offset[node] == 6)
 
 
+class Arm(NamedTuple):
+    """A rigid arm: the node whose rotation theta swings it, and its vector d [m]."""
+
+    node: int
+    vector: tuple[float, float, float]
+
+
 class Follows(NamedTuple):
-    """One displacement as the sum of others times weights."""
+    """One displacement as the sum of others times weights, and of the second order ``theta x (theta x d)/2`` of an arm.
+
+    The second order is that of forces in the arm, which the arm's turn moves.
+    """
 
     one: Place
     others: tuple[tuple[Place, float], ...]
+    arm: Arm | None = None
 
 
 class Link(ABC):
     """Base of links; a subclass is a frozen dataclass that says which displacements follow which others.
 
-    Displacements and rotations of links are small: a reference that turns by 0.2 rad stretches them by 2 %.
+    Rotations of what leads are taken to second order: an arm that turns by 0.2 rad ends 0.1 % of its length astray.
     """
 
     @property

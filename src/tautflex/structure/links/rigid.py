@@ -8,13 +8,13 @@ from typing import ClassVar
 
 from tautflex.numeric import cross_matrix
 from tautflex.structure.groups import DIRECTIONS
-from tautflex.structure.links.link import Follows, Joined, Link, direction_places, node_numbers
+from tautflex.structure.links.link import Arm, Follows, Joined, Link, direction_places, node_numbers
 from tautflex.text import brief
 
 
 @dataclass(frozen=True)
 class RigidLink(Link):
-    """Nodes that follow a reference node as parts of one rigid body, ``u + theta x d`` and ``theta`` [theory.md 16].
+    """Nodes that follow a reference node as parts of a rigid body, ``u + R(theta) d - d`` and ``theta`` [theory.md 16].
 
     Parameters
     ----------
@@ -55,9 +55,11 @@ class RigidLink(Link):
         """``u + theta x d`` with the arm d from the reference, and ``theta``."""
         places = direction_places(self.directions)
         for node in self.nodes:
-            lever = -cross_matrix(structure.nodes[node] - structure.nodes[self.reference])
+            arm = structure.nodes[node] - structure.nodes[self.reference]
+            lever = -cross_matrix(arm)
             for place in places:
                 others = [((self.reference, place), 1.0)]
                 if place < 3:
                     others += [((self.reference, 3 + axis), float(lever[place, axis])) for axis in range(3)]
-                yield Follows((node, place), tuple((other, weight) for other, weight in others if weight != 0.0))
+                swung = Arm(self.reference, tuple(arm.tolist())) if place < 3 and arm.any() else None
+                yield Follows((node, place), tuple((other, weight) for other, weight in others if weight != 0.0), swung)

@@ -1,4 +1,4 @@
-"""Boundary conditions of the step that is computed."""
+"""Boundary conditions and temperatures of the step that is computed."""
 
 from __future__ import annotations
 
@@ -30,10 +30,11 @@ NAMED = {
 
 @dataclass
 class Steps:
-    """Boundary conditions of the model, then of each step, and elements that come or go."""
+    """Boundary conditions of the model, then of each step, elements that come or go, and temperatures."""
 
     conditions: list[list[Block]] = field(default_factory=lambda: [[]])
     changes: list[list[Block]] = field(default_factory=lambda: [[]])
+    temperatures: list[list[Block]] = field(default_factory=lambda: [[]])
     frequencies: list[int] = field(default_factory=list)
     inside: bool = False
 
@@ -42,6 +43,7 @@ class Steps:
         if block.keyword == "STEP":
             self.conditions.append([])
             self.changes.append([])
+            self.temperatures.append([])
             self.inside = True
         elif block.keyword == "END STEP":
             self.inside = False
@@ -54,12 +56,16 @@ class Steps:
             ):
                 raise MeshError(f"{block.where}: expected ADD or REMOVE of elements, got another change; leave it out")
             self.changes[-1 if self.inside else 0].append(block)
+        elif block.keyword == "TEMPERATURE":
+            self.temperatures[-1 if self.inside else 0].append(block)
         else:
             block.require_options("TYPE", "OP", "AMPLITUDE", "FIXED", "REGION TYPE")
             self.conditions[-1 if self.inside else 0].append(block)
 
-    def in_force(self, step: int | None) -> tuple[list[Block], list[Block]]:
-        """Conditions of a step, those of earlier ones included until an ``OP=NEW`` takes them away; changes up to it.
+    def in_force(self, step: int | None) -> tuple[list[Block], list[Block], list[Block]]:
+        """Conditions of a step, changes of elements up to it, and temperatures.
+
+        Those of earlier steps are included, until an ``OP=NEW`` takes conditions or temperatures away.
 
         Without ``step`` it is the only one, the only one that asks for frequencies, or any if all hold the same.
         """
@@ -71,8 +77,8 @@ class Steps:
             step = self.frequencies[0]
         if step is None and any(found[k] != found[1] for k in range(2, count + 1)):
             listed = ", ".join(
-                f"{k} has {len(blocks)} conditions, {len(changes)} changes of elements"
-                for k, (blocks, changes) in enumerate(found[1:21], start=1)
+                f"{k} has {len(blocks)} conditions, {len(changes)} changes of elements, {len(warm)} of temperatures"
+                for k, (blocks, changes, warm) in enumerate(found[1:21], start=1)
             )
             raise MeshError(
                 f"expected steps with the same supports and elements, got others ({listed}); choose one with step = "
@@ -80,15 +86,19 @@ class Steps:
             )
         return found[min(step or 1, count)]
 
-    def _by_step(self) -> Iterator[tuple[list[Block], list[Block]]]:
-        held: list[Block] = []
-        changed: list[Block] = []
-        for blocks, changes in zip(self.conditions, self.changes, strict=True):
-            operations = {block.option("OP").upper() or "MOD" for block in blocks}
-            if operations - {"NEW", "MOD"}:
-                raise MeshError(f"{blocks[0].where}: expected OP=NEW or OP=MOD, got another; correct it")
-            held, changed = [*([] if "NEW" in operations else held), *blocks], [*changed, *changes]
-            yield held, changed
+    def _by_step(self) -> Iterator[tuple[list[Block], list[Block], list[Block]]]:
+        held, changed, warm = list[Block](), list[Block](), list[Block]()
+        for blocks, changes, warmer in zip(self.conditions, self.changes, self.temperatures, strict=True):
+            held, changed, warm = _with(blocks, held), [*changed, *changes], _with(warmer, warm)
+            yield held, changed, warm
+
+
+def _with(blocks: list[Block], before: list[Block]) -> list[Block]:
+    """Blocks of a step behind those of the step before, unless they take these away."""
+    operations = {block.option("OP").upper() or "MOD" for block in blocks}
+    if operations - {"NEW", "MOD"}:
+        raise MeshError(f"{blocks[0].where}: expected OP=NEW or OP=MOD, got another; correct it")
+    return [*([] if "NEW" in operations else before), *blocks]
 
 
 def held_groups(conditions: list[Block], names: Names, axes: dict[int, Array], budget: Budget) -> Iterator[RawGroup]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -12,18 +13,23 @@ from tautflex.errors import MeshError
 from tautflex.files.mesh.abaqus.conditions import Steps, held_groups, removed_elements
 from tautflex.files.mesh.abaqus.initial import initial_stress
 from tautflex.files.mesh.abaqus.instances import Placement
+from tautflex.files.mesh.abaqus.joints.links import Joints
+from tautflex.files.mesh.abaqus.joints.releases import releases
+from tautflex.files.mesh.abaqus.joints.springs import spring
+from tautflex.files.mesh.abaqus.joints.surfaces import Surfaces, Whole
+from tautflex.files.mesh.abaqus.joints.ties import embedded, tied
 from tautflex.files.mesh.abaqus.keywords import WORDS
-from tautflex.files.mesh.abaqus.links import Joints
 from tautflex.files.mesh.abaqus.masses import body, nonstructural
 from tautflex.files.mesh.abaqus.materials import MATERIALS, Materials
 from tautflex.files.mesh.abaqus.properties import section
 from tautflex.files.mesh.abaqus.scope import Scope
 from tautflex.files.mesh.abaqus.sections import beam_directions, node_axes
 from tautflex.files.mesh.abaqus.sets import Names
-from tautflex.files.mesh.abaqus.springs import spring
+from tautflex.files.mesh.abaqus.temperatures import free_strain
 from tautflex.files.mesh.abaqus.text import Block, blocks
 from tautflex.files.mesh.gathered import SHAPES, UNSTATED
 from tautflex.files.mesh.include import Folder
+from tautflex.files.mesh.new_ends import NewEnds
 from tautflex.files.mesh.raw import (
     Budget,
     RawGroup,
@@ -37,7 +43,7 @@ from tautflex.files.mesh.raw import (
 from tautflex.files.mesh.raw_links import RawLink
 from tautflex.files.mesh.second_order import simplified
 from tautflex.files.mesh.section.section_data import RawSection
-from tautflex.numeric import Array, Indices
+from tautflex.numeric import Array, Indices, Mask
 
 
 def read_abaqus(text: str, folder: Folder | None = None, step: int | None = None) -> RawMesh:
@@ -93,7 +99,7 @@ class _Content:
             self.current = None
         elif block.keyword == "INITIAL CONDITIONS":
             self.initial.append(block)
-        elif block.keyword in ("BOUNDARY", "STEP", "END STEP", "FREQUENCY", "MODEL CHANGE"):
+        elif block.keyword in ("BOUNDARY", "STEP", "END STEP", "FREQUENCY", "MODEL CHANGE", "TEMPERATURE"):
             if self.current is not None:
                 raise MeshError(f"{block.where}: expected this outside of parts and instances; move it behind them")
             self.steps.read(block)
@@ -115,6 +121,18 @@ class _Content:
         if twice:
             raise MeshError(f"instance {shorten(twice[0])}: defined twice; give each instance its own name")
         return found
+
+
+@dataclass
+class _Told:
+    """What blocks beside elements say: of each line, of each element, of nodes by row, of sets by scope and name."""
+
+    orientation: Array
+    oriented: Mask
+    expansion: Array
+    axes: dict[int, Array] = field(default_factory=dict)
+    sections: dict[tuple[str, str], list[RawSection]] = field(default_factory=dict)
+    nonstructural: dict[tuple[str, str], list[RawNonstructural]] = field(default_factory=dict)
 
 
 class _Whole:
@@ -175,41 +193,59 @@ class _Whole:
             name: np.concatenate([np.zeros((0, SHAPES[name]), np.int64), *parts])
             for name, parts in self.elements.items()
         }
-        axes: dict[int, Array] = {}
-        orientation = np.array([UNSTATED] * len(elements["line2"])).reshape(-1, 3)
-        ends = self.nodes[elements["line2"]]
-        line = list(SHAPES).index("line2")
-        sections: dict[tuple[str, str], list[RawSection]] = {}
-        nonstructural_of: dict[tuple[str, str], list[RawNonstructural]] = {}
-        for placement, nodes, names in zip(self._placements, self._node_names, self._element_names, strict=True):
-            for block in placement.blocks("transforms"):
-                axes |= node_axes(block, placement, nodes, self.nodes)
-            for block in placement.blocks("sections"):
-                if block.option("ELSET") not in names:
-                    continue  # the section of no element
-                own = sections.setdefault((placement.name, names.key(block.option("ELSET"))), [])
-                own.append(section(block, content.materials))
-                if own[-1].kind == "beam":
-                    found = names.find(block.option("ELSET"), block.where)
-                    lines = row[found[shape[found] == line]]
-                    orientation[lines] = beam_directions(block, placement, ends[lines])
-            for block in placement.blocks("nonstructural"):
-                names.find(block.option("ELSET"), block.where)
-                nonstructural_of.setdefault((placement.name, names.key(block.option("ELSET"))), []).append(
-                    nonstructural(block)
-                )
-        conditions, changes = content.steps.in_force(step)
+        conditions, changes, warm = content.steps.in_force(step)
+        told = self._told(content.materials, bool(warm), shape, row, elements["line2"])
         gone = removed_elements(changes, self._element_names[0])
         groups = [
-            *self._groups(shape, row, sections, nonstructural_of),
-            *held_groups(conditions, self._node_names[0], axes, self._budget),
+            *self._groups(shape, row, told.sections, told.nonstructural),
+            *held_groups(conditions, self._node_names[0], told.axes, self._budget),
             *([RawGroup("model change", _by_shape(shape[gone], row[gone]), role="ignore")] if len(gone) else ()),
         ]
         roles = {name: np.array(own, dtype="<U8") for name, own in self.roles.items()}
         masses = list(self._masses(shape, row, elements["point1"]))
-        stress = initial_stress(content.initial, self._element_names[0], shape, row, elements, self.nodes)
-        links = [*self._links(shape, row, elements, axes), *self._springs(shape, row, elements)]
-        return simplified(self.nodes, elements, roles, orientation, groups, True, masses, links, stress)
+        cold = [block for block in content.initial if block.option("TYPE").upper() == "TEMPERATURE"]
+        given = [block for block in content.initial if block not in cold]
+        stress = initial_stress(given, self._element_names[0], shape, row, elements, self.nodes, told.oriented)
+        expansion = {name: np.zeros(len(own)) for name, own in elements.items()}
+        for place, own in enumerate(expansion.values()):
+            own[row[shape == place]] = told.expansion[shape == place]
+        strain = free_strain(cold, warm, self._node_names[0], len(self.nodes), expansion, elements)
+        links = [*self._links(shape, row, elements, told.axes), *self._springs(shape, row, elements)]
+        ends = NewEnds(list(self.nodes))
+        elements["line2"] = self._released(ends, told.orientation, shape, row, elements["line2"])
+        links += ends.links
+        nodes = np.reshape(ends.points, (-1, 3))
+        return simplified(
+            nodes, elements, roles, told.orientation, groups, True, masses, links, stress, strain if warm else None
+        )
+
+    def _told(self, materials: Materials, warm: bool, shape: Indices, row: Indices, lines: Indices) -> _Told:
+        """What sections, transformed directions and nonstructural masses of all scopes say."""
+        told = _Told(
+            np.array([UNSTATED] * len(lines)).reshape(-1, 3), np.zeros(len(shape), dtype=bool), np.zeros(len(shape))
+        )
+        ends, line = self.nodes[lines], list(SHAPES).index("line2")
+        for placement, nodes, names in zip(self._placements, self._node_names, self._element_names, strict=True):
+            for block in placement.blocks("transforms"):
+                told.axes.update(node_axes(block, placement, nodes, self.nodes))
+            for block in placement.blocks("sections"):
+                target = block.option("ELSET")
+                if target not in names:
+                    continue  # the section of no element
+                own = told.sections.setdefault((placement.name, names.key(target)), [])
+                own.append(section(block, materials))
+                found = names.find(target, block.where)
+                told.oriented[found] |= "ORIENTATION" in block.options
+                if warm:
+                    told.expansion[found] = materials.expansion(block)
+                if own[-1].kind == "beam":
+                    rows = row[found[shape[found] == line]]
+                    told.orientation[rows] = beam_directions(block, placement, ends[rows])
+            for block in placement.blocks("nonstructural"):
+                names.find(block.option("ELSET"), block.where)
+                key = placement.name, names.key(block.option("ELSET"))
+                told.nonstructural.setdefault(key, []).append(nonstructural(block))
+        return told
 
     def _links(
         self, shape: Indices, row: Indices, elements: dict[str, Indices], axes: dict[int, Array]
@@ -226,8 +262,34 @@ class _Whole:
                 others.append(elements[shapes[place]][rows[~turning]].ravel())
             return np.concatenate(beams), np.concatenate(others)
 
-        for placement, nodes, names in zip(self._placements, self._node_names, self._element_names, strict=True):
-            yield from Joints(placement.blocks("links"), nodes, names, corners, axes).links()
+        whole = Whole(self.nodes, shape, row, elements)
+        surfaces = Surfaces(whole)
+        scopes = list(zip(self._placements, self._node_names, self._element_names, strict=True))
+        for placement, nodes, names in scopes:
+            for block in placement.blocks("surfaces"):
+                surfaces.read(placement.name, block, nodes, names)
+        for placement, nodes, names in scopes:
+            find = partial(surfaces.find, placement.name)
+            yield from Joints(placement.blocks("links"), nodes, names, corners, axes, find).links()
+            for block in placement.blocks("ties"):
+                if block.keyword == "TIE":
+                    yield from tied(placement.name, block, surfaces, whole)
+                else:
+                    yield from embedded(block, names, whole)
+
+    def _released(self, ends: NewEnds, orientation: Array, shape: Indices, row: Indices, lines: Indices) -> Indices:
+        """Rows of the nodes of lines with new ones at the ends of beams that are hinged."""
+        line, lines = list(SHAPES).index("line2"), lines.copy()
+        for placement, names in zip(self._placements, self._element_names, strict=True):
+            for block in placement.blocks("releases"):
+                for where, target, end, free in releases(block):
+                    found = names.find(target, where)
+                    own = row[found]
+                    if (shape[found] != line).any() or any(self.roles["line2"][k] != "beam" for k in own):
+                        raise MeshError(f"{where}: expected beams, got others; correct the set")
+                    for k in own.tolist():
+                        lines[k, end] = ends.hinged(where, lines[k].tolist(), end, free, orientation[k])
+        return lines
 
     def _springs(self, shape: Indices, row: Indices, elements: dict[str, Indices]) -> Iterator[RawLink]:
         """Springs of all scopes; MeshError if an element has no SPRING, or another kind has one."""

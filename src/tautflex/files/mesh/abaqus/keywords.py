@@ -19,27 +19,33 @@ WORDS = Words(
         "sections of cables": "SOLID_SECTION",
         "sections of beams and their direction: RECT, CIRC, PIPE, THICK PIPE, GENERAL, BOX and I where they are "
         "symmetric; others need theirs stated": "BEAM_SECTION BEAM_GENERAL_SECTION",
-        "isotropic materials; others need theirs stated": "MATERIAL ELASTIC DENSITY NO_COMPRESSION NO_TENSION",
+        "isotropic materials; others need theirs stated; expansion where there are temperatures": (
+            "MATERIAL ELASTIC DENSITY EXPANSION NO_COMPRESSION NO_TENSION"
+        ),
         "point masses and principal inertias": "MASS ROTARY_INERTIA",
         "multipoint constraints BEAM, TIE and PIN, and equations": "MPC EQUATION",
-        "rigid bodies, and couplings of nodes or of surfaces that list nodes": (
+        "rigid bodies, and couplings; surfaces of nodes, of films or their edges": (
             "RIGID_BODY KINEMATIC_COUPLING COUPLING KINEMATIC DISTRIBUTING SURFACE"
         ),
+        "nodes that lie on film (M3D3, M3D4, M3D6) move with it, those at nodes as these": "TIE EMBEDDED_ELEMENT",
+        "hinges at ends of beams": "RELEASE",
         "stiffness of SPRINGA, SPRING1 and SPRING2": "SPRING",
         "directions of supports": "TRANSFORM",
         "supports and elements of the chosen step, OP=NEW included": "BOUNDARY STEP END_STEP FREQUENCY MODEL_CHANGE",
         "mass per area or length, or in total, of the elements of a set": "NONSTRUCTURAL_MASS",
-        "stress of films, cables and beams (TYPE=STRESS); initial temperatures without effect": "INITIAL_CONDITIONS",
+        "initial stress of films, cables and beams; prestress by temperatures of the chosen step": (
+            "INITIAL_CONDITIONS TEMPERATURE"
+        ),
         "text": "INCLUDE HEADING",
     },
     idle={
         "behaviour of materials beside elasticity and density, directions of isotropic ones, shear of shells": (
-            "EXPANSION PLASTIC DAMPING HYPERELASTIC VISCOELASTIC CONDUCTIVITY SPECIFIC_HEAT DEPVAR USER_MATERIAL "
+            "PLASTIC DAMPING HYPERELASTIC VISCOELASTIC CONDUCTIVITY SPECIFIC_HEAT DEPVAR USER_MATERIAL "
             "ORIENTATION HOURGLASS_STIFFNESS TRANSVERSE_SHEAR_STIFFNESS SECTION_POINTS BEAM_SECTION_GENERATE CONSTANTS "
             "FAIL_STRESS FAIL_STRAIN"
         ),
-        "loads, temperatures and histories are yours to state": (
-            "CLOAD DLOAD DSLOAD TEMPERATURE FIELD AMPLITUDE CFLUX DFLUX FILM RADIATE PRE-TENSION_SECTION BASE_MOTION "
+        "loads and histories are yours to state": (
+            "CLOAD DLOAD DSLOAD FIELD AMPLITUDE CFLUX DFLUX FILM RADIATE PRE-TENSION_SECTION BASE_MOTION "
             "BASELINE_CORRECTION PSD-DEFINITION SPECTRUM"
         ),
         "steps and their control": (
@@ -62,7 +68,7 @@ WORDS = Words(
             _LIST,
         ),
         "links and constraints between nodes": (
-            "DISTRIBUTING_COUPLING TIE EMBEDDED_ELEMENT RELEASE FASTENER FASTENER_PROPERTY SHELL_TO_SOLID_COUPLING "
+            "DISTRIBUTING_COUPLING FASTENER FASTENER_PROPERTY SHELL_TO_SOLID_COUPLING "
             "DISPLAY_BODY CYCLIC_SYMMETRY_MODEL NETWORK_MPC SUBMODEL",
             _JOIN,
         ),

@@ -22,7 +22,7 @@ def nonstructural(block: Block) -> RawNonstructural:
             f"{block.where}: expected UNITS of {', '.join(_PER)} and a line with a number, got {shorten(units)}; write "
             "one of them"
         )
-    value = vector(fields(block.lines[0][1])[:1], block.where)
+    value = vector(fields(block.lines[0][1])[:1], block.where, largest=1e300)
     return RawNonstructural(block.where, _PER[units], float(value[0]) if len(value) else 0.0)
 
 
@@ -34,7 +34,7 @@ def body(block: Block, placement: Placement) -> RawMass:
     if len(block.lines) != 1 or not wanted <= len(texts) <= (1 if wanted == 1 else 6):
         what = "a mass" if wanted == 1 else "I11, I22, I33"
         raise MeshError(f"{block.where}: expected one line with {what}, got {len(texts)} numbers; correct it")
-    values = vector(texts, block.where)
+    values = vector(texts, block.where, largest=1e300)
     if values[3:].any():
         raise MeshError(f"{block.where}: expected principal moments, got products of inertia; turn them to their axes")
     if wanted == 1:

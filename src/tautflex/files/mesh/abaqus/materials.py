@@ -1,4 +1,4 @@
-"""Materials of an Abaqus file: isotropic elasticity and density by name."""
+"""Materials of an Abaqus file: isotropic elasticity, density and expansion by name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tautflex.numeric import Array
 
 _SIZES = {"ELASTIC": 2, "DENSITY": 1}
 ONE_SIDED = ("NO COMPRESSION", "NO TENSION")
-MATERIALS = ("MATERIAL", *_SIZES, *ONE_SIDED)
+MATERIALS = ("MATERIAL", "EXPANSION", *_SIZES, *ONE_SIDED)
 
 
 @dataclass
@@ -21,6 +21,7 @@ class Materials:
 
     values: dict[str, dict[str, float]] = field(default_factory=dict)
     doubts: dict[str, str] = field(default_factory=dict)
+    expansions: dict[str, list[Block]] = field(default_factory=dict)
     current: str | None = None
 
     def read(self, block: Block) -> None:
@@ -34,7 +35,9 @@ class Materials:
         if self.current is None:
             raise MeshError(f"{block.where}: expected it below a *MATERIAL, got none; move it there")
         found = self.values[self.current]
-        if block.keyword in ONE_SIDED:
+        if block.keyword == "EXPANSION":
+            self.expansions.setdefault(self.current, []).append(block)
+        elif block.keyword in ONE_SIDED:
             self._doubt(f"{block.keyword} of a material is a law: state law = 'slack' or 'tension-field'")
         elif block.option("TYPE").upper() not in ("", "ISOTROPIC", "ISO"):
             self._doubt(f"its material has TYPE={shorten(block.option('TYPE'))}, expected ISOTROPIC")
@@ -46,6 +49,28 @@ class Materials:
                 found["density"] = float(values[0])
             else:
                 found["youngs_modulus"], found["poisson_ratio"] = (float(value) for value in values)
+
+    def expansion(self, section: Block) -> float:
+        """Coefficient of expansion of a section's material, 0 if it has none; MeshError unless it is one number."""
+        name = section.option("MATERIAL").casefold()
+        if name not in self.values:
+            raise MeshError(
+                f"{section.where}: expected a MATERIAL beside *TEMPERATURE, got none; state the prestress in the case"
+            )
+        found = self.expansions.get(name, [])
+        for block in found:
+            block.require_options("TYPE", "ZERO")  # strains count from the initial temperature
+            if (
+                block.option("TYPE").upper() not in ("", "ISO", "ISOTROPIC")
+                or len(block.lines) != 1
+                or not fields(block.lines[0][1])
+                or len(found) > 1
+            ):
+                raise MeshError(
+                    f"{block.where}: expected one number for all directions and temperatures beside *TEMPERATURE, got "
+                    "others; write one, or state the prestress in the case"
+                )
+        return float(vector(fields(found[0].lines[0][1])[:1], found[0].where)[0]) if found else 0.0
 
     def _numbers(self, block: Block) -> Array:
         """Numbers without the temperature behind them; moduli may be larger than lengths."""

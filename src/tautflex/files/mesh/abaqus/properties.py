@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 from tautflex.errors import InputError
@@ -63,7 +64,8 @@ def section(block: Block, materials: Materials) -> RawSection:
         return RawSection(block.where, kind, {}, "it is a laminate, expected one material")
     doubt = ""
     for option in block.options:
-        if option not in _OPTIONS and not (option == "POISSON" and kind == "beam"):
+        centred = option == "OFFSET" and re.fullmatch(r"[-+]?0*\.?0*(e[-+]?\d+)?", block.option(option), re.IGNORECASE)
+        if option not in _OPTIONS and not (option == "POISSON" and kind == "beam") and not centred:
             doubt = f"option {shorten(option)} is not read here"
     if name:
         unknown = "" if name in materials.values else f"its material {shorten(name)} is not in the file"

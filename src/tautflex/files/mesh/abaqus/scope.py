@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from tautflex.errors import MeshError
-from tautflex.files.mesh.abaqus.links import LINKS
+from tautflex.files.mesh.abaqus.joints.links import LINKS
 from tautflex.files.mesh.abaqus.text import Block, fields
 from tautflex.files.mesh.gathered import SHAPES, Gathered
 from tautflex.files.mesh.numerals import natural, real
@@ -58,6 +58,9 @@ class Scope(Gathered):
     bodies: list[Block] = field(default_factory=list)
     nonstructural: list[Block] = field(default_factory=list)
     links: list[Block] = field(default_factory=list)
+    surfaces: list[Block] = field(default_factory=list)
+    ties: list[Block] = field(default_factory=list)
+    releases: list[Block] = field(default_factory=list)
     springs: list[Block] = field(default_factory=list)
 
     def read(self, block: Block) -> None:
@@ -76,6 +79,12 @@ class Scope(Gathered):
             self.nonstructural.append(block)
         elif block.keyword in LINKS:
             self.links.append(block)
+        elif block.keyword == "SURFACE":
+            self.surfaces.append(block)
+        elif block.keyword in ("TIE", "EMBEDDED ELEMENT"):
+            self.ties.append(block)
+        elif block.keyword == "RELEASE":
+            self.releases.append(block)
         elif block.keyword == "SPRING":
             self.springs.append(block)
         else:

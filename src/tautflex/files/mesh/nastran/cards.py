@@ -21,8 +21,8 @@ WORDS = Words(
         "sections of beams: area, moments, torsion, nonstructural mass; PBARL and PBEAML with ROD, TUBE, TUBE2, BAR, "
         "BOX and I of equal flanges; others, tapers, I12, warping and offsets need theirs stated; shear flexibility "
         "and stress recovery without effect": "PBAR PBARL PBEAM PBEAML PBRSECT PBMSECT PBCOMP",
-        "isotropic materials (MAT1): E, G, nu, density; sections of others need theirs stated; damping, strength and "
-        "temperature of reference without effect": "MAT1 MAT2 MAT3 MAT8 MAT9 MAT10 MATHP MATPOR",
+        "isotropic materials (MAT1): E, G, nu, density, expansion; sections of others need theirs stated; damping and "
+        "strength without effect": "MAT1 MAT2 MAT3 MAT8 MAT9 MAT10 MATHP MATPOR",
         "cables": "CROD CONROD CTUBE",
         "beams with orientation, offsets and pin flags, `BAROR` and `BEAMOR` for blank fields": (
             "CBAR CBEAM BAROR BEAMOR"
@@ -31,6 +31,11 @@ WORDS = Words(
         "point masses and inertias; of the parameters only their factor WTMASS": (
             "CONM1 CONM2 CMASS1 CMASS2 PMASS PARAM"
         ),
+        "masses per area or length (NSM, NSM1) or in total (NSML, NSML1): the set that the case control selects": (
+            "NSM NSM1 NSML NSML1 NSMADD"
+        ),
+        "prestress by temperatures and elongations that the case control selects, for the subcase or its STATSUB; "
+        "MATTi are refused where it selects a temperature": ("TEMP TEMPD TEMPP1 TEMPRB DEFORM MATT1 MATT2 MATT8 MATT9"),
         "rigid links; RBAR and RBE1 with one point that leads": "RBE1 RBE2 RBAR",
         "averages of points, whose components 123 lead": "RBE3",
         "multipoint constraints: the set that the case control selects": "MPC MPCADD",
@@ -38,23 +43,23 @@ WORDS = Words(
         "text": "INCLUDE ENDDATA",
     },
     idle={
-        "heat, plasticity and creep of materials, normals of shells": (
-            "MAT4 MAT5 MATS1 MATT1 MATT2 MATT8 MATT9 CREEP SNORM"
-        ),
+        "heat, plasticity and creep of materials, normals of shells": ("MAT4 MAT5 MATS1 CREEP SNORM"),
         "properties of elements that are refused themselves": (
             "PELAST PBUSH1D PBUSHT PGAP PDAMP PDAMP5 PDAMPT PVISC PSOLID PSHEAR PBEAM3 PBEND PFAST "
             "PWELD PLSOLID PLPLANE PCOMPS"
         ),
-        "loads and temperatures are yours to state": (
+        "loads are yours to state": (
             "FORCE FORCE1 FORCE2 MOMENT MOMENT1 MOMENT2 PLOAD PLOAD1 PLOAD2 PLOAD4 PLOADX1 GRAV ACCEL ACCEL1 RFORCE "
-            "RFORCE1 LOAD DLOAD TLOAD1 TLOAD2 RLOAD1 RLOAD2 SLOAD CLOAD LSEQ DAREA DELAY DPHASE DEFORM TEMP TEMPD "
-            "TEMPP1 TEMPRB TIC QVECT QVOL QHBDY QBDY1 QBDY2 QBDY3"
+            "RFORCE1 LOAD DLOAD TLOAD1 TLOAD2 RLOAD1 RLOAD2 SLOAD CLOAD LSEQ DAREA DELAY DPHASE TIC QVECT QVOL QHBDY "
+            "QBDY1 QBDY2 QBDY3"
         ),
         "solution, results and tables": (
             "MDLPRM EIGRL EIGR EIGB EIGC EIGP FREQ FREQ1 FREQ2 FREQ3 FREQ4 FREQ5 TSTEP TSTEP1 TSTEPNL NLPARM "
             "NLPCI NLSTEP TABDMP1 TABLED1 TABLED2 TABLED3 TABLED4 TABLEM1 TABLEM2 TABLEM3 TABLEM4 TABLES1 TABLEST "
-            "TABRND1 TABRNDG RANDPS RANDT1 SET1 SET2 SET3 ECHOON ECHOOFF SUPORT SUPORT1 PLOTEL DTI DTABLE"
+            "TABRND1 TABRNDG RANDPS RANDT1 SET1 SET2 SET3 ECHOON ECHOOFF SUPORT SUPORT1 PLOTEL PLOTEL3 "
+            "PLOTEL4 CBARAO PLOTOPT NLCNTL2 GROUP DTI DTABLE"
         ),
+        "unknowns without a place; what refers to them is refused": "SPOINT",
         "unknowns kept in a reduction": "ASET ASET1 OMIT OMIT1 QSET QSET1 BSET BSET1 CSET CSET1 USET USET1",
         "optimization": (
             "DESVAR DVPREL1 DVPREL2 DVMREL1 DVMREL2 DVCREL1 DVCREL2 DVGRID DRESP1 DRESP2 DRESP3 DCONSTR DCONADD DLINK "
@@ -87,8 +92,8 @@ WORDS = Words(
         ),
         "dampers": ("CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CVISC", "leave them out and state the damping in the case"),
         "masses of other kinds": (
-            "CMASS3 CMASS4 NSM NSM1 NSML NSML1 NSMADD",
-            "add the mass to the density of the section, or write it as CONM2",
+            "CMASS3 CMASS4",
+            "write them as CONM2",
         ),
         "matrices and superelements": (
             "DMIG DMI DMIJ DMIJI DMIK DMIAX GENEL TF CSUPER CSUPEXT BEGIN EXTRN SEBULK SECONCT SEELT SEQGP SESET "
@@ -96,7 +101,7 @@ WORDS = Words(
             "mesh the part with elements",
         ),
         "moved supports": ("SPCD SPCAX SPCOFF SPCOFF1", "hold the points by SPC1"),
-        "points other than GRID": ("SPOINT EPOINT GRIDB GRIDF POINT POINTAX RINGAX RINGFL CYAX CYJOIN", _POINTS),
+        "points other than GRID": ("EPOINT GRIDB GRIDF POINT POINTAX RINGAX RINGFL CYAX CYJOIN", _POINTS),
         "contact and bolts": (
             "BCBODY BCONP BCTADD BCTSET BSURF BSURFS BGADD BGSET BLSEG BFRIC BOLT BOLTFOR BOLTLD BCTPARA BCTPARM",
             _JOIN,

@@ -1,34 +1,78 @@
-"""What the case control of a Nastran deck says about supports and multipoint constraints."""
+"""What the case control of a Nastran deck selects: supports, multipoint constraints, masses, temperatures."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.include import Line
 
 _SUBCASE = re.compile(r"\s*(?:SUBCASE|SUBCOM|SYMCOM|SYM|REPCASE|STEP)\b\s*=?\s*(\d{1,9})?", re.IGNORECASE)
-_CHOICE = {word: re.compile(rf"\s*{word}\s*(?:\([^)]*\))?\s*=\s*(\w+)", re.IGNORECASE) for word in ("SPC", "MPC")}
+_WORDS = {
+    "SPC": r"SPC\s*(?:\([^)]*\))?",
+    "MPC": r"MPC\s*(?:\([^)]*\))?",
+    "NSM": r"NSM",
+    "TEMPERATURE(LOAD)": r"TEMP(?:E\w*)?\s*(?:\(\s*(?:LOAD|BOTH)\s*\))?",
+    "TEMPERATURE(INITIAL)": r"TEMP(?:E\w*)?\s*\(\s*INIT\w*\s*\)",
+    "TEMPERATURE(MATERIAL)": r"TEMP(?:E\w*)?\s*\(\s*MATE\w*\s*\)",
+    "DEFORM": r"DEFO\w*",
+    "STATSUB": r"STATSUB\s*(?:\([^)]*\))?",
+}
+_CHOICE = {word: re.compile(rf"\s*{text}\s*=\s*(\w+)", re.IGNORECASE) for word, text in _WORDS.items()}
+# What the subcase of STATSUB, a preload, hands on.
+_PRELOADS = ("TEMPERATURE(LOAD)", "DEFORM")
 _BEGIN = re.compile(r"\s*BEGIN\b[\s,=]*BULK\b", re.IGNORECASE)
 _END = re.compile(r"\s*CEND\b", re.IGNORECASE)
+
+Sets = Mapping[str, int | None]
+Unions = Mapping[int, set[int]]
 
 
 @dataclass(frozen=True)
 class Selection:
-    """Constraint set of the chosen subcase, None if it names none; ``stated`` if the deck has a case control.
+    """Set of the chosen subcase for each word, None if it names none; ``stated`` if the deck has a case control."""
 
-    ``equations`` is the set of multipoint constraints, likewise.
-    """
+    stated: bool = False
+    sets: Sets = field(default_factory=lambda: dict.fromkeys(_WORDS))
 
-    number: int | None
-    stated: bool
-    equations: int | None = None
+    def chosen(self, word: str, card: str, there: Collection[int], unions: Unions) -> set[int] | None:
+        """Sets of a word that are selected, unions of others among them; None if the deck has no case control.
+
+        Raises
+        ------
+        MeshError
+            If a selected set is not ``there``, or none is selected of those that are.
+        """
+        number = self.sets[word]
+        if number is None and self.stated and there:
+            raise _unselected(word, card, there)
+        if number is None or number == 0:
+            return None if number is None else set()
+        found = unions.get(number, set()) | ({number} & set(there))
+        missing = sorted((found or {number}) - set(there))
+        if missing:
+            raise MeshError(f"expected set {missing[0]}, which {word} = {number} selects, got none; add its {card}")
+        return found
+
+    def only_or_chosen(self, word: str, card: str, there: Collection[int], unions: Unions) -> set[int]:
+        """The same, and without a case control the only set; MeshError if there are several."""
+        found = self.chosen(word, card, there, unions)
+        if found is None and len(there) > 1:
+            raise _unselected(word, card, there)
+        return set(there) if found is None else found
+
+
+def _unselected(word: str, card: str, there: Collection[int]) -> MeshError:
+    return MeshError(
+        f"case control: expected {word} = number for the sets {', '.join(map(str, there))} of {card}, got none; select "
+        f"one, or none of them with {word} = 0"
+    )
 
 
 def bulk_and_selection(lines: Iterable[Line], step: int | None) -> tuple[list[Line], Selection]:
-    """Bulk data section, the whole deck if it is not marked, and the constraint set that subcase ``step`` selects.
+    """Bulk data section, the whole deck if it is not marked, and what subcase ``step`` selects.
 
     Raises
     ------
@@ -39,32 +83,39 @@ def bulk_and_selection(lines: Iterable[Line], step: int | None) -> tuple[list[Li
     begin = next((k for k, (_, line) in enumerate(everything) if _BEGIN.match(line)), -1)
     control = everything[: max(begin, 0)]
     end = next((k for k, (_, line) in enumerate(control) if _END.match(line)), None)
-    control = control[(end or 0) :]
-    chosen = [_selected(control, step, word) for word in ("SPC", "MPC")]
-    return everything[begin + 1 :], Selection(chosen[0], end is not None, chosen[1])
+    return everything[begin + 1 :], Selection(end is not None, _selected(control[(end or 0) :], step))
 
 
-def _selected(control: list[Line], step: int | None, word: str) -> int | None:
-    overall: int | None = None
-    subcases: list[tuple[int, int | None]] = []
+def _selected(control: list[Line], step: int | None) -> Sets:
+    overall: dict[str, int | None] = dict.fromkeys(_WORDS)
+    subcases: list[tuple[int, dict[str, int | None]]] = []
     for where, line in control:
-        begun, choice = _SUBCASE.match(line), _CHOICE[word].match(line.partition("$")[0])
+        begun = _SUBCASE.match(line)
         if begun:
-            subcases.append((int(begun[1] or len(subcases) + 1), overall))
-        elif choice:
+            subcases.append((int(begun[1] or len(subcases) + 1), overall.copy()))
+            continue
+        for word, pattern in _CHOICE.items():
+            choice = pattern.match(line.partition("$")[0])
+            if choice is None:
+                continue
             if not choice[1].isdigit() or len(choice[1]) > 9:
                 raise MeshError(f"{where}: expected {word} = number, got {choice[1][:20]!r}; correct the line")
-            number = int(choice[1])
-            if subcases:
-                subcases[-1] = subcases[-1][0], number
-            else:
-                overall = number
-    listed = ", ".join(f"{number}: {word} = {chosen}" for number, chosen in subcases[:20])
+            (subcases[-1][1] if subcases else overall)[word] = int(choice[1])
+    cases = subcases or [(1, overall)]
+    for _, own in cases:
+        before = next((sets for number, sets in cases if number == own["STATSUB"]), own)
+        own |= {word: before[word] for word in _PRELOADS if own[word] is None}
     if step is not None:
-        found = [chosen for number, chosen in subcases or [(1, overall)] if number == step]
+        found = [own for number, own in cases if number == step]
         if len(found) != 1:
-            raise MeshError(f"expected step = number of one subcase ({listed or '1'}), got {step}; choose one of them")
+            listed = ", ".join(str(number) for number, _ in cases[:20])
+            raise MeshError(f"expected step = number of one subcase ({listed}), got {step}; choose one of them")
         return found[0]
-    if len({chosen for _, chosen in subcases}) > 1:
-        raise MeshError(f"expected subcases with the same supports, got {listed}; choose one with step = number")
-    return subcases[0][1] if subcases else overall
+    for word in (word for word in _WORDS if word != "STATSUB"):
+        if len({own[word] for _, own in cases}) > 1:
+            listed = ", ".join(f"{number}: {word} = {own[word]}" for number, own in cases[:20])
+            raise MeshError(
+                f"expected subcases with the same supports, masses and temperatures, got {listed}; choose one with "
+                "step = number"
+            )
+    return cases[0][1]

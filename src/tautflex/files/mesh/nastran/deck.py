@@ -12,11 +12,13 @@ from tautflex.files.mesh.nastran.cards import WORDS
 from tautflex.files.mesh.nastran.case_control import bulk_and_selection
 from tautflex.files.mesh.nastran.coordinates import Systems
 from tautflex.files.mesh.nastran.elements import Elements
-from tautflex.files.mesh.nastran.links import LINKS, Links
+from tautflex.files.mesh.nastran.joints.links import LINKS, Links
+from tautflex.files.mesh.nastran.joints.springs import SPRINGS, Springs
 from tautflex.files.mesh.nastran.masses import MASSES, Masses
+from tautflex.files.mesh.nastran.nonstructural import NONSTRUCTURAL, Nonstructural
 from tautflex.files.mesh.nastran.properties import PROPERTIES, Properties
-from tautflex.files.mesh.nastran.springs import SPRINGS, Springs
 from tautflex.files.mesh.nastran.supports import Supports, components, held_groups
+from tautflex.files.mesh.nastran.temperatures import TEMPERATURES, Temperatures
 from tautflex.files.mesh.nastran.text import Card, cards, included
 from tautflex.files.mesh.numerals import natural, vector
 from tautflex.files.mesh.raw import RawMesh, integers
@@ -51,6 +53,7 @@ def read_nastran(text: str, folder: Folder | None = None, step: int | None = Non
     deck = _Deck()
     for card in cards(bulk):
         if WORDS.is_read(card.name, card.where):
+            card.require_right()
             deck.read(card)
     deck.elements.finish()
     points, nodes = deck.positions(), deck.elements.nodes("grid point")
@@ -62,6 +65,7 @@ def read_nastran(text: str, folder: Folder | None = None, step: int | None = Non
     joined = [connectivity[shape].ravel() for shape in connectivity] + [integers(one.link.joined) for one in links]
     groups = [
         *deck.elements.groups(deck.properties, deck.masses.factor or 1.0),
+        *deck.nonstructural.groups(selection, deck.elements, deck.masses.factor or 1.0),
         *held_groups("grid", deck.held_points(np.concatenate(joined)), nodes, deck.axes),
         *deck.supports.groups(selection, nodes, deck.axes),
     ]
@@ -73,7 +77,10 @@ def read_nastran(text: str, folder: Folder | None = None, step: int | None = Non
     ]
     connectivity["line2"], ends = deck.elements.moved_ends(points, connectivity["line2"], orientation, deck.turned)
     points = np.reshape(ends.points, (-1, 3))
-    return simplified(points, connectivity, roles, orientation, groups, True, masses, [*ends.links, *links])
+    lengths = np.linalg.norm(np.diff(points[connectivity["line2"]], axis=1)[:, 0], axis=1)
+    strain = deck.temperatures.strain(selection, deck.elements, deck.properties, lengths)
+    joined_all = [*ends.links, *links]
+    return simplified(points, connectivity, roles, orientation, groups, True, masses, joined_all, None, strain)
 
 
 @dataclass
@@ -86,6 +93,8 @@ class _Deck:
     properties: Properties = field(default_factory=Properties)
     links: Links = field(default_factory=Links)
     springs: Springs = field(default_factory=Springs)
+    nonstructural: Nonstructural = field(default_factory=Nonstructural)
+    temperatures: Temperatures = field(default_factory=Temperatures)
     grid: dict[int, Card] = field(default_factory=dict)
     point_defaults: Card | None = None
 
@@ -114,6 +123,10 @@ class _Deck:
             self.properties.read(card)
             if card.name in ("PSHELL", "PCOMP", "PCOMPG"):
                 self.elements.read(card)
+        elif card.name in NONSTRUCTURAL:
+            self.nonstructural.read(card)
+        elif card.name in TEMPERATURES:
+            self.temperatures.read(card)
         elif card.name in LINKS:
             self.links.read(card)
         elif card.name in SPRINGS:

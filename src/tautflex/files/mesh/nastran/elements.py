@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -11,9 +11,10 @@ import numpy as np
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.gathered import UNSTATED, Gathered
-from tautflex.files.mesh.nastran.ends import ENDS, MovedEnds, Turned, offset
+from tautflex.files.mesh.nastran.joints.ends import ENDS, Turned, offset, placed
 from tautflex.files.mesh.nastran.properties import Properties
 from tautflex.files.mesh.nastran.text import Card
+from tautflex.files.mesh.new_ends import NewEnds
 from tautflex.files.mesh.numerals import natural, vector
 from tautflex.files.mesh.raw import RawGroup, integers, shorten
 from tautflex.numeric import Array, Indices
@@ -87,6 +88,8 @@ class Elements(Gathered):
         beam = layout.role == "beam"
         own = (1,) if card.name == "CONROD" else (1, 2)
         card.require_only(*own, *layout.nodes, *layout.idle, *((*ORIENTATION, *ENDS) if beam else ()))
+        if not all(card.get(place) for place in layout.nodes):
+            raise MeshError(f"{card.where}: expected a grid point at every corner and side, got a blank; fill it in")
         numbers = [natural(card.get(place), card.where) for place in (1, *layout.nodes)]
         shape, row = self.add(layout.shape, layout.role, numbers, card.name)
         default = self.defaults.get(_DEFAULTS.get(card.name, ""))
@@ -99,6 +102,14 @@ class Elements(Gathered):
             self.rods.setdefault(tuple(card.get(place) for place in (4, 5, 8)), []).append((row, card))
         if beam:
             self.beams.append((row, card))
+
+    def owners(self) -> Iterator[tuple[str, int, str, str]]:
+        """Shape, row, role and property of every element; of a CONROD its material behind an M."""
+        for number, shapes in self.properties.items():
+            for shape, rows in shapes.items():
+                yield from ((shape, row, self.roles[shape][row], str(number)) for row in rows if number)
+        for rods in self.rods.values():
+            yield from (("line2", row, "cable", f"M{card.get(4)}") for row, card in rods)
 
     def groups(self, properties: Properties, factor: float) -> list[RawGroup]:
         """Group of each property with its sections, their masses times ``factor``; CONROD states its own."""
@@ -147,13 +158,11 @@ class Elements(Gathered):
                 )
         return result
 
-    def moved_ends(
-        self, points: Array, lines: Indices, orientation: Array, turned: Turned
-    ) -> tuple[Indices, MovedEnds]:
+    def moved_ends(self, points: Array, lines: Indices, orientation: Array, turned: Turned) -> tuple[Indices, NewEnds]:
         """Rows of nodes of the lines, with new ones for offset and pinned ends, and these."""
-        moved, lines = MovedEnds(list(points)), lines.copy()
+        moved, lines = NewEnds(list(points)), lines.copy()
         for row, card in self.beams:
             if any(card.get(place) for place in ENDS):
                 numbers = [natural(card.get(place), card.where) for place in (3, 4)]
-                lines[row] = moved.place(card, lines[row], numbers, orientation[row], turned)
+                lines[row] = placed(moved, card, lines[row], numbers, orientation[row], turned)
         return lines, moved

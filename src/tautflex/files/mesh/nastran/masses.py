@@ -94,7 +94,7 @@ def _conm2(card: Card, systems: Systems, point: Callable[[int, str], Array]) -> 
     number = natural(card.get(2), card.where)
     place = point(number, card.where)
     offset = vector([card.get(k) for k in (5, 6, 7)], card.where)
-    xx, yx, yy, zx, zy, zz = vector([card.get(k) for k in range(9, 15)], card.where)
+    xx, yx, yy, zx, zy, zz = vector([card.get(k) for k in range(9, 15)], card.where, largest=1e300)
     inertia = np.array([[xx, -yx, -zx], [-yx, yy, -zy], [-zx, -zy, zz]])
     if card.get(3) == "-1":  # the centre itself, in basic coordinates
         offset = offset - place
@@ -109,7 +109,7 @@ def _conm1(card: Card, systems: Systems, point: Callable[[int, str], Array]) -> 
     card.require_only(*range(1, 25))
     number = natural(card.get(2), card.where)
     matrix = np.zeros((6, 6))
-    matrix[_LOWER] = vector([card.get(k) for k in range(4, 25)], card.where)
+    matrix[_LOWER] = vector([card.get(k) for k in range(4, 25)], card.where, largest=1e100)
     matrix = np.tril(matrix) + np.tril(matrix, -1).T
     mass = matrix[0, 0]
     lever = matrix[3:, :3] / mass if mass > 0.0 else matrix[3:, :3]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from tautflex.errors import MeshError
 from tautflex.files.mesh.nastran.text import Card
 from tautflex.files.mesh.numerals import natural, real
+from tautflex.files.mesh.raw import shorten
 
 MATERIALS = ("MAT1", "MAT2", "MAT3", "MAT8", "MAT9", "MAT10", "MATHP", "MATPOR")
 _CONSISTENT = 1e-3  # of G = E / (2 (1 + nu)): decks round it
@@ -24,6 +25,16 @@ class Materials:
         if number in self.cards:
             raise MeshError(f"{card.where}: material {number} is defined twice; give it its own number")
         self.cards[number] = card
+
+    def expansion(self, number: str, where: str) -> tuple[float, float]:
+        """Coefficient of expansion and temperature of reference of a MAT1; MeshError if it is none."""
+        card = self.cards.get(natural(number, where)) if number else None
+        if card is None or card.name != "MAT1":
+            raise MeshError(
+                f"{where}: expected a MAT1 beside temperatures, got material {shorten(number)}; state the prestress in "
+                "the case, and leave TEMPERATURE out of the case control"
+            )
+        return real(card.get(6), card.where), real(card.get(7), card.where)
 
     def values(self, number: str, kind: str, where: str) -> tuple[dict[str, float], str]:
         """Modulus, ratio and density of a material for elements of a kind, and why they are not all it says.

@@ -63,7 +63,20 @@ class Properties:
                 raise MeshError(f"{card.where}: property {number} is defined twice; give it its own number")
             kinds[kind] = card
             values, doubt = _READERS[card.name](card)
-            yield self._section(card, kind, card.get(2), values, doubt, factor)
+            material = "" if card.name.startswith("PCOMP") else card.get(2)
+            yield self._section(card, kind, material, values, doubt, factor)
+
+    def expansion(self, owner: str, kind: str, where: str) -> tuple[float, float]:
+        """Coefficient of expansion and temperature of reference of a property's elements, or of ``M<material>``."""
+        if owner.startswith("M"):
+            return self.materials.expansion(owner[1:], where)
+        cards = [card for card in self.cards.get(int(owner), ()) if KINDS[card.name] == kind]
+        if not cards or _READERS[cards[0].name] in (_laminate, _unread):
+            raise MeshError(
+                f"{where}: expected a property of one material beside temperatures, got {owner}; state the prestress "
+                "in the case, and leave TEMPERATURE out of the case control"
+            )
+        return self.materials.expansion(cards[0].get(2), where)
 
     def rod(self, card: Card, factor: float) -> RawSection:
         """Section that a CONROD states itself."""

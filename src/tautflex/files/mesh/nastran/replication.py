@@ -16,13 +16,17 @@ _MOST = 2_000_000
 
 
 class Row(NamedTuple):
-    """One line in fields: ``head`` is its first field, ``mark`` the name it gives the line that continues it."""
+    """One line in fields: ``head`` is its first field, ``mark`` the name it gives the line that continues it.
+
+    ``wrong`` is what is wrong with it if its card is read.
+    """
 
     head: str
     fields: list[str]
     mark: str
     where: str
     large: bool
+    wrong: str = ""
 
     @property
     def continues(self) -> bool:

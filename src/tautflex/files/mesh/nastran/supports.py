@@ -9,6 +9,7 @@ import numpy as np
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.nastran.case_control import Selection
+from tautflex.files.mesh.nastran.ranges import ranges
 from tautflex.files.mesh.nastran.text import Card
 from tautflex.files.mesh.numerals import natural, real
 from tautflex.files.mesh.raw import Budget, Numbering, RawGroup, integers, shorten
@@ -49,7 +50,7 @@ class Supports:
         ``axes`` are the directions of the displacement system of a point, None where they are global.
         """
         budget = Budget()
-        chosen = self._chosen(selection)
+        chosen = selection.chosen("SPC", "SPC1", self.sets, self.unions)
         for number, cards in sorted(self.sets.items()):
             name = f"spc{number}"
             doubt = "" if chosen is not None else "a case control that selects one of them (SPC = number)"
@@ -62,27 +63,6 @@ class Supports:
                 yield RawGroup(name, {"nodes": nodes.rows(integers(held), name)})
             else:
                 yield from held_groups(name, held, nodes, axes, doubt)
-
-    def _chosen(self, selection: Selection) -> set[int] | None:
-        """Sets that the case control selects, None if there is no case control."""
-        number = selection.number
-        if number is None and selection.stated and self.sets:
-            listed = ", ".join(map(str, self.sets))
-            raise MeshError(
-                f"case control: expected SPC = number for the constraint sets {listed}, got none; select one, or none "
-                "of them with SPC = 0"
-            )
-        if number is None:
-            return None
-        if number == 0:
-            return set()
-        chosen = self.unions.get(number, set()) | ({number} & self.sets.keys())
-        missing = sorted((chosen or {number}) - self.sets.keys())
-        if missing:
-            raise MeshError(
-                f"expected constraint set {missing[0]}, which SPC = {number} selects, got none; add its SPC1"
-            )
-        return chosen
 
 
 def held_groups(
@@ -121,16 +101,9 @@ def _read(card: Card, nodes: Numbering, budget: Budget) -> Iterator[tuple[list[i
 
 def _listed(card: Card, nodes: Numbering) -> Iterator[np.ndarray]:
     """Points of an SPC1 card: numbers, and ranges from one THRU another, of which those hold that exist."""
-    words = [text.upper() for text in card.fields[2:] if text]
-    if not words:
+    if not any(card.fields[2:]):
         raise MeshError(f"{card.where}: expected grid points, got none; list them, or remove the card")
-    place = 0
-    while place < len(words):
-        if words[place + 1 : place + 2] == ["THRU"] and place + 2 < len(words):
-            yield nodes.within(natural(words[place], card.where), natural(words[place + 2], card.where))
-            place += 3
-        else:
-            number = integers([natural(words[place], card.where)])
-            nodes.rows(number, card.where)
-            yield number
-            place += 1
+    for one in ranges(card, card.fields[2:]):
+        if one.listed:
+            nodes.rows(integers([one.first]), card.where)
+        yield nodes.within(one.first, one.last, one.step)

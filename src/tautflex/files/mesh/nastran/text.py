@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from tautflex.errors import MeshError
 from tautflex.files.mesh.include import Line
 from tautflex.files.mesh.nastran.replication import Row, replicated
+from tautflex.files.mesh.numerals import NUMBER
 from tautflex.files.mesh.raw import shorten
 
 _END = re.compile(r"\s*enddata\b", re.IGNORECASE)
@@ -17,15 +18,21 @@ _BEGINNING = re.compile(r"\s*include\b[\s,=]*", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class Card:
-    """Bulk data entry: its name and fields, continuation lines joined."""
+    """Bulk data entry: its name and fields, continuation lines joined; ``wrong`` if it is not to be read so."""
 
     name: str
     fields: list[str]
     where: str
+    wrong: str = ""
 
     def get(self, place: int) -> str:
         """Field number ``place`` from 1, "" if the card ends before."""
         return self.fields[place - 1] if place <= len(self.fields) else ""
+
+    def require_right(self) -> None:
+        """Raise MeshError if its lines are wrong."""
+        if self.wrong:
+            raise MeshError(self.wrong)
 
     def require_only(self, *places: int) -> None:
         """Raise MeshError if a field is filled, and not with zero, that is none of ``places``."""
@@ -62,18 +69,21 @@ def cards(lines: Iterable[Line]) -> Iterator[Card]:
     """
     rows = replicated(_rows(lines))
     after = _continuations(rows)
+    taken = {_bare(rows[number].head) for number in after.values()}
     seen = 0
     for number, row in enumerate(rows):
         if row.continues:
             continue
         name = row.head.strip("*").upper()
         fields, seen, line = list(row.fields), seen + 1, after.get(number)
+        wrong = row.wrong or _lost(row, taken)
         while line is not None:
             own = rows[line]
             fields += [""] * (-len(fields) % (4 if own.large else 8)) + own.fields
+            wrong = wrong or own.wrong or _lost(own, taken)
             seen += 1
             line = after.get(line)
-        yield Card(name, fields, f"{row.where} ({shorten(name, 12)})")
+        yield Card(name, fields, f"{row.where} ({shorten(name, 12)})", wrong)
     if seen < len(rows):
         stray = next(row for row in rows if row.continues)
         raise MeshError(f"{stray.where}: expected continuations of a card, got some that continue each other only")
@@ -82,16 +92,18 @@ def cards(lines: Iterable[Line]) -> Iterator[Card]:
 def _continuations(rows: list[Row]) -> dict[int, int]:
     """Line that continues each line."""
     marked: dict[str, list[int]] = {}
+    others: dict[str, list[int]] = {}
     for number, row in enumerate(rows):
         if row.mark:
             marked.setdefault(_bare(row.mark), []).append(number)
+            others.setdefault(row.mark[1:].upper(), []).append(number)  # the first column of a mark is free
     after: dict[int, int] = {}
     for number, row in enumerate(rows):
         if not row.continues:
             continue
         own = _bare(row.head)
         before = number - 1
-        found = marked.get(own, [])
+        found = marked.get(own) or others.get(own, [])
         if own and before not in found and (found or before < 0 or rows[before].mark):
             if len(found) != 1:
                 got = "none" if not found else f"{len(found)} of them"
@@ -105,14 +117,17 @@ def _continuations(rows: list[Row]) -> dict[int, int]:
         if before in after:
             raise MeshError(f"{row.where}: expected one continuation of a line, got a second one; correct the marks")
         after[before] = number
-    taken = {_bare(rows[number].head) for number in after.values()}
-    for row in rows:
-        if row.mark[:1].isdigit() and _bare(row.mark) not in taken:
-            raise MeshError(
-                f"{row.where}: expected at most 8 fields and a continuation mark, got {shorten(row.mark)} in the "
-                "tenth; go on in a continuation line"
-            )
     return after
+
+
+def _lost(row: Row, taken: set[str]) -> str:
+    """What is wrong with a number where the mark of a continuation stands, if nothing continues it."""
+    if not NUMBER.fullmatch(row.mark) or _bare(row.mark) in taken:
+        return ""
+    return (
+        f"{row.where}: expected at most 8 fields and a continuation mark, got {shorten(row.mark)} in the tenth; go on "
+        "in a continuation line"
+    )
 
 
 def _bare(mark: str) -> str:
@@ -120,26 +135,31 @@ def _bare(mark: str) -> str:
 
 
 def _rows(lines: Iterable[Line]) -> Iterator[Row]:
+    mark = ""
     for where, raw in lines:
         line = raw.partition("$")[0].rstrip().expandtabs(8)
         if not line.strip():
             continue
         if _END.match(line):
             return
-        yield _row(line, where)
+        row = _row(line, where, mark)
+        mark = row.mark
+        yield row
 
 
-def _row(line: str, where: str) -> Row:
+def _row(line: str, where: str, mark: str) -> Row:
     """Name, fields and continuation mark of one line.
 
-    Free format has commas or, where the name field alone would hold two words, blanks; large fields have a star in the
-    first field, and are 4 instead of 8.
+    Free format has commas or, where the name field alone would hold two words, blanks, unless these are in the ``mark``
+    of the line before; large fields have a star in the first field, and are 4 instead of 8.
     """
     if "," in line:
         parts = [part.strip() for part in line.split(",")]
         if any(" " in part for part in parts):
             parts = [word for part in parts for word in (part.split() or [""])]
-    elif len(line[:8].split()) > 1 or re.match(r"=\(?\d", line):
+    elif (len(line[:8].split()) > 1 and not (mark and _bare(line[:8].rstrip()) == _bare(mark))) or re.match(
+        r"=\(?\d", line
+    ):
         parts = line.split()
     else:
         large = "*" in line[:8]
@@ -149,10 +169,11 @@ def _row(line: str, where: str) -> Row:
     head, *rest = parts
     large = "*" in head and not head.startswith("=")
     most = 4 if large else 8
+    wrong = ""
     if any(rest[most + 1 :]):
-        raise MeshError(
-            f"{where} ({shorten(head, 12)}): expected at most {most} fields and a continuation mark, got "
-            f"{len(rest)}; go on in a continuation line"
+        wrong = (
+            f"{where} ({shorten(head, 12)}): expected at most {most} fields and a continuation mark, got {len(rest)}; "
+            "go on in a continuation line"
         )
-    mark = rest[most] if len(rest) > most else ""
-    return Row(head, rest[:most] + [""] * (most - len(rest)), mark, where, large)
+    own = rest[most] if len(rest) > most else ""
+    return Row(head, rest[:most] + [""] * (most - len(rest)), own, where, large, wrong)

@@ -125,17 +125,17 @@ def initial_forces(kind: str, sections: Sequence[Section], stress: Array, strain
     stress
         Given stress [Pa]: (sx, sy, txy) of films, shape (element, 3), along lines, shape (element, 1).
     strain
-        Strain that the elements would take if they were free [-], shape (element,): held back it makes the stress
-        ``-E strain / (1 - nu)`` of films, ``-E strain`` of lines.
+        Strain that the elements would take if they were free [-], in all directions of films, shape (element,): held
+        back it makes the stress ``-C (strain, strain, 0)`` of films, ``-E strain`` of lines.
 
     Returns
     -------
     numpy.ndarray
         Stresses of films [Pa], shape (element, 3), forces of lines [N], shape (element, 1).
     """
-    modulus = np.array([section.material.youngs_modulus for section in sections])
     if kind == "membrane":
-        held = -modulus * strain / (1.0 - np.array([section.material.poisson_ratio for section in sections]))
-        return np.asarray(stress + held[:, None] * np.array([1.0, 1.0, 0.0]))
+        held = {section: -section.material.plane_stress[:, :2].sum(axis=1) for section in dict.fromkeys(sections)}
+        return np.asarray(stress + np.array([held[section] for section in sections]) * strain[:, None])
+    modulus = np.array([section.material.youngs_modulus for section in sections])
     area = np.array([getattr(section, "area", np.nan) for section in sections])
     return np.asarray(area[:, None] * (stress - (modulus * strain)[:, None]))

@@ -67,8 +67,11 @@ def nonstructural(
         for one in group.nonstructural:
             rows = {kind: own[role[kind][own] != "ignore"] for kind in KINDS if len(own := group.of(kind))}
             mass = one.value * in_kilograms(one.where, unit_length, unit_mass)
-            if one.per == "total":
-                if len({int(number) for kind, own in rows.items() for number in section[kind][own]}) > 1:
+            if one.per in ("total", "shared"):
+                if (
+                    one.per == "total"
+                    and len({int(number) for kind, own in rows.items() for number in section[kind][own]}) > 1
+                ):
                     raise MeshError(
                         f"{one.where}: expected elements of one section to share a total mass, got several; state "
                         "it per area or length"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from tautflex.errors import InputError, MeshError
 from tautflex.files.mesh.nastran.case_control import Selection
+from tautflex.files.mesh.nastran.ranges import ranges
 from tautflex.files.mesh.nastran.supports import components
 from tautflex.files.mesh.nastran.text import Card
 from tautflex.files.mesh.numerals import natural, real
@@ -44,7 +45,8 @@ class Links:
     def links(self, selection: Selection, nodes: Numbering, axes: Axes) -> Iterator[RawLink]:
         """Links between rows of the points; ``axes`` are the directions of the displacement system of a point."""
         kinds = {"RBE1": _rbe1, "RBE2": _rbe2, "RBE3": _rbe3, "RBAR": _rbar}
-        chosen = [card for number in sorted(self._chosen(selection)) for card in self.sets[number]]
+        numbers = selection.only_or_chosen("MPC", "MPC", self.sets, self.unions)
+        chosen = [card for number in sorted(numbers) for card in self.sets[number]]
         for card in [*self.cards, *chosen]:
             try:
                 link = _equation(card, nodes, axes) if card.name == "MPC" else kinds[card.name](card, nodes, axes)
@@ -53,25 +55,6 @@ class Links:
             except InputError as error:
                 raise MeshError(f"{card.where}: {error}") from None
             yield RawLink(card.where, link)
-
-    def _chosen(self, selection: Selection) -> set[int]:
-        """Sets of multipoint constraints that the case control selects; without one the only set."""
-        number = selection.equations
-        if number is None and len(self.sets) > (0 if selection.stated else 1):
-            listed = ", ".join(map(str, self.sets))
-            raise MeshError(
-                f"case control: expected MPC = number for the constraint sets {listed}, got none; select one, or none "
-                "of them with MPC = 0"
-            )
-        if number is None or number == 0:
-            return set() if number == 0 else set(self.sets)
-        chosen = self.unions.get(number, set()) | ({number} & self.sets.keys())
-        missing = sorted((chosen or {number}) - self.sets.keys())
-        if missing:
-            raise MeshError(
-                f"expected constraint set {missing[0]}, which MPC = {number} selects, got none; add its MPC"
-            )
-        return chosen
 
 
 def _row(text: str, card: Card, nodes: Numbering) -> int:
@@ -88,19 +71,7 @@ def _names(text: str, points: list[int], card: Card, axes: Axes) -> tuple[str, .
 
 def _points(card: Card, start: int, stop: int) -> list[int]:
     """Points of a list that may hold ranges from one THRU another, of which all must exist."""
-    words = [text.upper() for text in card.fields[start - 1 : stop - 1] if text]
-    found, place = list[int](), 0
-    while place < len(words):
-        first = natural(words[place], card.where)
-        if words[place + 1 : place + 2] == ["THRU"] and place + 2 < len(words):
-            last = natural(words[place + 2], card.where)
-            if not first <= last < first + 1_000_000:
-                raise MeshError(f"{card.where}: expected first THRU last, got {first} THRU {last}; correct the card")
-            found += range(first, last + 1)
-            place += 3
-        else:
-            found.append(first)
-            place += 1
+    found = [n for one in ranges(card, card.fields[start - 1 : stop - 1]) for n in one.numbers(card)]
     if not found:
         raise MeshError(f"{card.where}: expected grid points, got none; list them, or remove the card")
     return list(dict.fromkeys(found))

@@ -124,7 +124,7 @@ def _bush(card: Card) -> Array:
     while place < len(words):
         word = words[place]
         if word == "K":
-            found = vector(card.fields[place + 1 : place + 7], card.where)
+            found = vector(card.fields[place + 1 : place + 7], card.where, largest=1e300)
             found = np.concatenate([found, np.zeros(6 - len(found))])
             place += 7
         elif word in ("B", "GE", "RCV", "M"):

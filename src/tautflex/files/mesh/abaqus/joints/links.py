@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tautflex.errors import InputError, MeshError
+from tautflex.files.mesh.abaqus.joints.surfaces import Surface
 from tautflex.files.mesh.abaqus.sets import Names
 from tautflex.files.mesh.abaqus.text import Block, fields
 from tautflex.files.mesh.numerals import natural, real
@@ -21,7 +22,7 @@ from tautflex.structure.links.link import Link
 from tautflex.structure.links.rigid import RigidLink
 from tautflex.structure.links.tie import Tie
 
-LINKS = ("MPC", "EQUATION", "RIGID BODY", "KINEMATIC COUPLING", "COUPLING", "KINEMATIC", "DISTRIBUTING", "SURFACE")
+LINKS = ("MPC", "EQUATION", "RIGID BODY", "KINEMATIC COUPLING", "COUPLING", "KINEMATIC", "DISTRIBUTING")
 _MPC: Mapping[str, Callable[[int, list[int]], Link]] = {
     "BEAM": RigidLink,
     "TIE": Tie,
@@ -43,6 +44,8 @@ class Joints:
         Rows of the nodes of elements, those of beams and those of others, from the elements' rows.
     axes
         Directions of transformed nodes by row.
+    surface
+        Surface of a name, with a place for messages.
     """
 
     blocks: Sequence[Block]
@@ -50,15 +53,12 @@ class Joints:
     elements: Names
     corners: Callable[[Indices], tuple[Indices, Indices]]
     axes: Mapping[int, Array]
+    surface: Callable[[str, str], Surface]
 
     def links(self) -> Iterator[RawLink]:
         """Links of all blocks."""
-        surfaces: dict[str, Block] = {}
         coupling: Block | None = None
         for block in self.blocks:
-            if block.keyword == "SURFACE":
-                surfaces[block.option("NAME").casefold()] = block
-                continue
             if block.keyword == "COUPLING":
                 if coupling is not None:
                     raise _incomplete(coupling)
@@ -68,7 +68,7 @@ class Joints:
                 if block.keyword in ("KINEMATIC", "DISTRIBUTING"):
                     if coupling is None:
                         raise MeshError(f"{block.where}: expected it below a *COUPLING, got none; move it there")
-                    found = self._coupling(coupling, block, surfaces)
+                    found = self._coupling(coupling, block)
                     coupling = None
                 else:
                     found = list(self._of(block))
@@ -157,25 +157,15 @@ class Joints:
             if rows:
                 yield RigidLink(reference, rows, directions)
 
-    def _coupling(self, coupling: Block, kind: Block, surfaces: Mapping[str, Block]) -> list[Link]:
+    def _coupling(self, coupling: Block, kind: Block) -> list[Link]:
         coupling.require_options("CONSTRAINT NAME", "REF NODE", "SURFACE")
-        surface = surfaces.get(coupling.option("SURFACE").casefold())
-        if surface is None or surface.option("TYPE").upper() != "NODE":
-            raise MeshError(
-                f"{coupling.where}: expected a surface of TYPE=NODE above, got {shorten(coupling.option('SURFACE'))}; "
-                "list its nodes"
-            )
+        members = dict(self.surface(coupling.option("SURFACE"), coupling.where).nodes)
         kind.require_options()
         reference = self._one(coupling.option("REF NODE"), coupling.where)
         ways: set[int] = set()
         for where, line in kind.lines:
             ways.update(_ways(fields(line), where))
         chosen = sorted(ways) or range(6)
-        members = dict[int, float]()
-        for where, line in surface.lines:
-            target, *weight = fields(line)
-            value = real(weight[0], where) if weight else 1.0
-            members |= dict.fromkeys(self.nodes.find(target, where).tolist(), value)
         members.pop(reference, None)
         rows = list(members)
         if kind.keyword == "KINEMATIC":

@@ -1,0 +1,1 @@
+"""What joins points of a Nastran deck beside elements: links, springs, moved and pinned ends of beams."""

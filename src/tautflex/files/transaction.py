@@ -1,0 +1,101 @@
+"""Folders of results: one command at a time writes to one, all of its files or none."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO, TypeVar
+
+from tautflex.errors import CaseError, NotWrittenError
+from tautflex.writing import finish, kept_elsewhere, written_together
+
+if sys.platform != "win32":  # there commands are not kept apart; every file is whole all the same
+    import fcntl
+
+Result = TypeVar("Result")
+_LOCK = ".tautflex.lock"
+
+
+@contextmanager
+def result_folder(directory: Path) -> Iterator[None]:
+    """Keep a folder, made if missing, to this process; what one that died had left to move is moved first.
+
+    A folder that stays empty goes again.
+
+    Raises
+    ------
+    CaseError
+        If another process has it, or it cannot be made.
+    """
+    made = [folder for folder in (directory, *directory.parents) if not folder.exists()]
+    try:
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            lock = _locked(directory)
+            finish(directory)
+        except OSError as error:
+            raise CaseError(f"{directory}: cannot write there ({error.strerror}); choose another with -o") from None
+        try:
+            yield
+        finally:
+            if lock is not None:
+                with suppress(OSError):
+                    (directory / _LOCK).unlink()
+                lock.close()
+    finally:
+        for folder in made:
+            with suppress(OSError):  # not empty
+                folder.rmdir()
+
+
+def publish(directory: Path, write: Callable[[Path, Path], Result]) -> Result:
+    """Write files into a folder, all or none.
+
+    Parameters
+    ----------
+    directory
+        The folder, made if missing.
+    write
+        Called with the folder to write to and the one in which its files will stand.
+
+    Raises
+    ------
+    NotWrittenError
+        If that fails. What stood there is whole; the message tells in which new folder the files are instead.
+    """
+    try:
+        with written_together(directory) as place:
+            return write(place, directory)
+    except NotWrittenError as error:
+        raise kept_elsewhere(error, directory.name, lambda folder: write(folder, folder)) from None
+
+
+def _locked(directory: Path) -> IO[str] | None:
+    """Lock on a folder, which its process holds until it ends, however it does; None where there are no locks."""
+    path = directory / _LOCK
+    while sys.platform != "win32":
+        try:
+            file = path.open("a+", encoding="utf-8")
+        except OSError:  # no room even for a name: the results will say so
+            return None
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if not path.exists() or os.fstat(file.fileno()).st_ino != path.stat().st_ino:
+                file.close()  # of a process that was just about to leave
+                continue
+            file.truncate(0)
+            file.write(f"{os.getpid()}")
+            file.flush()
+        except BlockingIOError:
+            file.seek(0)
+            holder = file.read() or "?"
+            file.close()
+            text = f"{directory}: expected a folder that no other command writes to, got that of process {holder}"
+            raise CaseError(f"{text}; wait for it, or choose another with -o") from None
+        except OSError:
+            pass  # a file system without locks, or without room for a number
+        return file
+    return None
