@@ -50,8 +50,10 @@ benchmark: $(VENV)/installed ## measure step cost, its growth with the mesh, dir
 	$(BIN)/python benchmarks/linear_solvers.py
 	$(BIN)/python benchmarks/setup_cost.py
 
-benchmark-control: $(VENV)/installed ## measure control steps per second of reduced plants and of the full one (a minute)
+benchmark-control: $(VENV)/tools ## control steps per second (a minute), then policies beside tuned laws and the stop under control, into docs (hours)
 	$(BIN)/python benchmarks/control_steps.py
+	$(BIN)/python benchmarks/stop_control.py
+	$(BIN)/python benchmarks/learning_campaign.py --write
 
 benchmark-peers: $(VENV)/installed ## install Kratos and Exudyn into .peers, run beside them and DOLFINx, write docs/benchmarks.md (45 min)
 	$(BIN)/python benchmarks/peers/install.py

@@ -138,5 +138,6 @@ FILM = (
 )
 SPINUP = (
     Program("tautflex", script="spinup_tautflex.py", **_OURS),
+    Program("tautflex, corotational", script="spinup_tautflex.py", options=("corotational",), **_OURS),
     Program("Exudyn", script="spinup_exudyn.py", **_EXUDYN),
 )

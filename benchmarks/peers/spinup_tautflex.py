@@ -1,4 +1,4 @@
-"""The spin-up with tautflex: ``spinup_tautflex.py PROBLEM.npz RESULT.npz`` (files: see spinup_problem.py)."""
+"""The spin-up with tautflex: ``spinup_tautflex.py PROBLEM.npz RESULT.npz [STRAIN]`` (files: see spinup_problem.py)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 import tautflex as tf
 
 
-def run(problem: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def run(problem: dict[str, np.ndarray], strain: str = "von-karman") -> dict[str, np.ndarray]:
     """Record of the tip and what it cost."""
     began = time.process_time()
     length, elements = float(problem["length"]), int(problem["elements"])
@@ -23,6 +23,7 @@ def run(problem: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         inertia,
         inertia,
         2.0 * inertia,
+        strain,
     )
     nodes = np.zeros((elements + 1, 3))
     nodes[:, 0] = np.linspace(0.0, length, elements + 1)
@@ -49,7 +50,7 @@ def run(problem: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     tip = result.data.sel(probe="tip")
     details = {
         "version": tf.__version__,
-        "element": "second-order beam in the hub's frame",
+        "element": f"{strain} beam in the hub's frame",
         "iterations": result.stats.iterations,
     }
     return {
@@ -63,4 +64,4 @@ def run(problem: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 if __name__ == "__main__":
-    np.savez(sys.argv[2], **run(dict(np.load(sys.argv[1]))))
+    np.savez(sys.argv[2], **run(dict(np.load(sys.argv[1])), *sys.argv[3:]))

@@ -123,9 +123,10 @@ def spinup_part(spin: dict[str, Any]) -> str:
         "Kane's beam (10 m, EA 2.8e7 N, EI 1.4e4 N m2, 1.2 kg/m) spun up to 6 rad/s in 15 s, 20 s in all, "
         "generalized-alpha with spectral radius 0.8. Published: the tip lags by "
         f"{-published['lag']:g} m near {published['time_of_lag']:g} s and stays stretched by "
-        f"{1e3 * published['extension']:.4g} mm. Ours is a beam of small rotations in the hub's frame, Exudyn's one of "
-        "any rotation in absolute coordinates: the finest solutions differ by the square of the rotation. Error: "
-        "largest difference of the lag from the same program's finest solution, over the largest lag.\n\n"
+        f"{1e3 * published['extension']:.4g} mm. Ours is a beam of small rotations in the hub's frame, which converges "
+        "to a limit of its own, off by the square of the rotation; our corotational one and Exudyn's, in absolute "
+        "coordinates, take any rotation. Error: largest difference of the lag from the same program's finest solution, "
+        "over the largest lag.\n\n"
     )
     header = ("elements", "step [s]", "program", "ms per step", "times ours", "lag [m]", "at [s]", "extension [mm]")
 

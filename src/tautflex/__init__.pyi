@@ -201,4 +201,5 @@ from .structure.materials import OrthotropicMaterial as OrthotropicMaterial
 from .structure.materials import laminate as laminate
 from .structure.model import Model as Model
 from .structure.shapes import Shape as Shape
+from .structure.springs import Damper as Damper
 from .structure.springs import Spring as Spring

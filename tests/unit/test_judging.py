@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -39,7 +40,7 @@ def policy(arena):
     seen = Observation.of(spec, arena.task.duration)
     layers = tuple((0.5 * random.standard_normal((out, into)), np.zeros(out)) for into, out in ((seen.size, 8), (8, 3)))
     gain = 0.01 * random.standard_normal((3, seen.matrix.shape[1]))
-    return tf.Policy(seen, layers, gain, arena.limits, spec.measured, spec.commanded, spec.interval, {"seed": 0})
+    return tf.Policy(seen, layers, gain, arena.limits, spec.measured, spec.commanded, spec.interval, 0.7, {"seed": 0})
 
 
 def test_a_policy_in_a_loop_does_what_it_does_in_an_episode(arena, policy):
@@ -93,6 +94,21 @@ def test_policies_come_back_from_their_files(arena, policy, tmp_path):
 
 
 @pytest.mark.slow
+def test_the_policy_that_comes_with_the_package_is_the_one_of_the_docs():
+    """By its name, from a case file too, and better than ZVD + PD in an episode of the reduced model."""
+    law = tf.PolicyLaw("tautflex/Slew-v0")
+    page = (Path(__file__).parents[2] / "docs" / "learning.md").read_text(encoding="utf-8")
+    told = law.policy.told
+    assert f"--iterations {told['iterations']} --seed {told['seed']}`, fingerprint `{law.policy.digest}`" in page
+    assert tf.Policy.load("some/folder/tautflex/Slew-v0").digest == law.policy.digest
+    whole = Arena(task_case("slew"))
+    numbers = (24.7, 25.3, 7.45, 3.77, 2.295, 0.0079, 0.0078)  # as `tune_law` finds them
+    shaped = with_numbers(baseline("zvd+pd", whole), iter(numbers))
+    costs = [judging.play(whole, each, tf.Scenario(whole.task.nominal()), "reduced")["cost"] for each in (law, shaped)]
+    assert costs[0] < 0.9 * costs[1] < 2.5
+
+
+@pytest.mark.slow
 def test_a_policy_stands_in_a_case_file(policy, tmp_path):
     policy.save(tmp_path / "p.npz")
     case = coarse("slew", solver={"end_time": 0.05})
@@ -130,6 +146,21 @@ def test_evaluations_are_paired_kept_and_go_on(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+def test_weak_actuators_act_in_part_and_no_law_knows(arena):
+    """A wheel at 80 % turns the hub by 80 %; the law's own limit is met before."""
+    case = coarse("slew", 0.1)
+    push = Push()
+    asked = {"case": case, "plants": ("reduced",), "workers": 1}
+    both = [tf.Scenario(QUIET, weak=weak) for weak in ({}, {"torque": 0.8})]
+    found = tf.evaluate({"push": push}, scenarios=both, **asked)
+    work = found["work"].values[0, :, 0]
+    assert work[1] == pytest.approx(0.64 * work[0], rel=1e-3)
+    assert "torque at 80%" in str(found["words"].values[1])
+    with pytest.raises(tf.InputError, match=r"weak: expected the name of an actuator.*'torqe'"):
+        tf.evaluate({"push": push}, scenarios=[tf.Scenario(QUIET, weak={"torqe": 0.8})], **asked)
+
+
+@pytest.mark.slow
 def test_failures_are_listed_and_cost_the_worst():
     case = coarse("slew", 0.2, task={"duration": 0.2, "attitude_limit": 0.21})
     asked = {"scenarios": [tf.Scenario({**QUIET, "angle": 0.205})], "plants": ("full",), "workers": 1}
@@ -138,12 +169,7 @@ def test_failures_are_listed_and_cost_the_worst():
     assert found.attrs["failures"] == [f"away, full: angle = 0.205, tension +0%, seed 0, failed at {failed:.3g} s"]
     # theta = -T t^2 / 2J reaches -5 mrad after 0.12 s
     assert failed == pytest.approx(np.sqrt(2.0 * 0.005 * 7.485 / 5.0), abs=0.011)
-    task = case.task.build()
-    good = round(failed / 0.01) - 1
-    before = task.cost(0.205, 0.0)
-    assert float(found["cost"].values.item()) == pytest.approx(
-        (good * before + (20 - good) * task.worst_cost) / 20, rel=1e-2
-    )
+    assert float(found["cost"].values.item()) == case.task.build().worst_cost
     assert summary(found)["away"]["failures"] == 1
 
 
@@ -156,6 +182,16 @@ def test_numbers_of_laws_are_found_and_put_back(arena):
     doubled = with_numbers(law, iter([2.0 * value for value in numbers]))
     assert list(numbers_of(doubled)) == [2.0 * value for value in numbers]
     assert doubled.laws[1].modes == 4
+
+
+class Push(tf.ControlLaw):
+    """Law that asks for more than the wheel has."""
+
+    def start(self, spec):
+        return None
+
+    def act(self, memory, measurement, reference):
+        return memory, np.array([9.0, 0.0, 0.0])
 
 
 class Curious(tf.ControlLaw):

@@ -67,7 +67,7 @@ def things(tmp_path_factory):
         "beams": [[6, 7]], "beam": tf.BeamSection(material, 1e-4, 1e-9, 1e-9, 2e-9), "beam_axial_force": 0.0,
         "beam_orientation": (0, 0, 1), "prestress_mode": "uniform",
         "supports": [tf.Support.clamped((0, 1, 2, 3, 5, 6))], "masses": [tf.PointMass(7, 0.1)],
-        "links": [], "springs": [],
+        "links": [], "springs": [], "dampers": [],
     }  # fmt: skip
     hung = tf.solve_prestress(tf.Model.from_mesh(**mesh))
     modes, rom = tf.solve_modes(state, n=3), tf.reduce(state, tf.ModalBasis(count=2))
@@ -232,6 +232,7 @@ def doors(t):
         "LinkEquation": (tf.LinkEquation, {"terms": ((0, "x", 1.0), (1, "x", -1.0))}),
         "RigidLink": (tf.RigidLink, {"reference": 0, "nodes": (1, 2), "directions": ("x",)}),
         "Tie": (tf.Tie, {"reference": 0, "nodes": (1,), "directions": ("x",), "axes": None}),
+        "Damper": (tf.Damper, {"nodes": (0, 1), "damping": (1.0, 1.0, 1.0), "axes": None, "place": None}),
         "Spring": (tf.Spring, {"nodes": (0, 1), "stiffness": (1.0, 1.0, 1.0), "axes": None, "place": None}),
         "find_form": (tf.find_form, {"model": t["hung"].model, "tolerance": 1e6, "max_iterations": 3}),
         "laminate": (lambda **given: tf.laminate(given["layers"]), {"layers": t["film"]}),
@@ -299,6 +300,7 @@ def doors(t):
                 "masses": (),
                 "links": (),
                 "springs": (),
+                "dampers": (),
             },
         ),
         "Model.from_mesh": (tf.Model.from_mesh, mesh),

@@ -16,6 +16,7 @@ from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 import tautflex as tf
 from tautflex.case import template
 from tautflex.motion.kinematics import RigidMotion
+from tautflex.reduction.polynomial.strains import stress_loads
 from tautflex.solvers.plausibility import MotionWatch
 from tautflex.solvers.static.equilibrium import spinning_equilibrium
 from tautflex.solvers.static.stability import find_instability
@@ -283,6 +284,36 @@ def test_energy_of_a_beam_that_is_pulled_round(method, verification_row):
     )
     if method.name == "energy-conserving":
         assert abs(balance["method"]) < 1e-9 * largest
+
+
+@pytest.mark.parametrize("axis", ["y", "z"])
+def test_moments_of_patches_turn_with_the_beam(axis):
+    """At rest they are those on linear beams; bent and turned by radians they do the work of the bending alone."""
+    pair = tf.PiezoPair([1, 2], 30.0, axis=axis)
+    rest = {}
+    for strain in ("von-karman", "corotational"):
+        state = tf.solve_prestress(beam_line(replace(section(), strain=strain), LENGTH, 4, (Support.clamped([0]),)))
+        bound = pair.prepare(state.system)
+        if strain == "von-karman":
+            rest[strain] = bound.load(0.0)
+        else:
+            rest[strain] = -stress_loads(state.system, bound.columns)[0] * 30.0
+    assert rest["corotational"] == pytest.approx(rest["von-karman"], abs=1e-9)
+    free = unstressed(beam_line(section(), LENGTH, 4, ()))
+    system, model = free.system, free.model
+    plain, bent = system.workspace(), system.workspace()
+    bent.change_initial_stress(pair.prepare(system).stress(0.0))
+    angles = np.array([0.0, 0.1, 0.3, 0.35, 0.4])[:, None] * (np.eye(3)[1] + 0.5 * np.eye(3)[2])
+    works = []
+    for turn in ([0.0, 0.0, 0.0], [1.2, -0.7, 0.9]):
+        whole = Rotation.from_rotvec(turn)
+        q = np.zeros(model.dof_count)
+        q[model.translation_dofs] = whole.apply(model.nodes) - model.nodes
+        q[model.translation_dofs + 3] = (whole * Rotation.from_rotvec(angles)).as_rotvec()
+        works.append(bent.strain_energy(q[model.free_dofs]) - plain.strain_energy(q[model.free_dofs]))
+    share = angles[3, "xyz".index(axis)] - angles[1, "xyz".index(axis)]
+    assert works[0] == pytest.approx(-30.0 * share, rel=1e-2)
+    assert works[1] == pytest.approx(works[0], rel=1e-9)
 
 
 def test_rotary_inertia_lowers_frequencies(verification_row):

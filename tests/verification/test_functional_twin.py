@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
 from dataclasses import replace
 from functools import cache
 
@@ -139,7 +142,7 @@ def test_single_precision_says_how_exact_it_is(verification_row):
 
 
 def test_slope_of_a_policy_is_that_of_differences(verification_row):
-    rollouts = Rollouts(twin(), linear_gain("pd", arena()))
+    rollouts = Rollouts(twin(), linear_gain("pd", arena()), 0.7)
     params = parameters()
     course = jax.jit(rollouts.begin)(jax.random.key(0), params)
     layers = start_layers(jax.random.key(1), [twin().observed, 4, 3], jnp.float64)
@@ -159,7 +162,14 @@ def test_training_that_is_killed_goes_on_to_the_same_policy(tmp_path):
     asked = {"case": case(), "runs": 4, "judged": 2, "horizon": 10, "judge_every": 2, "layers": (4,), "seed": 5}
     whole = train(iterations=6, **asked)
     place = tmp_path / "training.npz"
-    train(iterations=3, checkpoint=place, **asked)
+    # A process of its own is killed as soon as it has kept its first two iterations.
+    (tmp_path / "slew.toml").write_text(case().to_toml(), encoding="utf-8")
+    given = {**asked, "case": str(tmp_path / "slew.toml"), "checkpoint": str(place)}
+    code = (
+        "import os, signal\nfrom tautflex.learning.train import train\n"
+        f"train(iterations=6, progress=lambda part, words: os.kill(os.getpid(), signal.SIGKILL), **{given!r})"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == -signal.SIGKILL
     rest = train(iterations=6, checkpoint=place, **asked)
     assert rest.policy.digest == whole.policy.digest
     assert rest.costs[-1] == whole.costs[-1]
@@ -199,11 +209,11 @@ def test_a_policy_goes_from_one_command_to_the_next(tmp_path, capsys):
 
 
 def test_the_horizon_is_a_part_of_the_episode():
-    """The largest up to 100 where none is given, but not one that is far shorter."""
+    """The largest up to 250 where none is given, but not one that is far shorter."""
     with pytest.raises(
-        tf.InputError, match=r"horizon: expected a whole part .* 101 intervals, got None.*horizon = 1, or"
+        tf.InputError, match=r"horizon: expected a whole part .* 509 intervals, got None.*horizon = 1, or"
     ):
-        train(case=case().replaced(task={"duration": 1.01}))
+        train(case=case().replaced(task={"duration": 5.09}))
 
 
 def test_what_has_no_functional_form_is_refused():

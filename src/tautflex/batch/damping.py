@@ -32,7 +32,7 @@ class BatchDamping:
 
     def __init__(self, damping: Damping, structure: LinearStructure) -> None:
         self._damping, self._structure = damping, structure
-        self.matrix = damping.matrix(structure)
+        self.matrix = damping.of(structure)
         self.defaults = {PREFIX + name: value for name, value in damping.numbers.items()}
 
     def of_rows(
@@ -51,7 +51,7 @@ class BatchDamping:
         for row in each_row(PREFIX, arrays, axes, runs):
             # Made again: the damping itself refuses numbers that are out of range.
             checked = replace(self._damping.with_numbers(row))  # type: ignore[type-var]
-            matrices.append(checked.matrix(self._structure))
+            matrices.append(checked.of(self._structure))
             if not np.array_equal(matrices[-1].vectors, self.matrix.vectors):
                 names = ", ".join(sorted(name for name in arrays if name in self.defaults))
                 raise UnsupportedError(
@@ -72,7 +72,7 @@ class BatchDamping:
 
         def weights(own: dict[str, Any]) -> dict[str, Any]:
             changed = self._damping.with_numbers({name.removeprefix(PREFIX): value for name, value in own.items()})
-            found = changed.matrix(self._structure).weights
+            found = changed.of(self._structure).weights
             return {PREFIX + name: jax.numpy.asarray(value, dtype=float) for name, value in found.items()}
 
         if rows:

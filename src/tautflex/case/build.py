@@ -71,8 +71,8 @@ def build_model(case: Case) -> Model:
 
 
 def _joints(case: Case, where: Any) -> dict[str, list[Any]]:
-    """Links and springs that the case itself places among the nodes of a model or mesh."""
-    found: dict[str, list[Any]] = {"links": [], "springs": []}
+    """Links, springs and dampers that the case itself places among the nodes of a model or mesh."""
+    found: dict[str, list[Any]] = {"links": [], "springs": [], "dampers": []}
     for name, joints in found.items():
         for number, given in enumerate(getattr(case, name)):
             with within(f"{name}[{number}]"):

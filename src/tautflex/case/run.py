@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -13,13 +14,15 @@ from typing import Any
 import xarray as xr
 
 from tautflex import checks
+from tautflex._version import __version__
 from tautflex.analysis import amplitude, dominant_frequency, maneuver_end, settling_time, surface
 from tautflex.case import build
-from tautflex.case.earlier import read_summary, remove_left_files
 from tautflex.case.options import within
 from tautflex.case.schema import Case
 from tautflex.errors import CaseError, InputError
 from tautflex.files import netcdf
+from tautflex.files.checkpoints import FOLDER, run_folder
+from tautflex.files.earlier import read_summary, remove_left_files
 from tautflex.files.transaction import publish
 from tautflex.interrupts import deferred
 from tautflex.motion.kinematics import Maneuver
@@ -27,15 +30,24 @@ from tautflex.reduction.polynomial.model import reduce
 from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.simulate import simulate
-from tautflex.solvers.transient.status import Run
+from tautflex.solvers.transient.status import Run, Status
 
 Progress = Callable[[float, str], None]
 Figures = Callable[[xr.Dataset, xr.Dataset, Path], list[Path]]
 
 MODE_COUNT = 10
+CHECKPOINT = 60.0
+"""Wall-clock time between two checkpoints [s]."""
 
 
-def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True) -> Run:
+def run_case(
+    case: Case,
+    progress: Progress | None = None,
+    *,
+    throw: bool = True,
+    checkpoint: str | os.PathLike[str] | None = None,
+    seconds: float = CHECKPOINT,
+) -> Run:
     """Simulate a case: what `tautflex run` does, without files and with the same numbers.
 
     Parameters
@@ -46,6 +58,11 @@ def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True
         Called with the fraction done (0 to 1) and a short message; KeyboardInterrupt raised in it ends the run.
     throw
         Raise when the run fails; False returns the labelled partial run.
+    checkpoint
+        Folder that keeps the run while it is under way: one of the same case that was killed or interrupted goes on
+        there, to the bit. It goes when the run has ended by itself.
+    seconds
+        Wall-clock time between two checkpoints [s].
 
     Returns
     -------
@@ -54,7 +71,7 @@ def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True
     Raises
     ------
     InputError
-        If the case cannot be built, prestressed or simulated.
+        If the case cannot be built, prestressed or simulated, or the checkpoint is that of another one.
     NotConvergedError
         If a step fails and ``throw`` is set; ``.result`` holds the partial run.
 
@@ -65,8 +82,21 @@ def run_case(case: Case, progress: Progress | None = None, *, throw: bool = True
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
     _require_open_loop(case)
+    checks.non_negative("seconds", seconds)
+    folder = None if checkpoint is None else checks.path("checkpoint", checkpoint)
     maneuver, state = prestressed(case, progress or silent)
-    return labelled(case, simulate(**_question(case, state, maneuver, progress or silent), throw=throw))
+    question = _question(case, state, maneuver, progress or silent)
+    if folder is None:
+        return labelled(case, simulate(**question, throw=throw))
+    with run_folder(folder, _owner(case), seconds, resume=True) as keeper:
+        run = labelled(case, simulate(**question, throw=throw, keeper=keeper))
+        if keeper.trouble:
+            run = replace(run, data=run.data.assign_attrs(warnings=[*run.warnings, keeper.trouble]))
+        if run.status is Status.INTERRUPTED:
+            return run
+    # Its record, which is mapped into memory, outlives the files.
+    keeper.remove()
+    return run
 
 
 def write_case_run(
@@ -76,12 +106,15 @@ def write_case_run(
     *,
     figures: Figures | None = None,
     title: str = "tautflex run",
+    seconds: float = CHECKPOINT,
+    resume: bool = False,
 ) -> dict[str, Any]:
     """Simulate a case and write ``run.nc``, ``summary.json`` and figures into a directory, an earlier run replaced.
 
-    Nothing is written before the simulation has ended: bad input leaves no trace. A run that did not converge or was
-    interrupted is written as far as it got, with its status in the file and in the summary. ``figures`` takes the
-    datasets of run and modes and the directory, and returns what it wrote; ``title`` is stored in ``run.nc``.
+    Bad input leaves no trace. A run that did not converge or was interrupted is written as far as it got, with its
+    status in the file and in the summary. ``figures`` takes the datasets of run and modes and the directory, and
+    returns what it wrote; ``title`` is stored in ``run.nc``. Checkpoints, ``seconds`` apart, are kept in the directory;
+    ``resume`` goes on from the last one.
 
     Returns
     -------
@@ -92,9 +125,20 @@ def write_case_run(
     tell = progress or silent
     maneuver, state = prestressed(case, tell)
     question = _question(case, state, maneuver, tell)
-    with deferred():
-        run = labelled(case, simulate(**question, throw=False))
-        return write_results(case, state, run, directory, tell, figures, title)
+    with deferred(), run_folder(directory / FOLDER, _owner(case), seconds, resume) as keeper:
+        run = labelled(case, simulate(**question, throw=False, keeper=keeper))
+        more = {"resumed_from": keeper.resumed_from}
+        if keeper.trouble:
+            run = replace(run, data=run.data.assign_attrs(warnings=[*run.warnings, keeper.trouble]))
+        found = write_results(case, state, run, directory, tell, figures, title, more)
+        if run.status is not Status.INTERRUPTED:
+            keeper.remove()
+        return found
+
+
+def _owner(case: Case) -> dict[str, str]:
+    """What the checkpoint of a case is recognised by."""
+    return {"case": case.to_toml(), "version of tautflex": __version__}
 
 
 def write_results(

@@ -14,7 +14,7 @@ from tautflex.case.section import Section, key
 from tautflex.case.sections.control import Actuator, Controller, Hub, Loop, Sensor, Task
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
-from tautflex.case.sections.links import Link, Spring
+from tautflex.case.sections.links import Damper, Link, Spring
 from tautflex.case.sections.maneuver import Maneuver
 from tautflex.case.sections.structural import Cables, EdgeCords, Frame, Mass, Membrane, Mesh, Prestress
 from tautflex.structure.shapes import SHAPES
@@ -66,6 +66,7 @@ class Case(Section):
         "[[links]] sections", default=()
     )
     springs: tuple[Spring, ...] = key("[[springs]] sections", default=())
+    dampers: tuple[Damper, ...] = key("[[dampers]] sections", default=())
     prestress: Prestress = key("[prestress] section", default=Prestress())
     maneuver: Annotated[SerializeAsAny[Maneuver], BeforeValidator(Maneuver.from_table)] = Field(
         default_factory=Maneuver, description="[maneuver] section"
@@ -108,11 +109,11 @@ class Case(Section):
         told = {
             name: ", ".join(f"{key} = {shown(value)}" for key, value in dict(keys).items())
             for name, keys in sections.items()
-            if name not in ("schema_number", "masses", "links", "springs")
+            if name not in ("schema_number", "masses", "links", "springs", "dampers")
         }
         if self.masses:
             told["masses"] = f"{len(self.masses)}, {sum(body.mass for body in self.masses):.4g} kg"
-        told |= {name: str(len(own)) for name in ("links", "springs") if (own := getattr(self, name))}
+        told |= {name: str(len(own)) for name in ("links", "springs", "dampers") if (own := getattr(self, name))}
         return card(self, told)
 
     __str__ = __repr__

@@ -234,7 +234,7 @@ class _View:
         """``Phi (C + G) Phi'``, shape (r, r)."""
         state, vectors = self.about.state, self.vectors
         linear = self.about.reference.linear
-        matrix = damping.matrix(linear)
+        matrix = damping.of(linear)
         viscous = self._projected(linear.entries(matrix)) + vectors @ matrix.low_rank_force(vectors.T)
         weight = self.about.coupling.velocity_weight(self.about.motion)
         if not weight.any():

@@ -22,18 +22,19 @@ _START = 1e-2
 
 
 class Course(NamedTuple):
-    """Where n episodes stand: their state, what the policy sees, and features of its linear law, see `Observation`."""
+    """Where n episodes stand: their state, what the policy sees, features of its linear law, and its network's part."""
 
     state: TwinState
     seen: Array
     features: Array
+    held: Array
 
 
 def start_layers(key: Array, sizes: Sequence[int], kind: Any) -> Layers:
     """Weights and biases of a network that commands next to nothing; ``sizes`` from what it sees to its commands."""
     layers = []
     for number, (inner, outer) in enumerate(pairwise(sizes)):
-        size = (_START if number == len(sizes) - 2 else 1.0) / np.sqrt(inner)
+        size = float((_START if number == len(sizes) - 2 else 1.0) / np.sqrt(inner))
         weights = size * jax.random.normal(jax.random.fold_in(key, number), (outer, inner), kind)
         layers.append((weights, jnp.zeros(outer, kind)))
     return tuple(layers)
@@ -48,32 +49,30 @@ class Rollouts:
         The environment.
     gain
         Linear law in parts of the limits, shape (commands, z).
+    keep
+        Of the lag behind the network, see `network`.
     """
 
-    def __init__(self, twin: FunctionalTwin, gain: Numbers) -> None:
-        self._twin, self._gain = twin, jnp.asarray(gain, twin.kind)
+    def __init__(self, twin: FunctionalTwin, gain: Numbers, keep: float) -> None:
+        self._twin, self._gain, self._keep = twin, jnp.asarray(gain, twin.kind), keep
 
     def begin(self, key: Array, params: Params) -> Course:
         """Begin episodes with parameters of shape (n,)."""
         state, seen = self._twin.reset(key, params)
-        return Course(state, seen, self._twin.features(state, state.measured, state.measured, params))
+        features = self._twin.features(state, state.measured, state.measured, params)
+        return Course(state, seen, features, jnp.zeros_like(state.action))
 
     def run(self, layers: Layers, key: Array, course: Course, params: Params, steps: int) -> tuple[Course, Any]:
-        """Go on for some intervals: where episodes stand then, and rewards and costs, shape (steps, n) each.
-
-        What an episode costs after a failure is its worst value.
-        """
+        """Go on for some intervals: where episodes stand then, and rewards and costs, shape (steps, n) each."""
         twin, columns = self._twin, tuple((weights, bias[:, None]) for weights, bias in layers)
-        worst = twin.arena.task.worst_cost
 
         @jax.checkpoint
         def one(course: Course, key: Array) -> tuple[Course, tuple[Array, Array]]:
-            action = network(columns, self._gain, course.features, course.seen, jnp)
+            action, held = network(columns, self._gain, course.features, course.seen, course.held, self._keep, jnp)
             before = course.state
-            state, seen, reward, terminated, _, info = twin.step(key, before, action, params)
+            state, seen, reward, _, _, info = twin.step(key, before, action, params)
             features = twin.features(state, state.measured, before.measured, params)
-            lost = terminated | (before.over & (before.place < twin.steps))
-            return Course(state, seen, features), (reward, jnp.where(lost, worst, info["cost"]))
+            return Course(state, seen, features, held), (reward, info["cost"])
 
         return jax.lax.scan(one, course, jax.random.split(key, steps))
 
@@ -93,7 +92,7 @@ class Rollouts:
         return mean, slope, jax.lax.stop_gradient(end)
 
     def cost(self, layers: Layers, key: Array, params: Params) -> Array:
-        """Mean cost of whole episodes, shape (n,)."""
-        course = self.begin(jax.random.fold_in(key, 0), params)
+        """Mean cost of whole episodes, shape (n,); that of one that failed is the worst."""
+        course, worst = self.begin(jax.random.fold_in(key, 0), params), self._twin.arena.task.worst_cost
         _, (_, costs) = self.run(layers, jax.random.fold_in(key, 1), course, params, self._twin.steps)
-        return jnp.mean(costs, axis=0)
+        return jnp.where(jnp.any(costs >= worst, axis=0), worst, jnp.mean(costs, axis=0))

@@ -18,7 +18,7 @@ from tautflex.mechanics.inertia import InertiaOperator, WeighedMoments
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.point_masses import KIND as BODIES
 from tautflex.mechanics.point_masses import BodyBlock, body_block
-from tautflex.mechanics.springs import spring_block
+from tautflex.mechanics.springs import damper_rates, spring_block
 from tautflex.mechanics.store import build_store
 from tautflex.mechanics.surface import FilmSurface
 from tautflex.mechanics.workspace import Workspace
@@ -101,6 +101,12 @@ class StructuralSystem:
     def _bodies(self) -> tuple[BodyBlock, ...]:
         """Point masses of the model, if it has some."""
         return (body_block(self.model),) if self.model.masses else ()
+
+    @cached_property
+    def dampers(self) -> tuple[Array, Array]:
+        """Dampers as ``sum_k c_k v_k v_k'``: v on the free unknowns, shape (rank, size), and c, shape (rank,)."""
+        vectors, coefficients = damper_rates(self.model)
+        return np.ascontiguousarray(self.on_free(vectors.T).T), coefficients
 
     def material_stiffness(self) -> dict[str, Array]:
         """Stiffness of each kind of element at zero unknowns less the part of its stress, shapes (entries,).

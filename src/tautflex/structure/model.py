@@ -19,13 +19,14 @@ from tautflex.structure.materials import BeamSection, CableSection, MembraneSect
 from tautflex.structure.mesh import blend_by_direction, check_elements, check_joints, connected_pieces
 from tautflex.structure.numbering import Numbering
 from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6, Shape, surface_shape
-from tautflex.structure.springs import Spring
+from tautflex.structure.springs import Damper, Spring
 from tautflex.text import card, count
 
 _SUPPORT = "Support.clamped([0])"
 _MASS = "PointMass(node, mass=2.5)"
 _LINK = "RigidLink(reference=0, nodes=(5,))"
 _SPRING = "Spring((0, 5), stiffness=100.0)"
+_DAMPER = "Damper((0, 5), damping=0.1)"
 PRESTRESS_MODES = ("equilibrium", "uniform", "initial-strain")
 
 
@@ -61,6 +62,7 @@ class Model(Numbering):
         masses: Sequence[PointMass] = (),
         links: Sequence[Link] = (),
         springs: Sequence[Spring] = (),
+        dampers: Sequence[Damper] = (),
         prestress_mode: str | None = None,
     ) -> Model:
         """Build a model from any film elements, cables and beams in space.
@@ -96,8 +98,8 @@ class Model(Numbering):
             Rigid bodies at nodes.
         links
             Displacements that follow others: `RigidLink`, `Tie`, `DistributingLink`, `Attachment`, `LinkEquation`.
-        springs
-            Springs between nodes or to the floating frame.
+        springs, dampers
+            Springs and viscous dampers between nodes or to the floating frame.
         prestress_mode
             ``"uniform"``: the given stresses are the state, their imbalance carried by the reference;
             ``"equilibrium"``: cable tensions are final, film and beams respond; ``"initial-strain"``: cables
@@ -151,6 +153,7 @@ class Model(Numbering):
             masses=checks.several("masses", masses, PointMass, _MASS),
             links=checks.several("links", links, Link, _LINK),
             springs=checks.several("springs", springs, Spring, _SPRING),
+            dampers=checks.several("dampers", dampers, Damper, _DAMPER),
         )
 
     def __post_init__(self) -> None:
@@ -159,6 +162,7 @@ class Model(Numbering):
         checks.several("masses", self.masses, PointMass, _MASS)
         checks.several("links", self.links, Link, _LINK)
         checks.several("springs", self.springs, Spring, _SPRING)
+        checks.several("dampers", self.dampers, Damper, _DAMPER)
         checks.several("groups", self.groups, ElementGroup, "those that Model.from_mesh makes")
         checks.float_array("nodes", self.nodes, (None, 3), error=MeshError)
         for group in self.groups:
@@ -166,7 +170,7 @@ class Model(Numbering):
             check_elements(name, group.shape, self.nodes, group.connectivity)
         check_joints([(group.shape, group.connectivity) for group in self.surfaces])
         checks.indices("masses", [body.node for body in self.masses], len(self.nodes), error=MeshError)
-        for name in ("links", "springs"):
+        for name in ("links", "springs", "dampers"):
             for number, one in enumerate(getattr(self, name)):
                 checks.indices(f"{name}[{number}]", one.joined, len(self.nodes), error=MeshError)
         for support in self.supports:
@@ -174,15 +178,16 @@ class Model(Numbering):
         connectivity = [group.connectivity for group in self.groups]
         pieces = connected_pieces(len(self.nodes), connectivity, self.linked_pairs)
         self._require_held(pieces)
-        for number, spring in enumerate(self.springs):
-            spring.axes_at(self.nodes)
-            still = [node for node in spring.joined if self.dof_offset[node + 1] - self.dof_offset[node] < 6]
-            still = [node for node in still if not np.isin(self.translation_dofs[node], self.fixed_dofs).all()]
-            if spring.turns and still:
-                raise MeshError(
-                    f"springs[{number}]: expected nodes that turn, got node {still[0]}, which no beam or rigid link "
-                    "turns; leave out stiffnesses about axes, and place"
-                )
+        for name in ("springs", "dampers"):
+            for number, joint in enumerate(getattr(self, name)):
+                joint.axes_at(self.nodes)
+                still = [node for node in joint.joined if self.dof_offset[node + 1] - self.dof_offset[node] < 6]
+                still = [node for node in still if not np.isin(self.translation_dofs[node], self.fixed_dofs).all()]
+                if joint.turns and still:
+                    raise MeshError(
+                        f"{name}[{number}]: expected nodes that turn, got node {still[0]}, which no beam or rigid link "
+                        f"turns; leave out {joint.quantity} about axes, and place"
+                    )
         for body in self.masses:
             if body.turns and self.dof_offset[body.node + 1] - self.dof_offset[body.node] < 6:
                 raise MeshError(
@@ -215,8 +220,7 @@ class Model(Numbering):
         bodies = {"masses": f"{carried:.4g} kg in {len(self.masses)} of its nodes"} if self.masses else {}
         if self.links:
             bodies["links"] = f"{count(self.links, 'link')}, {len(self.constraints.dependent)} unknowns follow"
-        if self.springs:
-            bodies["springs"] = str(len(self.springs))
+        bodies |= {name: str(len(own)) for name in ("springs", "dampers") if (own := getattr(self, name))}
         lines = {
             "nodes": len(self.nodes),
             "unknowns": len(self.free_dofs),

@@ -16,7 +16,7 @@ from tautflex.structure.constraints import Constraints, constraints_of
 from tautflex.structure.groups import DIRECTIONS, ElementGroup, Support
 from tautflex.structure.links.link import Joined, Link
 from tautflex.structure.masses import PointMass
-from tautflex.structure.springs import Spring
+from tautflex.structure.springs import Damper, Spring
 
 _ROUND_OFF = 1e-9
 # Elements without links between two with them stay with these: a block of its own costs about as much.
@@ -37,6 +37,7 @@ class Numbering:
     masses: tuple[PointMass, ...] = field(default=(), kw_only=True)
     links: tuple[Link, ...] = field(default=(), kw_only=True)
     springs: tuple[Spring, ...] = field(default=(), kw_only=True)
+    dampers: tuple[Damper, ...] = field(default=(), kw_only=True)
 
     @cached_property
     def dof_offset(self) -> Indices:
@@ -113,7 +114,7 @@ class Numbering:
         for group in self.groups:
             felt[self.element_dofs(group)] = True
         ends = [(body.node, body.turns) for body in self.masses]
-        ends += [(node, spring.turns) for spring in self.springs for node in spring.joined]
+        ends += [(node, joint.turns) for joint in (*self.springs, *self.dampers) for node in joint.joined]
         for node, turns in ends:
             felt[np.arange(*self.dof_offset[node : node + 2])[: 6 if turns else 3]] = True
         alone = ~felt

@@ -21,7 +21,7 @@ from tautflex.errors import CaseError
 
 _RANGE = re.compile(r"(?<=, )[<>]=? ?\d+(?:[./]\d+)?|in [\[(][^\])]*[\])]")
 _TITLES = {name: f"[{name}.NAME]" for name in ("inputs", "actuators", "sensors")} | {
-    name: f"[[{name}]]" for name in ("masses", "links", "springs")
+    name: f"[[{name}]]" for name in ("masses", "links", "springs", "dampers")
 }
 _NAMES = {float: "number", int: "integer", bool: "true or false", str: "text", type(None): ""}
 

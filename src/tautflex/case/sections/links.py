@@ -1,4 +1,4 @@
-"""Sections [[links]] and [[springs]] of a case file: what joins nodes beside elements."""
+"""Sections [[links]], [[springs]] and [[dampers]] of a case file: what joins nodes beside elements."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from tautflex.case.registry import LINKS
 from tautflex.case.section import Number, Section, Vector, key
 from tautflex.case.sections.inputs import ChosenNodes, Placed, Point, nearest_node
 from tautflex.errors import CaseError
+from tautflex.structure.springs import Damper as DamperElement
 from tautflex.structure.springs import Spring as SpringElement
 
 Node = Annotated[int, Strict(), Field(ge=0)]
@@ -54,15 +55,12 @@ class _Joined(ChosenNodes):
         return found
 
 
-class Spring(Section):
-    """Linear spring without mass between two nodes, or between one and the floating frame."""
+class _Between(Section):
+    """Two nodes, or one and the floating frame, by number or place."""
 
     nodes: tuple[Node, ...] | None = key("numbers of the nodes, from 0", (12, 40), None)
     near: Point | tuple[Point, ...] | None = key(
         "point, or two points, whose nearest nodes are meant [m]", ((1.25, 0.75), (1.0, 0.5)), None
-    )
-    stiffness: Number | tuple[Number, ...] = key(
-        "along the line between two nodes; or along x, y, z [N/m], or also about them [N m/rad]", (100.0, 0.0, 0.0)
     )
     axes: tuple[Vector, Vector, Vector] | None = key(
         "directions x, y, z that are meant, the frame's if not given",
@@ -78,9 +76,32 @@ class Spring(Section):
             raise ValueError(f"near: expected points near nodes, or their numbers under nodes, got {got}; give one")
         return self
 
+    def found(self, model: Any) -> tuple[int, ...]:
+        """Numbers of the nodes; CaseError if none is near."""
+        if self.nodes is not None:
+            return self.nodes
+        return tuple(nearest_node(model, point) for point in np.atleast_2d(np.asarray(self.near, dtype=float)))
+
+
+class Spring(_Between):
+    """Linear spring without mass between two nodes, or between one and the floating frame."""
+
+    stiffness: Number | tuple[Number, ...] = key(
+        "along the line between two nodes; or along x, y, z [N/m], or also about them [N m/rad]", (100.0, 0.0, 0.0)
+    )
+
     def placed(self, model: Any) -> SpringElement:
         """Make it for a structure; CaseError if no node is near."""
-        nodes = self.nodes
-        if nodes is None:
-            nodes = tuple(nearest_node(model, point) for point in np.atleast_2d(np.asarray(self.near, dtype=float)))
-        return SpringElement(nodes, self.stiffness, self.axes, self.place)
+        return SpringElement(self.found(model), self.stiffness, self.axes, self.place)
+
+
+class Damper(_Between):
+    """Viscous damper (dashpot) between two nodes, or between one and the floating frame; beside [damping]."""
+
+    damping: Number | tuple[Number, ...] = key(
+        "along the line between two nodes; or along x, y, z [N s/m], or also about them [N m s/rad]", (0.1, 0.0, 0.0)
+    )
+
+    def placed(self, model: Any) -> DamperElement:
+        """Make it for a structure; CaseError if no node is near."""
+        return DamperElement(self.found(model), self.damping, self.axes, self.place)

@@ -43,7 +43,7 @@ def control(
     directory = output if output is not None else default_directory(case)
     require_output_directory(directory)
 
-    from tautflex.case.earlier import require_no_results
+    from tautflex.files.earlier import require_no_results
 
     if not force:
         require_no_results(directory, "add --force to replace it")

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Annotated, Any
 
-from tautflex.cli.cards import show_run
+from cyclopts import Parameter
+
+from tautflex.cli.cards import say, show_run
 from tautflex.cli.figures import FORMATS, Formats, run_figures
 from tautflex.cli.options import (
     Answer,
@@ -20,6 +24,7 @@ from tautflex.cli.options import (
     load,
     require_output_directory,
 )
+from tautflex.errors import CaseError
 from tautflex.files.transaction import result_folder
 
 ENDED = {"completed": 0, "not-converged": 1, "interrupted": 130}
@@ -32,34 +37,61 @@ def run(
     *,
     output: ResultFolder = None,
     force: Force = False,
+    resume: Annotated[
+        bool, Parameter(name="--resume", help="Go on from the last checkpoint of a run that was killed or interrupted.")
+    ] = False,
+    checkpoint: Annotated[
+        float, Parameter(name="--checkpoint", help="Wall-clock time between two checkpoints [s].")
+    ] = 60.0,
     override: Overrides = None,
     form: Formats = None,
 ) -> Answer:
     """Simulate the maneuver; write run.nc, summary.json and figures.
 
     An existing result is not replaced without --force. Ctrl-C, SIGTERM and SIGHUP end the run early and keep what was
-    computed. "surface" in the answer tells how the film stands about its
-    best plane: rms [m] and tilt [rad] at the end, the largest rms after the maneuver, and the time [s] from then on
-    that the rms takes to stay within output.surface_tolerance (2e-5 m).
+    computed; --resume goes on from there, and after a kill from the last checkpoint, to the bit.
+
+    "surface" in the answer tells how the film stands about its best plane: rms [m] and tilt [rad] at the end, the
+    largest rms after the maneuver, and the time [s] from then on that the rms takes to stay within
+    output.surface_tolerance (2e-5 m). "resumed_from" is the instant [s] from which the run went on, 0 from the start.
 
     Example: tautflex run m2.toml -o m2 --set damping.alpha=0.01 --set solver.end_time=5
     """
     loaded = load(case, override)
+    if force and resume:
+        raise CaseError("--force, --resume: expected one of them, got both; --force starts anew, --resume goes on")
+    if not 0.0 <= checkpoint < math.inf:
+        raise CaseError(f"--checkpoint: expected seconds >= 0, got {checkpoint:g}; ask for example --checkpoint 60")
     directory = output if output is not None else default_directory(case)
     require_output_directory(directory)
 
-    from tautflex.case.earlier import require_no_results
+    from tautflex.files.earlier import finished, require_no_results
 
-    if not force:
-        require_no_results(directory, "add --force to replace it")
+    if resume:
+        summary = finished(loaded.to_toml(), directory)
+        if summary is not None:
+            return Answer(summary, partial(_show_finished, case, summary), ENDED[summary["status"]])
+    elif not force:
+        require_no_results(directory, "add --force to replace it or --resume to go on")
 
     from tautflex.case.run import write_case_run
 
     with result_folder(directory), about(case), progress_bar() as progress:
         summary = write_case_run(
-            loaded, directory, progress, figures=partial(run_figures, formats=form or FORMATS), title=case.stem
+            loaded,
+            directory,
+            progress,
+            figures=partial(run_figures, formats=form or FORMATS),
+            title=case.stem,
+            seconds=checkpoint,
+            resume=resume,
         )
     return Answer(summary, partial(show_run, case, summary), ENDED[summary["status"]])
+
+
+def _show_finished(case: Path, summary: Mapping[str, Any]) -> None:
+    say(f"This run had ended already ({summary['status']}); nothing is left to do.")
+    show_run(case, summary)
 
 
 def default_directory(case: Path) -> Path:

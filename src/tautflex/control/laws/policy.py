@@ -19,7 +19,7 @@ class PolicyLaw(ControlLaw):
     Parameters
     ----------
     file
-        File of arrays (.npz).
+        File of arrays (.npz), or the name of a policy that comes with the package, ``"tautflex/Slew-v0"``.
 
     Raises
     ------

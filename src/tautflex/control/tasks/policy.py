@@ -8,6 +8,7 @@ import os
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,11 +24,16 @@ from tautflex.numeric import Array
 from tautflex.writing import written
 
 _FORMAT = 1
+# Trained policies that come with the package: name -> file in data/policies.
+SHIPPED = {"tautflex/Slew-v0": "slew-v0.npz"}
 _LARGEST_FILE = 100_000_000
 
 
-def network(layers: Any, gain: Any, z: Any, seen: Any, xp: Any = np) -> Any:
-    """Action in [-1, 1]: ``clip(gain z + tanh(W_n tanh(... tanh(W_1 o + b_1) ...) + b_n))``.
+def network(layers: Any, gain: Any, z: Any, seen: Any, held: Any, keep: float, xp: Any = np) -> tuple[Any, Any]:
+    """Action ``clip(gain z + h)`` in [-1, 1], and the network's part h of it.
+
+    There is a lag behind the network:
+    ``h = keep h_before + (1 - keep) tanh(W_n tanh(... tanh(W_1 o + b_1) ...) + b_n)``.
 
     Parameters
     ----------
@@ -37,20 +43,26 @@ def network(layers: Any, gain: Any, z: Any, seen: Any, xp: Any = np) -> Any:
         Linear law in parts of the limits, shape (commands, z).
     z, seen
         See `Observation`.
+    held
+        The network's part of the action before, shape (commands,).
+    keep
+        Part of it that stays, in [0, 1): of a lag of T seconds ``exp(-interval/T)``.
     xp
         Array module.
     """
     value = seen
     for weights, bias in layers:
         value = xp.tanh(weights @ value + bias)
-    return xp.clip(gain @ z + value, -1.0, 1.0)
+    held = keep * held + (1.0 - keep) * value
+    return xp.clip(gain @ z + held, -1.0, 1.0), held
 
 
 class PolicyMemory(NamedTuple):
-    """Measurement and action of the interval before; None before the first."""
+    """Measurement (None before the first), action and the network's part of it in the interval before."""
 
     measurement: Array | None
     action: Array
+    held: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +83,8 @@ class Policy(ControlLaw):
         Labels of the loop that it is for.
     interval
         Time between two commands [s].
+    keep
+        Of the lag behind the network, see `network`.
     told
         What is known about its making: seed, command line, costs.
     """
@@ -82,6 +96,7 @@ class Policy(ControlLaw):
     measured: tuple[str, ...]
     commanded: tuple[str, ...]
     interval: float
+    keep: float = 0.0
     told: Mapping[str, Any] = field(default_factory=dict)
 
     def start(self, spec: LoopSpec) -> PolicyMemory:
@@ -96,7 +111,7 @@ class Policy(ControlLaw):
                     f"policy: expected a loop with {what} {', '.join(want) or 'none'}, got {', '.join(have) or 'none'};"
                     " train one for this loop"
                 )
-        return PolicyMemory(None, np.zeros(len(self.limits)))
+        return PolicyMemory(None, *np.zeros((2, len(self.limits))))
 
     def act(self, memory: PolicyMemory, measurement: Array, reference: Reference) -> tuple[PolicyMemory, Array]:
         """One pass through the network."""
@@ -109,8 +124,9 @@ class Policy(ControlLaw):
                 f"measurement: expected {self.gain.shape[1]} numbers with reference and those before, got {len(z)}; "
                 "give what the loop tells that the policy was started for"
             )
-        action = network(self.layers, self.gain, z, self.observation(z, memory.action, np.float64(reference.time)))
-        return PolicyMemory(measurement.copy(), action), self.limits * action
+        seen = self.observation(z, memory.action, np.float64(reference.time))
+        action, held = network(self.layers, self.gain, z, seen, memory.held, self.keep)
+        return PolicyMemory(measurement.copy(), action, held), self.limits * action
 
     @property
     def digest(self) -> str:
@@ -144,6 +160,7 @@ class Policy(ControlLaw):
             "measured": self.measured,
             "commanded": self.commanded,
             "interval": self.interval,
+            "keep": self.keep,
             "told": dict(self.told),
         }
         with written(target) as place, place.open("wb") as file:
@@ -152,7 +169,7 @@ class Policy(ControlLaw):
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Policy:
-        """Read what `save` wrote.
+        """Read what `save` wrote, or a policy that comes with the package by its name, ``"tautflex/Slew-v0"``.
 
         Raises
         ------
@@ -160,6 +177,10 @@ class Policy(ControlLaw):
             If the file is missing, damaged, or no policy.
         """
         source = checks.path("file", path)
+        # Case files put their folder before it.
+        shipped = SHIPPED.get("/".join(source.parts[-2:]))
+        if shipped is not None and not source.exists():
+            source = Path(str(files("tautflex").joinpath("data", "policies", shipped)))
         expected = "a policy, a file of arrays (.npz) as `tautflex train` writes it"
         if not source.is_file():
             raise InputError(f"{source}: expected {expected}, got no such file; train one, or correct the name")
@@ -204,7 +225,10 @@ class Policy(ControlLaw):
             raise ValueError(f"its last layer gives {sizes[-1]} commands of {commands}")
         seen = Observation(arrays["matrix"], arrays["knee"], arrays["largest"], labels, float(words["duration"]))
         names = tuple(words["measured"]), tuple(words["commanded"])
-        return cls(seen, layers, arrays["gain"], arrays["limits"], *names, float(words["interval"]), words["told"])
+        interval, keep = float(words["interval"]), float(words.get("keep", 0.0))
+        if not 0.0 <= keep < 1.0:
+            raise ValueError(f"keep is {keep}")
+        return cls(seen, layers, arrays["gain"], arrays["limits"], *names, interval, keep, words["told"])
 
     def __repr__(self) -> str:
         sizes = " x ".join(str(len(bias)) for _, bias in self.layers)

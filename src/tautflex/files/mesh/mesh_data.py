@@ -18,7 +18,7 @@ from tautflex.structure.links.link import Link
 from tautflex.structure.masses import PointMass
 from tautflex.structure.materials import BeamSection, CableSection, MembraneSection, Section
 from tautflex.structure.model import Model
-from tautflex.structure.springs import Spring
+from tautflex.structure.springs import Damper, Spring
 from tautflex.text import brief
 
 PARTS = {"membrane": ("triangles", "quads"), "cable": ("cables",), "beam": ("beams",)}
@@ -48,7 +48,7 @@ class MeshData:
         states none, that of `Model.from_mesh`.
     masses
         Rigid bodies at nodes.
-    links, springs
+    links, springs, dampers
         What joins nodes beside elements.
     sections
         What the file states about the section of each group; elements of one stand in a row.
@@ -72,6 +72,7 @@ class MeshData:
     masses: tuple[PointMass, ...] = ()
     links: tuple[Link, ...] = ()
     springs: tuple[Spring, ...] = ()
+    dampers: tuple[Damper, ...] = ()
     sections: Mapping[str, MeshSection] = field(default_factory=dict)
     initial_stress: Mapping[str, Array] = field(default_factory=dict)
     free_strain: Mapping[str, Array] = field(default_factory=dict)
@@ -137,7 +138,7 @@ class MeshData:
             `MeshSection`, ``strain``, ``law``, ``slack``, and ``stress_x`` and ``stress_y`` [Pa], ``tension`` or
             ``axial_force`` [N].
         **given
-            Prestress, orientations, prestress mode; ``supports``, ``masses``, ``links``, ``springs``,
+            Prestress, orientations, prestress mode; ``supports``, ``masses``, ``links``, ``springs``, ``dampers``,
             ``beam_orientation`` and prestress replace those of the file.
 
         Raises
@@ -176,7 +177,11 @@ class MeshData:
             cables=self.cables,
             beams=self.beams,
             **used,
-            **{name: getattr(self, name) for name in ("supports", "masses", "links", "springs") if name not in given},
+            **{
+                name: getattr(self, name)
+                for name in ("supports", "masses", "links", "springs", "dampers")
+                if name not in given
+            },
             **given,
         )
 

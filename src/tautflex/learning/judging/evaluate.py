@@ -68,7 +68,7 @@ def evaluate(
     -------
     xarray.Dataset
         Over ``law``, ``scenario`` and ``plant``: cost, settling times [s], residual rms [m] and pointing [rad], effort,
-        work [J] and others. Failed episodes cost the worst value for the rest of their time, and have NaN elsewhere.
+        work [J] and others. Failed episodes cost the worst value, and have NaN elsewhere.
         Attribute ``failures`` lists them.
 
     Raises

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -55,18 +55,22 @@ class Scenario:
         Part of the pretension by which all cables are off.
     seed
         Of the sensors' noise.
+    weak
+        Name of an actuator -> part of its command, within its limit, that acts, in [0, 2]; no law knows of it.
     """
 
     parameters: Mapping[str, float]
     tension_error: float = 0.0
     seed: int = 0
+    weak: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def words(self) -> str:
         """What it is, in a line."""
         own = {name: value for name, value in self.parameters.items() if name not in Task.drawn}
         told = ", ".join(f"{name} = {value:.4g}" for name, value in own.items())
-        return f"{told}, tension {self.tension_error:+.0%}, seed {self.seed}"
+        weak = "".join(f", {name} at {part:.0%}" for name, part in self.weak.items())
+        return f"{told}, tension {self.tension_error:+.0%}{weak}, seed {self.seed}"
 
 
 def scenarios_of(
@@ -159,6 +163,42 @@ class Told(ControlLaw):
         return self.law.act(memory, measurement, reference)
 
 
+@dataclass(frozen=True)
+class Weakened(ControlLaw):
+    """Law whose commands act in part, which it knows nothing of.
+
+    Parameters
+    ----------
+    law
+        The law.
+    limits, parts
+        Of the commands, and what of them acts, shape (commands,).
+    """
+
+    law: ControlLaw
+    limits: Array
+    parts: Array
+
+    def start(self, spec: LoopSpec) -> Any:
+        """Memory of the law."""
+        return self.law.start(spec)
+
+    def act(self, memory: Any, measurement: Array, reference: Reference) -> tuple[Any, Array]:
+        """The part of its command that acts."""
+        memory, command = self.law.act(memory, measurement, reference)
+        return memory, self.parts * np.clip(command, -self.limits, self.limits)
+
+
+def weakened(arena: Arena, law: ControlLaw, weak: Mapping[str, float]) -> ControlLaw:
+    """Law with actuators that act in part; InputError if a name is unknown or a part out of range."""
+    if not weak:
+        return law
+    parts = np.ones(len(arena.limits))
+    for name, part in weak.items():
+        parts[arena.spec.command("weak", name)] = checks.between(f"weak.{name}", part, 0.0, 2.0)
+    return Weakened(law, arena.limits, parts)
+
+
 def disturbed(arena: Arena, law: ControlLaw, parameters: dict[str, float]) -> ControlLaw:
     """Law beside the disturbances of an episode."""
     table = arena.task.disturbances(parameters, arena.steps, arena.interval)
@@ -174,7 +214,7 @@ def play(
     known: Arena | None = None,
 ) -> dict[str, float]:
     """Run an episode under a law, which is told of the plant as it should be, and tell how it went: see `METRICS`."""
-    law = Told(law, known or arena)
+    law = weakened(arena, Told(law, known or arena), scenario.weak)
     if kind == "reduced" and arena.hub is not None:
         return _play_compiled(arena, law, scenario)
     task, parameters = arena.task, dict(scenario.parameters)
@@ -241,9 +281,9 @@ def measure(arena: Arena, angle: Array, rms: Array, command: Array, wrinkled: Ar
     task, steps = arena.task, arena.steps
     bad = np.flatnonzero(task.failed(angle, rms) | (wrinkled > task.wrinkled_limit))
     good = int(bad[0]) if bad.size else len(rms)
-    cost = np.full(steps, task.worst_cost)
-    cost[:good] = task.cost(angle[:good], rms[:good])
-    found = dict.fromkeys(METRICS, np.nan) | {"cost": float(cost.mean())}
+    # All of a failed episode costs the worst, so that a late failure is no better than an early one.
+    cost = task.worst_cost if good < steps else float(task.cost(angle, rms).mean())
+    found = dict.fromkeys(METRICS, np.nan) | {"cost": cost}
     given = command[: max(good, 1)] / arena.limits
     if given.size:
         found |= {"effort": float((np.clip(given, -1.0, 1.0) ** 2).mean()), "peak": float(np.abs(given).max())}

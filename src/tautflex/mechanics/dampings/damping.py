@@ -77,7 +77,11 @@ class Damping(ABC):
 
     @abstractmethod
     def matrix(self, structure: LinearStructure) -> DampingMatrix:
-        """Matrix for a structure."""
+        """Matrix for a structure, without its dampers."""
+
+    def of(self, structure: LinearStructure) -> DampingMatrix:
+        """`matrix` with the dampers of the structure."""
+        return self.matrix(structure).joined(*structure.system.dampers)
 
     @property
     def numbers(self) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -47,6 +47,17 @@ class DampingMatrix:
     def rank(self) -> int:
         """Number of vectors."""
         return len(self.vectors)
+
+    def joined(self, vectors: Array, coefficients: Array) -> DampingMatrix:
+        """Same with more vectors (rank, size) and their coefficients (rank,)."""
+        if not len(vectors):
+            return self
+        # Products, because the own coefficients may be traced.
+        own, total = self.rank, self.rank + len(vectors)
+        weights = np.concatenate([np.zeros(own), coefficients])
+        if own:
+            vectors, weights = np.concatenate([self.vectors, vectors]), weights + np.eye(total, own) @ self.coefficients
+        return replace(self, vectors=vectors, coefficients=weights)
 
     @property
     def weights(self) -> dict[str, Any]:

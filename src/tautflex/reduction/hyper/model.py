@@ -30,6 +30,7 @@ from tautflex.reduction.polynomial.condensation import CondensedModel, FrameMome
 from tautflex.reduction.polynomial.projection import project_moments
 from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.transient.problem import Progress, TransientProblem
+from tautflex.solvers.transient.restart.keeper import Keeper
 from tautflex.solvers.transient.status import Run
 from tautflex.solvers.variables import dataset_of
 
@@ -96,7 +97,7 @@ class HyperReducedModel(OnBasis):
         reference, stresses = np.zeros(r + 1), np.empty(rest.size)
         add_forces(store, np.zeros(r + 1), reference, stresses, True, False, False)
         linear, none = self.state.linear, np.zeros(0, dtype=np.int64)
-        matrix = damping.matrix(linear)
+        matrix = damping.of(linear)
         kinds = linear.projected(self.basis.kept) if matrix.kinds else {}
         return HyperArrays(
             none,
@@ -130,9 +131,9 @@ class HyperReducedModel(OnBasis):
             columns=np.array([rows_of([each[..., k] for each in stress]) for k in range(count)]),
         )
 
-    def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
+    def solve(self, problem: TransientProblem, progress: Progress = None, keeper: Keeper | None = None) -> Run:
         """Answer a problem asked of it."""
-        return solve_reduced(self, problem, progress)
+        return solve_reduced(self, problem, progress, keeper)
 
     @property
     def memory(self) -> int:

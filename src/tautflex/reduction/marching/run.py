@@ -9,7 +9,6 @@ import xarray as xr
 from scipy.linalg import eigh
 
 from tautflex.errors import InputError, UnsupportedError
-from tautflex.interrupts import meet
 from tautflex.mechanics.inertia import WeighedMoments
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.kinematics import RigidMotion, Segment, split_segments
@@ -67,7 +66,7 @@ class ReducedRun:
         kept = {*problem.stored_steps} | problem.field_steps | problem.frame_steps
         self.stored = np.array(sorted(kept), dtype=np.int64)
         self.eta, self.rate = np.zeros((2, len(self.stored), rom.size))
-        self.reached, self._halvings = problem.begin, 0
+        self.reached, self.halvings = problem.begin, 0
         self._work = new_work(rom.size, self._method.tangents)
         self._march = march_explicit if self._explicit else march
         beta = float(problem.damping.matrix(rom.state.linear).stiffness)
@@ -135,7 +134,7 @@ class ReducedRun:
     def statistics(self) -> Statistics:
         """Work done so far."""
         taken, iterations, renewals, evaluations = map(int, (self._work.counts - self.before)[:4])
-        return Statistics(taken, iterations, renewals, iterations, evaluations, self._halvings)
+        return Statistics(taken, iterations, renewals, iterations, evaluations, self.halvings)
 
     def start(self) -> None:
         """Steady spinning equilibrium and projected velocity, or those another run ended with; accelerations follow."""
@@ -217,7 +216,6 @@ class ReducedRun:
         rows = self._rows(stretch.grid)
         first = 0
         while first < len(rows):
-            meet()
             part = self._rest(frame, first * len(stages))
             first += self._steps(part, stages, rows[first:], stretch.starts[first:], segment)
             if first < len(rows):
@@ -270,7 +268,7 @@ class ReducedRun:
         """One failed step as two of half its size."""
         if left == 0:
             return False
-        self._halvings += 1
+        self.halvings += 1
         stages, nowhere = stage_numbers(self._method, 0.5 * size), np.full(1, -1)
         for begin in (start, start + 0.5 * size):
             starts = np.array([begin])

@@ -8,19 +8,21 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from tautflex.interrupts import deferred
+from tautflex.interrupts import deferred, meet
 from tautflex.mechanics.membrane import survey_at
 from tautflex.motion.hub import FreeHub
 from tautflex.numeric import Array
 from tautflex.reduction.marching.frame_terms import in_blocks
 from tautflex.reduction.marching.free_hub.hub_run import HubRun
-from tautflex.reduction.marching.resume import final, resume
+from tautflex.reduction.marching.resume import final, go_on, kept, resume
 from tautflex.reduction.marching.run import ReducedRun
+from tautflex.reduction.marching.schedule import stretches
 from tautflex.reduction.marching.validity import check_validity
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.solvers.transient.accuracy.verdict import judge
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.recorder import Samples, run_dataset
+from tautflex.solvers.transient.restart.keeper import Keeper
 from tautflex.solvers.transient.status import Run, Status
 from tautflex.solvers.variables import OF_SURFACE, REDUCED_RUN, SCALARS, described
 
@@ -30,7 +32,9 @@ def new_run(rom: OnBasis, problem: TransientProblem) -> ReducedRun:
     return (HubRun if isinstance(problem.maneuver, FreeHub) else ReducedRun)(rom, problem)
 
 
-def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = None) -> Run:
+def solve_reduced(
+    rom: OnBasis, problem: TransientProblem, progress: Progress = None, keeper: Keeper | None = None
+) -> Run:
     """Integrate the equation of motion of a reduced model.
 
     Besides what a full run stores, ``run.data`` has the coordinates; resultants of the film are evaluated at the
@@ -38,17 +42,32 @@ def solve_reduced(rom: OnBasis, problem: TransientProblem, progress: Progress = 
     `ReducedRun`, and InputError if the step of an explicit method is not stable.
     """
     run = new_run(rom, problem)
-    began = clock.perf_counter()
-    status = Status.COMPLETED
+    began, status = clock.perf_counter(), Status.COMPLETED
+    if keeper is not None:
+        run.eta, run.rate = keeper.array("coordinates", (2, *run.eta.shape))
     with deferred():
         try:
-            if not resume(run):
+            if keeper is not None and keeper.kept is not None:
+                began -= go_on(run, keeper.kept)
+            elif not resume(run):
                 run.start()
-            if not run.advance(problem.count, progress):
-                status = Status.NOT_CONVERGED
+            for end in _limits(run):
+                meet()
+                if keeper is not None and keeper.due():
+                    keeper.keep(run.time, kept(run, clock.perf_counter() - began))
+                if not run.advance(end, progress):
+                    status = Status.NOT_CONVERGED
+                    break
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
         return result_of(run, status, clock.perf_counter() - began)
+
+
+def _limits(run: ReducedRun) -> list[int]:
+    """Instants of the grid where steps may be cut without taking others: ends of stretches, and the last."""
+    problem = run.problem
+    left = stretches(run.segments, problem.time_step, run.reached, problem.count, problem.shift)
+    return [*sorted({int(stretch.grid[-1]) for stretch in left} - {-1, problem.count}), problem.count]
 
 
 def result_of(run: ReducedRun, status: Status, seconds: float) -> Run:

@@ -50,7 +50,7 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
     )
     workspace, watch, moments = system.workspace(), CompressionWatch(system), run.problem.coupling.moments(system)
     survey = StressSurvey(system, workspace)
-    matrix = run.problem.damping.matrix(state.linear)
+    matrix = run.problem.damping.of(state.linear)
     kinds = state.linear.by_kind if matrix.kinds else None
     damping = MassDamping(system.pattern, system.inertia.mass_entries, state.tangent_entries, matrix, kinds)
     scalars, left, pushed = [], [], 0.0

@@ -28,6 +28,7 @@ from tautflex.reduction.polynomial.monomials import WEAK_FIELD, monomial_sizes, 
 from tautflex.reduction.polynomial.projection import Projection, project
 from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.transient.problem import Progress, TransientProblem
+from tautflex.solvers.transient.restart.keeper import Keeper
 from tautflex.solvers.transient.status import Run
 
 # Fields of the static derivatives' damping, a small force, may be coarser than those of the stiffness, so many times.
@@ -79,7 +80,7 @@ class ReducedModel(OnBasis):
         curved = largest > _ROUND_OFF * float(np.abs(c.linear).max())
         fields, viscous = self.fields
         # Static derivatives have no mass here, so only the stiffness part of the damping acts on them.
-        matrix = damping.matrix(self.state.linear)
+        matrix = damping.of(self.state.linear)
         share = float(matrix.stiffness)
         parts = self.by_kind if matrix.kinds else {}
         own = matrix.projected(c.mass, c.linear, self.basis.kept, {kind: part[:2] for kind, part in parts.items()})
@@ -129,9 +130,9 @@ class ReducedModel(OnBasis):
             stress_fields(c.viscous, amplitude, _COARSER * self.weak_field),
         )
 
-    def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
+    def solve(self, problem: TransientProblem, progress: Progress = None, keeper: Keeper | None = None) -> Run:
         """Answer a problem asked of it."""
-        return solve_reduced(self, problem, progress)
+        return solve_reduced(self, problem, progress, keeper)
 
     @property
     def memory(self) -> int:

@@ -25,6 +25,7 @@ from scipy.sparse.linalg import splu
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
+from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.numeric import Array, Complex
 from tautflex.solvers.modal.natural import Modes
@@ -48,7 +49,7 @@ def appendage_data(
         Reference point P in the floating frame [m], shape (3,).
     damping
         `Rayleigh`, `Modal` or any other `Damping`, or damping ratios, one for all modes or shape (mode,); by default
-        none. Of a damping that couples modes, the modes' own terms are taken.
+        none but the structure's dampers. Of a damping that couples modes, the modes' own terms are taken.
 
     Returns
     -------
@@ -137,11 +138,11 @@ def _free_mass(inertia: InertiaOperator, loads: Array) -> Array:
 def _damping_ratios(modes: Modes, damping: Damping | ArrayLike | None) -> Array:
     count = len(modes.frequencies)
     if damping is None:
-        return np.zeros(count)
+        damping = Rayleigh()
     if isinstance(damping, Damping):
         natural = 2.0 * np.pi * np.abs(modes.frequencies)
         linear, vectors = modes.state.linear, modes.vectors
-        matrix = damping.matrix(linear)
+        matrix = damping.of(linear)
         own = matrix.mass + np.sum(vectors * matrix.low_rank_force(vectors.T).T, axis=1)
         if matrix.kinds:
             besides = replace(matrix, mass=0.0, stiffness=0.0).proportional(0.0, 0.0, linear.projected(vectors))

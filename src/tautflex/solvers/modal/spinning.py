@@ -208,7 +208,7 @@ def spinning_pencil(
     """Matrices of small motions about a spinning equilibrium; the damping is that of the state at rest."""
     system = state.system
     inertia = system.inertia
-    matrix = damping.matrix(state.linear)
+    matrix = damping.of(state.linear)
     return QuadraticPencil(
         system.pattern,
         inertia.mass_entries,

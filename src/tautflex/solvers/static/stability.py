@@ -58,7 +58,7 @@ def find_instability(
     if fall is None:
         return None
     rate, vector = float(np.sqrt(-fall.eigenvalue)), fall.vector
-    inertia, matrix = state.system.inertia, damping.matrix(state.linear)
+    inertia, matrix = state.system.inertia, damping.of(state.linear)
     gyroscopic, proportional = (
         inertia.entries(coupling.velocity_weight(motion)),
         matrix.proportional(mass, state.tangent_entries),

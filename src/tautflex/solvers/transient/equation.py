@@ -60,7 +60,7 @@ class EquationOfMotion:
         self.workspace = self.system.workspace()
         self.inertia = self.system.inertia
         linear = self.state.linear
-        matrix = self.damping.matrix(linear)
+        matrix = self.damping.of(linear)
         kinds = linear.by_kind if matrix.kinds else None
         self.products = MassDamping(
             self.system.pattern, self.inertia.mass_entries, self.state.tangent_entries, matrix, kinds
@@ -251,6 +251,11 @@ class EquationOfMotion:
         every = (self._mass_factor, *factors)
         self.statistics.factorizations = sum(factor.factorizations for factor in every)
         self.statistics.back_substitutions = sum(factor.solves for factor in every)
+
+    @property
+    def mass_ready(self) -> bool:
+        """Whether the mass matrix was factorized."""
+        return self._mass_factor.ready
 
     def mass_solve(self, right: Array) -> Array:
         """Solve with the consistent mass matrix, shape (size,)."""

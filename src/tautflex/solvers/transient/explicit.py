@@ -12,7 +12,7 @@ from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
-from tautflex.solvers.remembering import Remembering
+from tautflex.solvers.remembering import Memory, Remembering
 from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, NONE, STRESS, Books, write_books
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.stability import largest_eigenvalue
@@ -58,6 +58,16 @@ class ExplicitStepper(Remembering):
         self._stress = self._checked_stress = np.zeros(0)
         self._first_limit = 0.0
         self._vector: Array | None = None
+
+    def memory(self) -> Memory:
+        """Copy of what is remembered; of the factors, which are made anew, their step sizes."""
+        return super().memory() | {"sizes": np.array(list(self._factors))}
+
+    def recall(self, memory: Memory) -> None:
+        """Remember what another stepper did."""
+        super().recall(memory)
+        for size in memory["sizes"].tolist():
+            self._factor(size)
 
     def stable_step(self, q: Array) -> float:
         """Largest stable step [s] at free unknowns ``q``; infinite without any stiffness."""

@@ -28,6 +28,7 @@ from tautflex.solvers.transient.methods.scheme import Method, check_stages
 from tautflex.solvers.transient.methods.wilson import WilsonTheta
 from tautflex.solvers.transient.probes import ProbeSet, place_probes
 from tautflex.solvers.transient.restart.checkpoint import Checkpoint
+from tautflex.solvers.transient.restart.keeper import Keeper
 from tautflex.solvers.transient.status import Run
 from tautflex.text import card, shown
 
@@ -57,7 +58,7 @@ class SteppingModel(ABC):
     state: PrestressedState
 
     @abstractmethod
-    def solve(self, problem: TransientProblem, progress: Progress = None) -> Run:
+    def solve(self, problem: TransientProblem, progress: Progress = None, keeper: Keeper | None = None) -> Run:
         """Answer a problem whose plant it is; a step that fails is told by the status."""
 
 

@@ -16,9 +16,11 @@ from tautflex.mechanics.surface import measure_surface
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array, jit
 from tautflex.solvers.plausibility import MotionWatch
+from tautflex.solvers.remembering import Memory
 from tautflex.solvers.transient.accuracy.compression import CompressionWatch
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.probes import ProbeSet
+from tautflex.solvers.transient.restart.keeper import Storage, in_memory
 from tautflex.solvers.transient.state import MotionState
 from tautflex.solvers.variables import COMPONENTS, OF_SURFACE, RUN, SCALARS, described, mesh_variables
 from tautflex.structure.model import Model
@@ -94,6 +96,8 @@ class Recorder:
         Number of stored instants at most.
     field_steps, frame_steps
         Steps whose whole displacement field is stored, and those that are kept as frames.
+    storage
+        Where its arrays are.
 
     Attributes
     ----------
@@ -104,19 +108,24 @@ class Recorder:
     """
 
     def __init__(
-        self, equation: EquationOfMotion, probes: ProbeSet, samples: int, field_steps: set[int], frame_steps: set[int]
-    ) -> None:
+        self, equation: EquationOfMotion, probes: ProbeSet, samples: int, field_steps: set[int], frame_steps: set[int],
+        storage: Storage = in_memory,
+    ) -> None:  # fmt: skip
         self._equation, self._probes, self._field_steps, self._frame_steps = equation, probes, field_steps, frame_steps
-        self._frame_time = list[float]()
-        self._frames = np.zeros((len(frame_steps), len(equation.system.model.nodes), 3), dtype=np.float32)
         self._survey = StressSurvey(equation.system, equation.workspace)
-        self._time, self._spin = np.zeros(samples), np.zeros((samples, 2, 3))
-        self._probe = np.zeros((samples, 2, 3 * len(probes.names)))
+        self._time, self._spin = storage("time", (samples,), "f8"), storage("spin", (samples, 2, 3), "f8")
+        self._probe = storage("probe", (samples, 2, 3 * len(probes.names)), "f8")
         # The `SCALARS` and what else `survey_stresses` finds.
-        self._numbers, self._surface = np.zeros((samples, 2 + SURVEYED)), np.zeros((samples, len(OF_SURFACE)))
-        self._fields: list[tuple[float, Array, NDArray[np.int8]]] = []
+        self._numbers = storage("numbers", (samples, 2 + SURVEYED), "f8")
+        self._surface = storage("surface", (samples, len(OF_SURFACE)), "f8")
+        fields, model = len(field_steps), equation.system.model
+        self._field_time = storage("field_time", (fields,), "f8")
+        self._field = storage("field", (fields, len(model.nodes), 3), "f8")
+        self._field_states = storage("field_states", (fields, int(model.triangle_owner.max(initial=-1)) + 1), "i1")
         self._watch = MotionWatch(equation.system, equation.inputs)
-        self.count = 0
+        self._frame_time = storage("frame_time", (len(frame_steps),), "f8")
+        self._frames = storage("frames", (len(frame_steps), len(model.nodes), 3), "f4")
+        self.count = self._field_count = self._frame_count = 0
         workspace, products = equation.workspace, equation.products
         self.parts: Any = (
             (workspace.store, workspace.stresses, self._survey.table),
@@ -143,11 +152,27 @@ class Recorder:
     def store_field(self, step: int, at: MotionState) -> None:
         """Store the whole field, and a frame, if this step was asked for."""
         if step in self._frame_steps:
-            self._frames[len(self._frame_time)] = self._equation.system.translations(at.q)
-            self._frame_time.append(at.time)
+            row = self._frame_count
+            self._frame_time[row], self._frames[row] = at.time, self._equation.system.translations(at.q)
+            self._frame_count += 1
         if step in self._field_steps:
             self._equation.workspace.strain_energy(at.q)  # the stresses on which the states depend
-            self._fields.append((at.time, self._equation.system.translations(at.q), self._survey.membrane_states()))
+            row = self._field_count
+            self._field_time[row], self._field[row] = at.time, self._equation.system.translations(at.q)
+            self._field_states[row] = self._survey.membrane_states()
+            self._field_count += 1
+
+    def memory(self) -> Memory:
+        """How far the arrays are filled, and what else is watched."""
+        watch = self._watch
+        counts = {"count": self.count, "field_count": self._field_count, "frame_count": self._frame_count}
+        return counts | {"largest": watch.largest.copy(), "places": watch.places.copy()}
+
+    def recall(self, memory: Memory) -> None:
+        """Go on behind what another recorder stored."""
+        counts = (int(memory[name]) for name in ("count", "field_count", "frame_count"))
+        self.count, self._field_count, self._frame_count = counts
+        self._watch.largest[:], self._watch.places[:] = memory["largest"], memory["places"]
 
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""
@@ -157,8 +182,10 @@ class Recorder:
         scalars = dict(zip(SCALARS, self._numbers[:n].T, strict=False))
         scalars |= zip(OF_SURFACE, self._surface[:n].T, strict=True)
         probe = self._probe[:n].reshape(n, 2, -1, 3)
-        frames = np.array(self._frame_time), self._frames[: len(self._frame_time)]
-        samples = Samples(self._time[:n], probe, self._spin[:n], scalars, self._fields, *frames)
+        stored = self._field_time[: self._field_count].tolist(), self._field, self._field_states
+        fields, frames = list(zip(*stored, strict=False)), self._frame_count
+        kept = fields, self._frame_time[:frames], self._frames[:frames]
+        samples = Samples(self._time[:n], probe, self._spin[:n], scalars, *kept)
         attributes = {
             **attributes,
             "warnings": [*attributes.get("warnings", ()), *compression.warnings(), *self._watch.warnings()],

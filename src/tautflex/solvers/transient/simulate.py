@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Mapping
+from dataclasses import fields
 from inspect import Parameter, signature
 from typing import Any
 
@@ -35,8 +37,9 @@ from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, SteppingModel, TransientProblem
 from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.transient.restart.checkpoint import Checkpoint, structure_of
+from tautflex.solvers.transient.restart.keeper import Keeper, counted, in_memory, recounted
 from tautflex.solvers.transient.state import MotionState, recalled_state
-from tautflex.solvers.transient.status import Run, Status
+from tautflex.solvers.transient.status import Run, Statistics, Status
 
 
 @within_arithmetic()
@@ -46,6 +49,7 @@ def simulate(
     *,
     progress: Progress = None,
     throw: bool = True,
+    keeper: Keeper | None = None,
     **question: Any,
 ) -> Run:
     """Integrate the rigid-flexible equation of motion (49) of the paper.
@@ -58,6 +62,8 @@ def simulate(
         Called with (fraction done, message) about a hundred times.
     throw
         Raise when the run fails; False returns the labelled partial run.
+    keeper
+        Keeps the run while it is under way; `run_case` makes one of a folder.
     question
         ``time_step``, ``end_time`` and all other fields of `TransientProblem`, which says what they mean.
 
@@ -79,7 +85,8 @@ def simulate(
     checks.flag("throw", throw)
     problem = TransientProblem.asked(state, maneuver, question)
     plant = problem.plant
-    run = plant.solve(problem, progress) if isinstance(plant, SteppingModel) else solve_full(problem, progress)
+    solve = plant.solve if isinstance(plant, SteppingModel) else solve_full
+    run = solve(problem, progress, keeper)
     if run.status is Status.NOT_CONVERGED and throw:
         raise NotConvergedError(f"t = {run.reached:.6g} s: {run.status.message}", result=run, history=run.history)
     return run
@@ -95,9 +102,9 @@ simulate.__signature__ = (_own := signature(simulate)).replace(  # type: ignore[
 )
 
 
-def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
+def solve_full(problem: TransientProblem, progress: Progress = None, keeper: Keeper | None = None) -> Run:
     """Answer of the full model; a step that fails is told by the status."""
-    run, status = FullRun(problem), Status.COMPLETED
+    run, status = FullRun(problem, keeper), Status.COMPLETED
     first, count = problem.begin, problem.count
     with deferred():
         run.start()
@@ -111,6 +118,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None) -> Run:
                     progress((number - first) / (count - first), f"t = {run.at.time:.3g} s")
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
+            run.keep()
         return run.result(status)
 
 
@@ -121,6 +129,8 @@ class FullRun:
     ----------
     problem
         What was asked.
+    keeper
+        Keeps the run while it is under way, and may have kept one that goes on.
 
     Attributes
     ----------
@@ -130,8 +140,8 @@ class FullRun:
 
     at: MotionState
 
-    def __init__(self, problem: TransientProblem) -> None:
-        self.problem, maneuver = problem, problem.maneuver
+    def __init__(self, problem: TransientProblem, keeper: Keeper | None = None) -> None:
+        self.problem, maneuver, self._keeper = problem, problem.maneuver, keeper
         driven = InputSet(problem.state.system, problem.inputs)
         parts = problem.state, problem.damping, problem.coupling
         self.equation: EquationOfMotion
@@ -148,8 +158,9 @@ class FullRun:
             self.segments = split_segments(maneuver.segments(), driven.breaks)
             self.said += driven.idle()
         self._stepper = _stepper(problem, self.equation)
-        kept = len(problem.stored_steps), problem.field_steps, problem.frame_steps
-        self._recorder = kind(self.equation, problem.placed, *kept)
+        steps = problem.field_steps, problem.frame_steps
+        parts_of_record = self.equation, problem.placed, len(problem.stored_steps), *steps
+        self._recorder = kind(*parts_of_record, storage=in_memory if keeper is None else keeper.array)
         self._errors = TimeError(self.equation, self._stepper.resolved) if problem.time_error else None
         watch = None if self._errors is None else self._errors.step
         self._driver = _driver(problem, self._stepper, self.segments, watch)
@@ -158,14 +169,19 @@ class FullRun:
         self._first: Energies | None = None
         self._largest, self._taken, self._inside = 0.0, 0, True
         self._began = clock.perf_counter()
+        # Work of this run that another process did: factorizations, solutions, seconds.
+        self._elsewhere = 0, 0, 0.0
 
     def start(self) -> None:
         """Start from the steady equilibrium, or go on from an earlier run."""
         problem, equation = self.problem, self.equation
+        if self._keeper is not None and self._keeper.kept is not None:
+            self._go_on(self._keeper.kept)
+            return
         if problem.initial is None:
             self.at, found = begin(equation, problem.maneuver, problem.velocity, problem.initial_imperfection)
             self.said += found
-        elif not (problem.initial.remembers(problem.memory_of) and self._recall(problem.initial)):
+        elif not (problem.initial.remembers(problem.memory_of) and self._recall(nested(problem.initial.memory))):
             self.at = self._from_motion(problem.initial)
         if self._first is None:
             self._first = self._energies(self.at)
@@ -179,6 +195,8 @@ class FullRun:
         """Take the steps to an instant of the grid; whether they converged."""
         while self._number < number:
             meet()
+            if self._keeper is not None and self._keeper.due():
+                self.keep()
             self._inside, before = True, self._number
             if self._march is not None:
                 self._number, self.at = self._march.take(self.at, before, number, self._driver.segment)
@@ -210,9 +228,7 @@ class FullRun:
     def result(self, status: Status) -> Run:
         """What the run leaves."""
         problem, recorder, final = self.problem, self._recorder, self.checkpoint()
-        self._stepper.collect_counts()
-        statistics = self.equation.statistics
-        statistics.seconds = clock.perf_counter() - self._began
+        statistics = self._statistics()
         ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
         data, last = (
             recorder.to_dataset(problem.attributes | ended | {"warnings": self.said}),
@@ -229,6 +245,45 @@ class FullRun:
         data.attrs |= accuracy.attributes | {"warnings": data.attrs["warnings"] + accuracy.warnings}
         history = tuple(self._driver.failure) if status is Status.NOT_CONVERGED else ()
         return Run(data, status, statistics, self.at.time, history, accuracy.error, balance, final)
+
+    def keep(self) -> None:
+        """Let the keeper keep where the run stands, unless that is inside a step."""
+        if self._keeper is not None and not self._inside:
+            memory = {"number": self._number, "record": self._recorder.memory(), "mass": self.equation.mass_ready}
+            memory |= counted(self._statistics(), self.said)
+            evaluations = self.equation.statistics.force_evaluations
+            memory["steps"] = self._memory()
+            self.equation.statistics.force_evaluations = evaluations  # looking at the run is none of its work
+            self._keeper.keep(self.at.time, flat(memory))
+
+    def _go_on(self, kept: Mapping[str, Array]) -> None:
+        """Go on where another process kept this run."""
+        memory = nested(kept)
+        recalled = self._recall(memory["steps"])
+        assert recalled
+        self._recorder.recall(memory["record"])
+        self._number, self._inside = int(memory["number"]), False
+        before, self.said = recounted(memory)
+        if memory["mass"]:
+            self.equation.mass_solve(np.zeros(self.equation.system.size))
+        self._stepper.collect_counts()
+        now = self.equation.statistics
+        self._elsewhere = (
+            before.factorizations - now.factorizations, before.back_substitutions - now.back_substitutions,
+            before.seconds,
+        )  # fmt: skip
+        for item in fields(before):
+            setattr(now, item.name, getattr(before, item.name))
+        self._taken -= before.steps
+
+    def _statistics(self) -> Statistics:
+        """Work done so far."""
+        self._stepper.collect_counts()
+        statistics, (factorizations, solves, seconds) = self.equation.statistics, self._elsewhere
+        statistics.factorizations += factorizations
+        statistics.back_substitutions += solves
+        statistics.seconds = clock.perf_counter() - self._began + seconds
+        return statistics
 
     def checkpoint(self) -> Checkpoint:
         """State to go on from; without memory where a step was not finished."""
@@ -249,9 +304,9 @@ class FullRun:
             **({} if self._errors is None else {"errors": self._errors.memory()}),
         }
 
-    def _recall(self, initial: Checkpoint) -> bool:
+    def _recall(self, memory: Memory) -> bool:
         """Go on from the memory; False where steps that are ahead of the grid have met other forces."""
-        memory, driver = nested(initial.memory), self._driver
+        driver = self._driver
         driver.recall(memory["driver"])
         self.at = recalled_state(self.equation.kind, memory["at"])
         ahead = driver.ahead(self.at)

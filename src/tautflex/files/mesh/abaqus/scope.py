@@ -40,7 +40,7 @@ TYPES = {
     "SPRING1": Layout("spring1", "spring1"),
 }
 _REFUSED = {
-    "DASHPOT": "dashpots are not read here; state the damping in the case",
+    "DASHPOT": "dashpots are not read here; give them as [[dampers]] or tf.Damper",
     "CONN": "connectors are not read here; join the nodes by stiff beams",
 }
 

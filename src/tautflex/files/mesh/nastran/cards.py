@@ -90,7 +90,10 @@ WORDS = Words(
             "CELAS3 CELAS4 CBUSH1D CBUSH2D CGAP CFAST CWELD CSEAM CINTC",
             "join the points by CBUSH, or merge them",
         ),
-        "dampers": ("CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CVISC", "leave them out and state the damping in the case"),
+        "dampers": (
+            "CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CVISC",
+            "leave them out and give them as [[dampers]] or tf.Damper",
+        ),
         "masses of other kinds": (
             "CMASS3 CMASS4",
             "write them as CONM2",

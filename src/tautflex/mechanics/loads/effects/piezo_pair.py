@@ -12,15 +12,18 @@ from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.effects.nodes import bound_forces
 from tautflex.mechanics.loads.inputs import Effect
-from tautflex.mechanics.loads.prepared import PatternLoad, PreparedInput
+from tautflex.mechanics.loads.prepared import PatternLoad, PreparedInput, StressChange
 from tautflex.mechanics.loads.signals import Signal
 from tautflex.mechanics.system import StructuralSystem
+from tautflex.numeric import Array, Indices
 from tautflex.text import brief
 
 
 @dataclass(frozen=True)
 class PiezoPair(Effect):
     """Patches on both sides of beams that bend them: a pair of opposite moments on the two nodes of each.
+
+    Moments on corotational beams turn with them, as a change of their bending stress.
 
     Parameters
     ----------
@@ -58,8 +61,22 @@ class PiezoPair(Effect):
         chosen = checks.indices("beams", self.beams, len(model.beams), "beam")
         if not chosen.size or len(np.unique(chosen)) < chosen.size:
             raise InputError(f"beams: expected at least one beam, every one once, got {chosen.tolist()}")
+        if any(system.blocks[index].turns for index in found):
+            return StressChange(self.moment, "moment", ("moment [N m]",), -np.inf, self._columns(system, found, chosen))
         about = np.concatenate([system.blocks[index].axes[:, "xyz".index(self.axis)] for index in found])[chosen]
         moments = np.zeros((model.dof_count, 1))
         for nodes, turn in ((model.beams[chosen, 0], -about), (model.beams[chosen, 1], about)):
             np.add.at(moments[:, 0], model.dof_offset[nodes][:, None] + np.arange(3, 6), turn)
         return PatternLoad(self.moment, "moment", ("moment [N m]",), -np.inf, *bound_forces(system, moments))
+
+    def _columns(self, system: StructuralSystem, found: list[int], chosen: Indices) -> dict[int, Array]:
+        """Stress of the difference of both ends' angles; the second plane's counts against y (`elements.beam`)."""
+        strain, sign = (3, 1.0) if self.axis == "y" else (1, -1.0)
+        columns, first = {}, 0
+        for index in found:
+            block = system.blocks[index]
+            rows = chosen[(chosen >= first) & (chosen < first + len(block.dofs))] - first
+            first += len(block.dofs)
+            columns[index] = np.zeros((*block.initial_stress.shape, 1))
+            columns[index][rows, strain, 0] = sign / block.measure[rows]
+        return columns

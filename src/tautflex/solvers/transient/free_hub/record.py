@@ -13,8 +13,11 @@ from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array
+from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.free_hub.motion import HubMotion
+from tautflex.solvers.transient.probes import ProbeSet
 from tautflex.solvers.transient.recorder import Recorder
+from tautflex.solvers.transient.restart.keeper import Storage, in_memory
 from tautflex.solvers.transient.state import MotionState
 from tautflex.solvers.variables import COMPONENTS, HUB, about, described
 
@@ -38,9 +41,12 @@ def steady_motion(hub: FreeHub, inertia: InertiaOperator) -> RigidMotion:
 class HubRecorder(Recorder):
     """Collects samples of a run on a free hub; parameters are those of `Recorder`."""
 
-    def __init__(self, *parts: Any) -> None:
-        super().__init__(*parts)
-        self._of_hub = list[tuple[Array, Array, float]]()
+    def __init__(
+        self, equation: EquationOfMotion, probes: ProbeSet, samples: int, field_steps: set[int], frame_steps: set[int],
+        storage: Storage = in_memory,
+    ) -> None:  # fmt: skip
+        super().__init__(equation, probes, samples, field_steps, frame_steps, storage)
+        self._of_hub = storage("hub", (len(self._time), 4 + 3 * len(_HISTORIES) + 1), "f8")
 
     def store(self, at: MotionState, segment: Segment) -> None:
         """Store one sample."""
@@ -48,16 +54,15 @@ class HubRecorder(Recorder):
         super().store(at, segment)
         self._numbers[self.count - 1, 0] = self._equation.kinetic_energy(at)
         hub = at.hub
-        vectors = np.array([hub.position, at.velocity, hub.momentum[:3], hub.momentum[3:]])
-        self._of_hub.append((hub.attitude, vectors, at.work))
+        self._of_hub[self.count - 1] = np.concatenate(
+            [hub.attitude, hub.position, at.velocity, hub.momentum, [at.work]]
+        )
 
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset with the hub's motion, momenta and work added; kinetic energy is that of the whole spacecraft."""
-        vectors = np.array([sample[1] for sample in self._of_hub]).reshape(-1, 4, 3)
-        attitude = np.array([sample[0] for sample in self._of_hub]).reshape(-1, 4)
-        return hub_variables(
-            super().to_dataset(attributes), attitude, vectors, np.array([sample[2] for sample in self._of_hub])
-        )
+        rows = self._of_hub[: self.count]
+        vectors = rows[:, 4:-1].reshape(-1, len(_HISTORIES), 3)
+        return hub_variables(super().to_dataset(attributes), rows[:, :4], vectors, rows[:, -1])
 
 
 def hub_variables(data: xr.Dataset, attitude: Array, vectors: Array, work: Array) -> xr.Dataset:

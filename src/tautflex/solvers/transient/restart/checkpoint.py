@@ -92,6 +92,7 @@ def structure_of(state: PrestressedState) -> dict[str, tuple[float, ...]]:
         "supports": system.model.free_dofs,
         "masses": system.inertia.mass_entries,
         "stiffness and prestress": state.tangent_entries,
+        "dampers": np.concatenate([damper.values for damper in system.model.dampers] or [_NONE]),
     }
     return {name: fingerprint(np.asarray(values, dtype=float)) for name, values in parts.items()}
 

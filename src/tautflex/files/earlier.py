@@ -9,16 +9,40 @@ from pathlib import Path
 from typing import Any
 
 from tautflex.errors import CaseError
+from tautflex.files import netcdf
+from tautflex.files.checkpoints import FOLDER
 
-RESULTS = "run.nc", "summary.json"
+RESULTS = "run.nc", "summary.json", FOLDER
 
 
 def require_no_results(directory: Path, remedy: str) -> None:
-    """Raise CaseError if a folder holds the results of a run."""
+    """Raise CaseError if a folder holds the results of a run, or one that is not finished."""
     found = [name for name in RESULTS if (directory / name).exists()]
     if found:
         text = f"{directory}: expected a directory without results, got one with {' and '.join(found)}"
         raise CaseError(f"{text}; choose another with -o, or {remedy}")
+
+
+def finished(case: str, directory: Path) -> dict[str, Any] | None:
+    """Summary of a run of this case (its text) that is not to go on: it ended by itself; None if there is none yet.
+
+    Raises
+    ------
+    InputError
+        If the folder holds the result of another case, or of a run that nothing is left of to go on from.
+    """
+    if not (directory / "run.nc").exists():
+        return None
+    there, summary = netcdf.load(directory / "run.nc").attrs, read_summary(directory)
+    if there.get("case") != case:
+        text = f"{directory}: expected a result of this case to go on with, got one of another case"
+        raise CaseError(f"{text}; choose another folder with -o, or replace it with --force")
+    if there.get("status") != "interrupted" and summary:
+        return summary
+    if not (directory / FOLDER).exists():
+        text = f"{directory}: expected a checkpoint to go on from, got a result without one"
+        raise CaseError(f"{text}; replace it with --force")
+    return None
 
 
 def read_summary(directory: Path) -> dict[str, Any]:

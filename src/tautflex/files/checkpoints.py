@@ -1,0 +1,148 @@
+"""Checkpoints: a run under way, kept in a folder from which it goes on to the bit after a kill.
+
+The record grows in files that are mapped into memory, so that it takes none of the run's own; what steps leave for the
+next one is written beside them from time to time, whole or not at all.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import mmap
+import os
+import shutil
+import time as clock
+import zipfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tautflex.errors import CaseError, NotWrittenError
+from tautflex.numeric import Array
+from tautflex.writing import written
+
+FOLDER = ".tautflex-checkpoint"
+_STATE = "state.npz"
+
+
+class RunFolder:
+    """Keeper of a run, see `tautflex.solvers.transient.restart.keeper`; what cannot be written is told, not raised.
+
+    Parameters
+    ----------
+    folder
+        Where the files are; what another run left there goes, unless this one is to ``resume`` it.
+    owner
+        What the run is recognised by: words by name, as JSON.
+    seconds
+        Wall-clock time between two checkpoints [s].
+    resume
+        Whether to go on, if there is something to go on from.
+
+    Attributes
+    ----------
+    kept
+        Memory to go on from, or None.
+    resumed_from
+        Its instant [s]; 0: from the start.
+    trouble
+        Why no checkpoints are written; empty if they are.
+    """
+
+    def __init__(self, folder: Path, owner: str, seconds: float, resume: bool) -> None:
+        self._folder, self._owner, self._seconds = folder, owner, seconds
+        self.kept: Mapping[str, Array] | None = None
+        self.resumed_from, self.trouble = 0.0, ""
+        self._maps = list[mmap.mmap]()
+        if resume and self.state.exists():
+            self._open()
+        else:
+            self.remove()
+        self._last = clock.monotonic()
+
+    @property
+    def state(self) -> Path:
+        """File that is there as soon as there is something to go on from."""
+        return self._folder / _STATE
+
+    def array(self, name: str, shape: tuple[int, ...], kind: str = "f8") -> NDArray[Any]:
+        """Array in a file, whose room is taken at once: a full disk is met here or never."""
+        size = math.prod(shape) * np.dtype(kind).itemsize
+        if not size or self.trouble:
+            return np.zeros(shape, dtype=kind)
+        try:
+            return np.frombuffer(self._mapped(self._folder / f"{name}.bin", size), dtype=kind).reshape(shape)
+        except OSError as error:
+            if self.kept is not None:
+                raise CaseError(f"{self._folder}: cannot go on from this checkpoint ({error}); use --force") from None
+            self.trouble = f"no checkpoints could be written ({error.strerror}): a run that is killed is lost"
+            return np.zeros(shape, dtype=kind)
+
+    def due(self) -> bool:
+        """Whether the time between two checkpoints is over."""
+        return not self.trouble and clock.monotonic() - self._last >= self._seconds
+
+    def keep(self, time: float, memory: Mapping[str, Array]) -> None:
+        """Bring the record to the disk, then the memory."""
+        if self.trouble:
+            return
+        arrays: dict[str, Any] = dict(memory)
+        try:
+            for each in self._maps:
+                each.flush()
+                if hasattr(mmap, "MADV_DONTNEED"):
+                    each.madvise(mmap.MADV_DONTNEED)  # it is in the file; what is read again comes back by itself
+            if not self._folder.exists():
+                raise FileNotFoundError(2, "the folder was removed")
+            with written(self.state) as place, place.open("wb") as file:
+                np.savez(file, owner=np.array(self._owner), instant=np.array(time), **arrays)
+        except (OSError, NotWrittenError) as error:
+            self.trouble = f"the last checkpoint is of an earlier instant, later ones could not be written ({error})"
+        self._last = clock.monotonic()
+
+    def remove(self) -> None:
+        """Remove all files."""
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _open(self) -> None:
+        try:
+            with self.state.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+                kept = {name: arrays[name] for name in arrays.files}
+            owner, instant = json.loads(str(kept.pop("owner"))), float(kept.pop("instant"))
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+            text = f"{self._folder}: expected a checkpoint to go on from, got a damaged one ({error})"
+            raise CaseError(f"{text}; start anew with --force") from None
+        differ = [name for name, words in json.loads(self._owner).items() if owner.get(name) != words]
+        if differ:
+            text = f"{self._folder}: expected a checkpoint of this case, got one of another {' and '.join(differ)}"
+            raise CaseError(f"{text}; give what it belongs to, or start anew with --force")
+        self.kept, self.resumed_from = kept, instant
+
+    def _mapped(self, path: Path, size: int) -> mmap.mmap:
+        if self.kept is None:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("w+b" if self.kept is None else "r+b") as file:
+            if self.kept is not None:
+                if os.fstat(file.fileno()).st_size != size:
+                    raise OSError(22, f"{path.name} has another size")
+            elif hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(file.fileno(), 0, size)
+            else:
+                file.truncate(size)
+            self._maps.append(mmap.mmap(file.fileno(), size))
+        return self._maps[-1]
+
+
+@contextmanager
+def run_folder(folder: Path, owner: Mapping[str, str], seconds: float, resume: bool) -> Iterator[RunFolder]:
+    """Keeper of a run in a folder; without a state to go on from nothing of it stays."""
+    keeper = RunFolder(folder, json.dumps(dict(owner)), seconds, resume)
+    try:
+        yield keeper
+    finally:
+        if not keeper.state.exists():
+            keeper.remove()
