@@ -170,6 +170,11 @@ def test_wrong_reports_are_named(run, tmp_path):
         ((run, tmp_path / "a.pdf"), {}, "path: expected a name that ends with .html"),
         ((run, tmp_path / "a.html"), {"size": 1.0}, "size: expected 2 MB or more"),
         ((run, tmp_path / "a.html"), {"other": run, "names": ["one"]}, "names: expected 2 names"),
+        (
+            (run, tmp_path / "a.html"),
+            {"state": tf.solve_prestress(small_antenna((6, 4)))},
+            "state: expected the state of",
+        ),
     ):
         with pytest.raises(tf.InputError, match=f"^{text}"):
             tf.report(*arguments, **options)

@@ -75,6 +75,9 @@ def report(
     if not checks.positive("size", size) >= 2.0:
         raise InputError(f"size: expected 2 MB or more, which hold the page and a picture, got {size:g}")
     checks.instance("state", state, (PrestressedState, type(None)), "a prestressed state, or None")
+    if state is not None and any(each.sizes["node"] != len(state.model.nodes) for each in data):
+        text = f"state: expected the state of this run, got one of {len(state.model.nodes)} nodes"
+        raise InputError(f"{text}; leave it out where two runs are of two structures")
     called = checks.several("names", names, str, "'before', 'after'")
     if len(called) < len(data):
         raise InputError(f"names: expected {len(data)} names, got {len(called)}")
