@@ -3,13 +3,15 @@
 Run ``python benchmarks/control_steps.py`` (``make benchmark-control``). The antenna M2 on 20 x 10 cells, a hub that
 turns about x, a wheel and tensions x and y that change in every interval of 10 ms, seven noisy readings; 8 and 17
 coordinates, steps of 5 ms by central differences. A call per step, one plant and 64 side by side; a table of 500
-commands at a time; the full structure by generalized-alpha. Processor times, medians.
+commands at a time; the full structure by generalized-alpha. Then ``tautflex/Slew-v0``, alone and 64 side by side, and
+its functional twin with 128 runs of 50 steps. Processor times, medians of five; what is left out is not installed.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -79,6 +81,60 @@ def recorded(state: Any, count: int) -> float:
     return rate(once, 3)
 
 
+def environment(coordinates: int) -> float:
+    """Rate of `tautflex/Slew-v0`."""
+    from tautflex.learning.environments.env import AntennaEnv
+
+    env, actions = AntennaEnv("slew", coordinates=coordinates), np.tile(commands(500)[:, :1], 3)
+
+    def once() -> int:
+        env.reset(seed=0)
+        for row in actions:
+            env.step(row)
+        return len(actions)
+
+    return rate(once)
+
+
+def environments(coordinates: int, count: int = 64) -> float:
+    """Rate of as many side by side, without their resets."""
+    from tautflex.learning.environments.vector import VectorAntennaEnv
+
+    envs = VectorAntennaEnv(count, "slew", coordinates=coordinates)
+    actions = np.repeat(np.tile(commands(150)[:, None, :1], 3), count, axis=1)
+    envs.reset(seed=0)
+
+    def once() -> int:
+        for row in actions:
+            envs.step(row)
+        return len(actions) * count
+
+    return rate(once)
+
+
+def twin(precision: str, runs: int = 128, steps: int = 50) -> tuple[float, float]:
+    """Rates of the functional twin, forward and with the slope of a small policy."""
+    import jax
+
+    from tautflex.learning.functional import FunctionalTwin
+    from tautflex.learning.rollout import Rollouts, start_layers
+
+    made = FunctionalTwin(precision=precision)
+    key, features = jax.random.PRNGKey(0), made.arena.observation.matrix.shape[1]
+    rollouts = Rollouts(made, np.zeros((made.commands, features)))
+    params = made.draw(key, runs)
+    layers = start_layers(key, (made.observed, 32, 32, made.commands), made.kind)
+    course, keys = rollouts.begin(key, params), jax.random.split(key, steps)
+    action = np.full((made.commands, runs), 0.01)
+    held = jax.jit(lambda state: jax.lax.scan(lambda s, k: (made.step(k, s, action, params)[0], 0), state, keys)[0])
+    slope = jax.jit(lambda weights: rollouts.slope(weights, key, course, params, steps)[1])
+
+    def once(function: Callable[[Any], Any], start: Any) -> Callable[[], int]:
+        return lambda: (jax.block_until_ready(function(start)), runs * steps)[1]
+
+    return rate(once(held, course.state)), rate(once(slope, layers))
+
+
 def main() -> None:
     """Print a table."""
     state = tf.equip(tf.solve_prestress(antenna("M2", (20, 10))), list(PULL.values()))
@@ -90,6 +146,13 @@ def main() -> None:
         print(f"| {rom.size} coordinates, 500 steps per call | {tabled(rom):.0f} |", flush=True)
         print(f"| {rom.size} coordinates, `Plant` with its record | {recorded(rom, 100):.0f} |", flush=True)
         assert rom.size == count
+    for count in BASES:
+        print(f"| {count} coordinates, `tautflex/Slew-v0` | {environment(count):.0f} |", flush=True)
+        print(f"| {count} coordinates, 64 environments | {environments(count):.0f} |", flush=True)
+    for precision in ("double", "single") if find_spec("jax") else ():
+        forward, slope = twin(precision)
+        print(f"| 8 coordinates, functional twin, {precision} | {forward:.0f} |", flush=True)
+        print(f"| 8 coordinates, functional twin with the slope of a policy, {precision} | {slope:.0f} |", flush=True)
     print(f"| full structure, `Plant` with its record | {recorded(state, 50):.0f} |", flush=True)
 
 

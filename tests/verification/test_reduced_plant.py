@@ -73,15 +73,23 @@ def test_changed_commands_are_a_table_that_jumps():
 
 
 @pytest.mark.parametrize(
-    "hub", [ABOUT_X, tf.FreeHub(**BODY, angular_velocity=(0.1, 0.2, 0.0))], ids=["about x", "free"]
+    ("hub", "left_out"),
+    [
+        (ABOUT_X, ()),
+        (ABOUT_X, ("tension",)),
+        (tf.FreeHub(**BODY, axes="x", attitude=(0.8, 0.0, 0.6, 0.0)), ()),
+        (tf.FreeHub(**BODY, angular_velocity=(0.1, 0.2, 0.0)), ()),
+    ],
+    ids=["about x", "linear readings", "tilted", "free"],
 )
-def test_the_compiled_loop_is_the_same_loop(hub, verification_row):
+def test_the_compiled_loop_is_the_same_loop(hub, left_out, verification_row):
     """Readings of every sensor and the work of every actuator, to round-off."""
     drive = {"lag": 0.03, "delay": 0.02, "rate": 5.0, "resolution": 1e-4}
     wheel = tf.HubTorque("x", limit=1.5, momentum=0.1, lag=0.01)
     actuators = {**ACTUATORS, "torque": wheel, "tip": tf.Actuator(TIP, **drive)}
-    plant = tf.Plant(rom(), hub, actuators, SENSORS, **ASKED)
-    fast = tf.CompiledPlant(rom(), hub, actuators, SENSORS, **ASKED)
+    sensors = {name: each for name, each in SENSORS.items() if name not in left_out}
+    plant = tf.Plant(rom(), hub, actuators, sensors, **ASKED)
+    fast = tf.CompiledPlant(rom(), hub, actuators, sensors, **ASKED)
     table = commands(40)
     slow = np.array([plant.reset(seed=3), *(plant.step(row) for row in table)])
     quick = np.array([fast.reset(seed=3), *(fast.step(row).copy() for row in table)])
@@ -108,6 +116,22 @@ def test_plants_side_by_side_are_plants():
     np.testing.assert_array_equal(many.time, [0.06, 0.0, 0.06])
     np.testing.assert_array_equal(many.measurement[[0, 2]], before[[0, 2]])
     assert not many.failed.any()
+
+
+def test_a_crowd_is_plants():
+    """Rows of several blocks are plants alone to the bit; one that is too stiff fails, stays, and moves no other."""
+    crowd, one = (tf.CompiledPlant(rom(), ABOUT_X, ACTUATORS, SENSORS, count=n, **ASKED) for n in (67, 1))
+    table, shares = commands(8), np.linspace(-1.0, 1.0, 67)
+    crowd.reset(seed=5)
+    still = crowd.reset(seed=1, row=40, coordinates=1e4 * rom().basis.amplitude)
+    found = np.array([crowd.step(shares[:, None] * row).copy() for row in table])
+    for n in (0, 13, 63, 64, 66):
+        one.reset(seed=5 + n)
+        np.testing.assert_array_equal(found[:, n], [one.step(shares[n] * row).copy() for row in table])
+    assert np.flatnonzero(crowd.failed).tolist() == [40]
+    np.testing.assert_array_equal(found[-1, 40], still)
+    assert crowd.time[40] == 0.0
+    assert one.linearize(3) is one.linearize(3)
 
 
 @pytest.mark.parametrize("free", [True, False], ids=["hub", "prescribed"])
@@ -235,6 +259,29 @@ def test_reduced_and_full_plant_agree(verification_row):
     assert off[1] < 0.05
     verification_row("reduced against full plant, attitude, rms", 0.0, float(off[0]), "full model")
     verification_row("reduced against full plant, film under switched tension, rms", 0.0, float(off[1]), "full model")
+
+
+def test_answers_to_tension_are_two_coordinates_each(verification_row):
+    """The frame answers slowly, the film fast: bang-bang torque and tension switched by a half, small motion.
+
+    Where tension is prescribed the film does not wait for the frame, as it did with one coordinate for both.
+    """
+    effects = list(PULL.values())
+    sensors, found = {"attitude": tf.Attitude(), "film": tf.Displacement([0.3, 0.1])}, []
+    asked = {"interval": 0.01, "time_step": 5e-3, "damping": tf.Rayleigh(1e-3, 1e-3), "method": tf.Bathe()}
+    answered = tf.reduce(state(), tf.ModalBasis(("rx",), count=12, candidates=80), inputs=effects)
+    actuators = {"torque": tf.HubTorque("x"), **PULL}
+    for body in (state(), answered):
+        plant = tf.Plant(body, tf.FreeHub(**BODY, axes="x"), actuators, sensors, **asked)
+        plant.reset()
+        rows = ([0.1 * (-1) ** (k // 40), *[0.5 * (-1) ** (k // 10)] * 2] for k in range(80))
+        found.append(np.array([plant.step(row) for row in rows]))
+        # What stresses store at rest, which may be negative, is no energy of motion.
+        assert not any("outside its basis" in text for text in plant.run.warnings)
+    off = np.sqrt(np.mean((found[1] - found[0]) ** 2, axis=0) / np.mean(found[0] ** 2, axis=0))
+    for name, value, most in zip(("attitude", "film"), off, (1e-6, 0.01), strict=True):
+        verification_row(f"reduced plant, answers to switched tension, {name}, rms", 0.0, float(value), "full plant")
+        assert value < most
 
 
 def test_bad_plants_are_told():

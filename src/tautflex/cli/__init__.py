@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError, Parameter
 
+from tautflex import compiling
 from tautflex._version import __version__
 from tautflex.cli.cases.check import check
 from tautflex.cli.cases.init import init
@@ -65,6 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code: 0 done, 1 not converged, 2 bad input."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="surrogateescape")  # names of files may be in any encoding
+    compiling.announcing = True
     with listening():
         code = _outcome(sys.argv[1:] if arguments is None else list(arguments))
         return exit_code() or code

@@ -42,7 +42,6 @@ from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array, within_arithmetic
 from tautflex.reduction.on_basis import OnBasis
-from tautflex.solvers.linear.eigenpairs import lowest_eigenpairs
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.text import shown
 
@@ -131,9 +130,7 @@ class _View:
             reach = self._condensed(kept, derivatives)
             self.vectors, self.fast = reach, derivatives
         else:
-            count = min(modes, system.size)
-            mass = system.inertia.mass_entries
-            self.vectors = lowest_eigenpairs(system.pattern, about.stiffness, mass, count)[1]
+            self.vectors = about.modes(min(modes, system.size))
             self.fast = np.zeros((0, system.size))
         self.mass = self._projected(system.inertia.mass_entries)
         self.stiffness = self._projected(about.stiffness)

@@ -171,6 +171,7 @@ class Plant:
         self._problem([], interval)
         self._run: RunOfPlant | None = None
         self._bank = self._new_bank()
+        self._views: dict[tuple[int, tuple[float, ...]], LinearPlant] = {}
 
     def _new_bank(self) -> Bank:
         return Bank(self.actuators, self.state_of.system, self.interval, self._monitor)
@@ -342,9 +343,13 @@ class Plant:
     def linearize(self, modes: int = 60) -> LinearPlant:
         """Linear view of small motion about the start, see `linearize`; with lags and delays of drives and sensors."""
         motion = None if self.hub is not None else self.maneuver.start()
-        asked = {"hub": self.hub, "damping": self._asked["damping"], "motion": motion, "modes": modes}
-        view = linearize(self.state_of, self._bank.effects, self.sensors, **asked)
-        return behind_drives(view, self.actuators, self.inputs, self.sensors, self.outputs)
+        steady = () if motion is None else (*motion.angular_velocity.tolist(), *motion.origin_acceleration.tolist())
+        known = modes, steady
+        if known not in self._views:
+            asked = {"hub": self.hub, "damping": self._asked["damping"], "motion": motion, "modes": modes}
+            view = linearize(self.state_of, self._bank.effects, self.sensors, **asked)
+            self._views[known] = behind_drives(view, self.actuators, self.inputs, self.sensors, self.outputs)
+        return self._views[known]
 
     def authority(self, modes: int = 10) -> xr.Dataset:
         """What each effect at its limit can do to the lowest modes, see `authority`."""

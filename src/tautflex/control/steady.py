@@ -17,6 +17,7 @@ from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, RigidMotion
 from tautflex.numeric import Array, cross_matrix
 from tautflex.reduction.on_basis import refuse_drifting
+from tautflex.solvers.linear.eigenpairs import lowest_eigenpairs
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.equilibrium import solve_static
 from tautflex.solvers.static.prestress import PrestressedState
@@ -54,6 +55,13 @@ class SteadyState:
         system, weight = self.state.system, self.coupling.displacement_weight(self.motion)
         tangent = system.tangent(self.q)
         return tangent + system.inertia.entries(weight) if weight.any() else tangent
+
+    def modes(self, count: int) -> Array:
+        """Lowest modes, shape (count, size); those of a state at rest are found once for all that ask."""
+        linear, system = self.reference.linear, self.state.system
+        if self.state is self.reference and np.array_equal(self.stiffness, linear.stiffness_entries):
+            return linear.modes(count)[1]
+        return lowest_eigenpairs(system.pattern, self.stiffness, system.inertia.mass_entries, count)[1]
 
     @cached_property
     def _factor(self) -> SymmetricFactorization:

@@ -180,13 +180,14 @@ class Bank:
             elif item.bound is not None:
                 value = np.maximum(value, item.bound.lowest)
             if not np.array_equal(value, item.value):
-                before, last, vibration = run.strain_energy(), item.value, self._monitor.vibration
+                stressed, last, vibration = isinstance(item.bound, StressChange), item.value, self._monitor.vibration
+                before = run.strain_energy() if stressed else 0.0
                 if item.drive.monitor and vibration is not None:
                     acting = {each.channel.name: each.value for each in self.items}
                     pumped = vibration.pumped(item.channel.name, place.q, value - last, acting)
                 item.value, changed = value, True
                 item.held.hold(value, time)
-                if isinstance(item.bound, StressChange):
+                if stressed:
                     work = run.strain_energy() - before
                     item.work += work
                     if vibration is None:

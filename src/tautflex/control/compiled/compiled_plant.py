@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 from tautflex import checks
 from tautflex.control.actuators.bank import Bank, checked_actuators
 from tautflex.control.actuators.monitor import PERIODS, monitor_of
-from tautflex.control.compiled import kernels
 from tautflex.control.compiled.addresses import table_of
+from tautflex.control.compiled.blocks import blocks_of
 from tautflex.control.compiled.drives import drives_of
-from tautflex.control.compiled.parts import DRAWN, FAILED, INTERVALS, Drives, LinearLoop, LoopState, Sensing
+from tautflex.control.compiled.parts import DRAWN, INTERVALS, Drives, LinearLoop, LoopState, Sensing
 from tautflex.control.compiled.sensing import sensing_of
 from tautflex.control.late import behind_drives
 from tautflex.control.law import ControlLaw, law_of
@@ -29,10 +29,7 @@ from tautflex.mechanics.dampings.damping import Damping
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver
 from tautflex.numeric import Array, Indices, Mask
-from tautflex.reduction.marching.free_hub.hub_arrays import HubInputs
 from tautflex.reduction.marching.free_hub.hub_run import HubRun
-from tautflex.reduction.marching.free_hub.hub_work import HubWork, new_hub_work
-from tautflex.reduction.marching.work import Work, new_work
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
 from tautflex.solvers.transient.problem import TransientProblem
@@ -131,38 +128,35 @@ class CompiledPlant:
         )
         sensing = sensing_of(self._run, self.sensors, prepared, interval, bank)
         drives = drives_of(self._run, bank, monitor, np.array([interval, step, self._steps, monitor.window]))
-        base = _whole(self._run.inputs_at(np.zeros(1), np.inf), drives)
-        self._fixed, self._kept = table_of(self._run.arrays, self._run.hub, drives, sensing, base)
-        self._watched = drives.watched
-        self._make_rows(drives, sensing, base)
+        self._blocks = blocks_of(self._run, drives, sensing)
+        self._fixed, self._kept = table_of(*self._blocks.fixed)
+        self._watched, self._views = drives.watched, dict[int, LinearPlant]()
+        self._make_blocks(drives, sensing)
 
-    def _make_rows(self, drives: Drives, sensing: Sensing, base: HubInputs) -> None:
-        """Arrays of every plant."""
-        run, count, c, o = self._run, self.count, len(drives.limit), len(sensing.bias)
-        self.measurement, self._command = np.zeros((count, o)), np.zeros((1, count, c))
-        self.gain, self.offset, self.value, self.work = np.ones((count, c)), *np.zeros((3, count, c))
-        self._counts = np.zeros((count, 3), dtype=np.int64)
-        self.failures = self._counts[:, FAILED]
-        self._draws = np.zeros((count, _DRAWS, o))
-        self._rows: list[tuple[Work, HubWork, LoopState, HubInputs, HubInputs]] = []
-        self._noise: list[dict[str, np.random.Generator]] = [{} for _ in range(count)]
-        tables = []
+    def _make_blocks(self, drives: Drives, sensing: Sensing) -> None:
+        """Arrays of every block of plants."""
+        count, c, o = self.count, len(drives.limit), len(sensing.bias)
         late, old = int(drives.delay.max(initial=0)), int(sensing.kept.max(initial=1))
-        for n in range(count):
-            loop = LoopState(
-                np.zeros((c, late)), np.zeros(c), np.zeros(c), self.value[n], self.gain[n], self.offset[n],
-                np.zeros((c, 3)), np.zeros((o, old)), self.work[n], np.zeros(c), self._draws[n],
-                np.zeros((c, 4)), self._counts[n],
-            )  # fmt: skip
-            before, now = _whole(base, drives), _whole(base, drives)
-            work, ride = new_work(run.rom.size), new_hub_work(run.hub, run.arrays.mass, run.ride.given.size)
-            self._rows.append((work, ride, loop, before, now))
-            table, kept = table_of(*self._rows[-1])
+        self.measurement, self._command = np.zeros((count, o)), np.zeros((1, count, c))
+        none, zeros = np.zeros((0, 0)), np.zeros
+        target, output, value, offset, work, pull, given, pumped = zeros((8, count, c))
+        loop = self._loop = LoopState(
+            zeros((count, c, late)), target, output, value, np.ones((count, c)), offset, zeros((count, c, 3)),
+            zeros((count, o, old)), work, pull, given, pumped, zeros((count, _DRAWS, o)), zeros((count, c, 4)),
+            zeros((count, 2), dtype=np.int64), zeros(count, dtype=np.int64),
+        )  # fmt: skip
+        self.gain, self.offset, self.value, self.work = loop.gain, loop.offset, loop.value, loop.work
+        self.failures = loop.failed
+        self._noise: list[dict[str, np.random.Generator]] = [{} for _ in range(count)]
+        tables, lanes = [], self._blocks.lanes
+        for first in range(0, count, lanes):
+            parts: Any = (part[first : first + lanes] for part in loop)
+            block = self._blocks.block(LoopState(*parts))
+            table, kept = table_of(*block)
             tables.append(table)
             self._kept += kept
         self._own, self._left = np.array(tables), 0
-        none, line = np.zeros((0, 0)), np.zeros(0)
-        self._free, kept = table_of(LinearLoop(none, none, none, none, line, line, np.zeros((count, 0))))
+        self._free, kept = table_of(LinearLoop(none, none, none, none, zeros(0), zeros(0), zeros((count, 0))))
         self._kept += kept
 
     def reset(
@@ -189,18 +183,22 @@ class CompiledPlant:
             Measurement, shape (outputs,) of one plant, else (count, outputs).
         """
         chosen = 0 if seed is None else seed
+        q = self._run.work.q if coordinates is None else np.asarray(coordinates, dtype=float)
+        v = self._run.work.v if rates is None else np.asarray(rates, dtype=float)
+        fresh = np.full(self.count, row is None)
         if row is not None:
             checks.between("row", checks.whole("row", row, 0), 0, self.count - 1)
-        for n in range(self.count) if row is None else (row,):
-            work, ride = self._rows[n][:2]
-            work.q[:] = self._run.work.q if coordinates is None else coordinates
-            work.v[:] = self._run.work.v if rates is None else rates
-            ride.rigid[:] = self._run.ride.rigid
+            fresh[row] = True
+        for n in np.flatnonzero(fresh).tolist():
+            self._blocks.place(n, q, v)
             own = chosen + n if row is None else chosen
             self._noise[n] = {name: noise_of(own, name) for name, each in self.sensors.items() if each.noise > 0.0}
             self._draw(n)
-            kernels.begin(self._fixed, self._own[n], self.measurement[n])
-        self._left = int(_DRAWS - self._counts[:, DRAWN].max())
+        lanes = self._blocks.lanes
+        for number in np.unique(np.flatnonzero(fresh) // lanes).tolist():
+            part = slice(number * lanes, (number + 1) * lanes)
+            self._blocks.kernels.begin(self._fixed, self._own[number], fresh[part], self.measurement[part])
+        self._left = int(_DRAWS - self._loop.counts[:, DRAWN].max())
         if row is None and self.count > 1:
             return self.measurement.copy()
         return self.measurement[row or 0].copy()
@@ -211,9 +209,9 @@ class CompiledPlant:
         for channel in self.outputs:
             if channel.name in self._noise[row]:
                 drawn = self._noise[row][channel.name].standard_normal((_DRAWS, channel.size))
-                self._draws[row, :, first : first + channel.size] = drawn
+                self._loop.draws[row, :, first : first + channel.size] = drawn
             first += channel.size
-        self._counts[row, DRAWN] = 0
+        self._loop.counts[row, DRAWN] = 0
 
     def step(self, command: ArrayLike) -> Array:
         """Hold commands over one interval.
@@ -237,7 +235,7 @@ class CompiledPlant:
         except (TypeError, ValueError):
             checks.float_array("command", command, self._command.shape[1:])
             raise
-        kernels.run(self._fixed, self._own, self._free, _NONE, self._command, self.measurement, _NOT)
+        self._blocks.kernels.run(self._fixed, self._own, self._free, _NONE, self._command, self.measurement, _NOT)
         return self.measurement if self.count > 1 else self.measurement[0]
 
     def run(
@@ -316,20 +314,22 @@ class CompiledPlant:
                 self._refill()
             part = slice(begin, begin + min(self._left, len(command) - begin))
             own = measured[1:][part]
-            kernels.run(self._fixed, self._own, around, follow[part], command[part], self.measurement, own)
+            self._blocks.kernels.run(self._fixed, self._own, around, follow[part], command[part], self.measurement, own)
             begin, self._left = part.stop, self._left - len(own)
         return measured
 
     def linearize(self, modes: int = 60) -> LinearPlant:
         """Linear view of small motion of the structure that was reduced, see `Plant.linearize`."""
-        damping = self._run.problem.damping
-        view = linearize(self.rom.state, self._effects, self.sensors, hub=self.hub, damping=damping, modes=modes)
-        return behind_drives(view, self.actuators, self.inputs, self.sensors, self.outputs)
+        if modes not in self._views:
+            damping = self._run.problem.damping
+            view = linearize(self.rom.state, self._effects, self.sensors, hub=self.hub, damping=damping, modes=modes)
+            self._views[modes] = behind_drives(view, self.actuators, self.inputs, self.sensors, self.outputs)
+        return self._views[modes]
 
     def _refill(self) -> None:
-        for n in np.flatnonzero(self._counts[:, DRAWN] >= _DRAWS):
+        for n in np.flatnonzero(self._loop.counts[:, DRAWN] >= _DRAWS):
             self._draw(int(n))
-        self._left = int(_DRAWS - self._counts[:, DRAWN].max())
+        self._left = int(_DRAWS - self._loop.counts[:, DRAWN].max())
 
     @property
     def failed(self) -> Mask:
@@ -338,18 +338,18 @@ class CompiledPlant:
 
     def displacement(self, row: int = 0) -> Array:
         """Displacement of all nodes of a plant by its coordinates [m], without answers to inputs, shape (node, 3)."""
-        return self.rom.state.system.translations(self.rom.displacement(self._rows[row][0].q[None])[0])
+        return self.rom.state.system.translations(self.rom.displacement(self._blocks.coordinates(row)[None])[0])
 
     @property
     def switched_off(self) -> Mask:
         """Numbers of the command that a monitor has switched off since the reset, shape (count, inputs)."""
-        off = np.array([row[2].watch[:, 3] >= PERIODS for row in self._rows])
+        off = self._loop.watch[:, :, 3] >= PERIODS
         return np.asarray(off[:, self._watched] & (self._watched >= 0))
 
     @property
     def time(self) -> Array:
         """Time since their reset [s], shape (count,)."""
-        return np.asarray(self.interval * self._counts[:, INTERVALS], dtype=np.float64)
+        return np.asarray(self.interval * self._loop.counts[:, INTERVALS], dtype=np.float64)
 
     def __repr__(self) -> str:
         lines = {
@@ -361,13 +361,3 @@ class CompiledPlant:
             "interval": f"{self.interval:g} s, {self._steps} step(s)",
         }
         return card(self, lines)
-
-
-def _whole(base: HubInputs, drives: Drives) -> HubInputs:
-    """Copy of what acts without commands, with as many numbers as the drives have."""
-    shapes = (part.shape[1:] for part in (drives.load, drives.stress, drives.inside, drives.inside_stress))
-    load, stress, inside, pulled = (
-        part.copy() if part.shape[1:] == shape else np.zeros((1, *shape))
-        for part, shape in zip(base, shapes, strict=False)
-    )
-    return HubInputs(load, stress, inside, pulled, base.wrench.copy(), base.arms.copy())

@@ -8,7 +8,7 @@ from tautflex.numeric import Array, Indices
 
 # Kinds of what a number of a command acts by; places in `LoopState.counts`.
 WHEEL, FORCE, STRESS = range(3)
-INTERVALS, DRAWN, FAILED = range(3)
+INTERVALS, DRAWN = range(2)
 
 
 class Drives(NamedTuple):
@@ -132,30 +132,36 @@ class LinearLoop(NamedTuple):
 
 
 class LoopState(NamedTuple):
-    """What a loop remembers beside the motion, of c numbers of a command and o readings.
+    """What n loops remember beside the motion, of c numbers of a command and o readings.
 
     Parameters
     ----------
     waiting
-        Commands that are under way, shape (c, any).
+        Commands that are under way, shape (n, c, any).
     target, output, value
-        What drives are told, what they give at the end of the interval, and what acts, shape (c,).
+        What drives are told, what they give at the end of the interval, and what acts, shape (n, c).
     gain, offset
-        What acts is ``gain`` times what the drive gives, plus ``offset``, shape (c,).
+        What acts is ``gain`` times what the drive gives, plus ``offset``, shape (n, c).
     stored
-        Momentum of the wheels in inertial axes [N m s], shape (c, 3).
+        Momentum of the wheels in axes that do not turn [N m s], shape (n, c, 3).
     past
-        Exact readings, newest first, shape (o, any).
+        Exact readings, newest first, shape (n, o, any).
     work
-        Done by each number since the reset [J], shape (c,).
+        Done by each number since the reset [J], shape (n, c).
     pull
-        Energy that a unit of each number has where the structure is [J], shape (c,).
+        Energy that a unit of each number has where the structure is [J], shape (n, c).
+    given
+        What drives give, shape (n, c).
+    pumped
+        Work that a change pumps [J], shape (n, c).
     draws
-        Standard normal numbers to come, shape (any, o).
+        Standard normal numbers to come, shape (n, any, o).
     watch
-        As of `Watch`: intervals, pumped and moved work [J], and periods that pumped, shape (c, 4).
+        As of `Watch`: intervals, pumped and moved work [J], and periods that pumped, shape (n, c, 4).
     counts
-        Intervals since the reset, draws that are used, and whether a step failed, shape (3,).
+        Intervals since the reset, and draws that are used, shape (n, 2).
+    failed
+        Not 0 where a step failed, shape (n,).
     """
 
     waiting: Array
@@ -168,6 +174,9 @@ class LoopState(NamedTuple):
     past: Array
     work: Array
     pull: Array
+    given: Array
+    pumped: Array
     draws: Array
     watch: Array
     counts: Indices
+    failed: Indices

@@ -16,6 +16,11 @@ from tautflex.mechanics.loads.prepared import StressChange
 from tautflex.mechanics.surface import SurfaceOnVectors
 from tautflex.numeric import Array, Indices
 from tautflex.reduction.marching.free_hub.hub_run import HubRun
+from tautflex.reduction.on_basis import OnBasis
+from tautflex.reduction.polynomial.monomials import pairs
+
+# Terms of a sensor below this part of its largest one are round-off.
+_ROUND_OFF = 1e-10
 
 
 def sensing_of(
@@ -63,6 +68,7 @@ def sensing_of(
             rotation[own] = given.rotation
         if given.rate is not None:
             rate[own] = given.rate
+        _clean(look[own], speed[own], rom)
         for number, weights in given.stress.items():
             block = system.blocks[number]
             level[own] += np.einsum("nrs,rs->n", weights, system.initial_stress[number])
@@ -91,6 +97,19 @@ def sensing_of(
         look, speed, rotation, rate, np.ascontiguousarray(form), level, np.array(rows, dtype=np.int64),
         *_stacked(terms, len(vectors)), bias, resolution, noise, age, np.array(np.ceil(age - 1e-9) + 1, dtype=np.int64),
     )  # fmt: skip
+
+
+def _clean(look: Array, speed: Array, rom: OnBasis) -> None:
+    """Take out of a sensor's rows what is round-off of a flat structure, whose film follows nothing in its plane."""
+    amplitude, r, m = rom.basis.amplitude, rom.size, rom.monomial_count
+    first, second = pairs(r)
+    size = amplitude[first] * amplitude[second]
+    least = _ROUND_OFF * float(np.abs(look[:, :r] * amplitude).max(initial=0.0))
+    moved = _ROUND_OFF * float(np.abs(speed[:, :r] * amplitude).max(initial=0.0))
+    parts = (look[:, r : r + m], size, least), (look[:, r + m :], 1.0, least), (speed[:, r:], size, moved)
+    for part, unit, limit in parts:
+        if np.abs(part * unit).max(initial=0.0) <= limit:
+            part[:] = 0.0
 
 
 def _vectors(run: HubRun, bank: Bank) -> tuple[Array, dict[int, Array]]:

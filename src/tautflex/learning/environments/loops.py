@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from tautflex.control.compiled.addresses import table_of
 from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
 from tautflex.learning.environments.bodies import bodies_of
-from tautflex.learning.environments.judge import Rules, command_rows, finish_rows, see_rows
+from tautflex.learning.environments.judge import Episodes, Rules, command_rows, judge_rows, look_rows, show_rows
 from tautflex.learning.environments.references import reference_table
 from tautflex.numeric import Array
 
@@ -52,19 +53,21 @@ class Loops:
         spec, steps = arena.spec, arena.steps
         measured, commands = len(spec.measured), len(spec.commanded)
         disturbances = len(arena.disturbances)
-        self.rules = Rules.of(arena)
-        self.actions, self._before = np.zeros((2, count, commands))
-        self._command = np.zeros((count, commands + disturbances))
-        self._gain = np.ones((count, commands))
-        self._disturbance = np.zeros((count, steps, disturbances))
-        self._reference = np.zeros((count, steps + 1, 4 * spec.axes))
-        self._noise = np.zeros((count, steps + 1, measured))
-        self._measured = np.zeros((count, 2, measured))
-        self.seen = np.zeros((count, arena.observation.size))
-        self.reward = np.zeros(count)
-        self.terms = np.zeros((count, len(TERMS)))
-        self.terminated, self.truncated = np.zeros((2, count), dtype=bool)
+        self.actions, zeros = np.zeros((count, commands)), np.zeros
+        self.seen = zeros((count, arena.observation.size))
+        self.reward = zeros(count)
+        self.terms = zeros((count, len(TERMS)))
+        self.terminated, self.truncated = zeros((2, count), dtype=bool)
         self.place = np.full(count, -1, dtype=np.int64)
+        own = self._own = Episodes(
+            command=zeros((count, commands + disturbances)), actions=self.actions, before=zeros((count, commands)),
+            gain=np.ones((count, commands)), disturbance=zeros((count, steps, disturbances)), place=self.place,
+            readings=self.bodies.readings, failed=self.bodies.failed, reward=self.reward, terms=self.terms,
+            terminated=self.terminated, truncated=self.truncated, reference=zeros((count, steps + 1, 4 * spec.axes)),
+            noise=zeros((count, steps + 1, measured)), measured=zeros((count, 2, measured)),
+            raw=zeros((count, self.seen.shape[1] - commands - 1)), seen=self.seen,
+        )  # fmt: skip
+        self._table, self._kept = table_of(Rules.of(arena), own)
         self.parameters: list[dict[str, float]] = [{} for _ in range(count)]
         self._times = np.asarray(arena.interval * np.arange(steps + 1), dtype=float)
         self._deviations = np.array([channel.noise for channel in spec.measurements for _ in range(channel.size)])
@@ -74,30 +77,34 @@ class Loops:
         arena, task = self.arena, self.arena.task
         parameters = self.parameters[row] = arena.draw(random, options)
         maneuver = task.maneuver(parameters)
-        self._gain[row] = self.rules.limits * (1.0 + (parameters["effectiveness"] - 1.0) * arena.on_structure)
+        own = self._own
+        own.gain[row] = arena.limits * (1.0 + (parameters["effectiveness"] - 1.0) * arena.on_structure)
         disturbance = task.disturbances(parameters, arena.steps, arena.interval)
-        self._disturbance[row, :, : disturbance.shape[1]] = disturbance
-        self._disturbance[row, :, disturbance.shape[1] :] = parameters["tension_error"] * arena.tension_units
-        self._reference[row] = reference_table(maneuver, self._times, arena.hub)
-        random.standard_normal(out=self._noise[row])
-        self._noise[row] *= parameters["noise"] * self._deviations
-        self.actions[row], self._before[row], self.place[row] = 0.0, 0.0, 0
+        own.disturbance[row, :, : disturbance.shape[1]] = disturbance
+        own.disturbance[row, :, disturbance.shape[1] :] = parameters["tension_error"] * arena.tension_units
+        own.reference[row] = reference_table(maneuver, self._times, arena.hub)
+        random.standard_normal(out=own.noise[row])
+        own.noise[row] *= parameters["noise"] * self._deviations
+        own.actions[row], own.before[row], self.place[row] = 0.0, 0.0, 0
         self.reward[row], self.terminated[row], self.truncated[row] = 0.0, False, False
         self.bodies.reset(row, maneuver)
-        see_rows(
-            self.rules, row, row + 1, self.bodies.readings, self.place, self._noise, self._reference, self._measured,
-            self.actions, self.seen, True,
-        )  # fmt: skip
+        self._see(row, row + 1, True)
+
+    def _see(self, first: int, end: int, starting: bool) -> None:
+        """Fill observations of some rows."""
+        look_rows(self._table, first, end, starting)
+        # Here, because array libraries have it for many numbers at once.
+        raw = self._own.raw[first:end]
+        np.arcsinh(raw, out=raw)
+        show_rows(self._table, first, end)
 
     def step(self) -> None:
         """Take `actions` over one interval, in all episodes that go on."""
-        if command_rows(self._command, self.actions, self._gain, self._disturbance, self.place):
+        if command_rows(self._table):
             raise InputError("action: expected finite numbers, got one that is none; correct the policy")
-        self.bodies.step(self._command)
-        finish_rows(
-            self.rules, self.bodies.readings, self.bodies.failed, self.place, self.actions, self._before, self.reward,
-            self.terms, self.terminated, self.truncated, self._reference, self._noise, self._measured, self.seen,
-        )  # fmt: skip
+        self.bodies.step(self._own.command)
+        judge_rows(self._table)
+        self._see(0, self.count, False)
 
     def over(self, row: int) -> bool:
         """Whether an episode has ended, or none has begun."""
@@ -105,5 +112,5 @@ class Loops:
 
     def attitude(self, row: int) -> Array:
         """Rotation vector of the hub about its axes [rad], shape (axes,)."""
-        first = self._measured.shape[2]
+        first = self._own.measured.shape[2]
         return self.bodies.readings[row, first : first + self.arena.spec.axes]

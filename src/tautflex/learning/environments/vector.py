@@ -119,8 +119,9 @@ class VectorAntennaEnv(VectorEnv[Array, Array, Array]):
             )
         loops.actions[...] = actions
         loops.step()
-        info: dict[str, Any] = {name: loops.terms[:, k].copy() for k, name in enumerate(TERMS)}
-        info |= {f"_{name}": ~done for name in TERMS}
+        going = ~done
+        info: dict[str, Any] = dict(zip(TERMS, loops.terms.T.copy(), strict=True))
+        info |= {f"_{name}": going for name in TERMS}
         reward, terminated, truncated = loops.reward.copy(), loops.terminated.copy(), loops.truncated.copy()
         if done.any():  # what ended before begins now
             info |= self._begin(done)

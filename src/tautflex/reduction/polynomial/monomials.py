@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from tautflex.numeric import Array, Indices
 
 # Stress fields that store less than this part of the energy of the strongest one are left out.
 WEAK_FIELD = 1e-5
+# Rows up to which products are taken by indices.
+_FEW = 16
 
 
 def pairs(count: int) -> tuple[Indices, Indices]:
     """Indices (i, j), i <= j, of the packed monomials ``y_ij = eta_i eta_j``, shapes (count (count + 1) / 2,)."""
     first, second = np.triu_indices(count)
     return first.astype(np.int64), second.astype(np.int64)
+
+
+_known_pairs = cache(pairs)
 
 
 def pair_table(count: int) -> Indices:
@@ -27,6 +34,9 @@ def pair_table(count: int) -> Indices:
 def _products(a: Array, b: Array) -> Array:
     """Packed products ``a_i b_j``, i <= j: (..., r) -> (..., m)."""
     count = a.shape[-1]
+    if a.size <= _FEW * count:
+        one, other = _known_pairs(count)
+        return np.asarray(a[..., one] * b[..., other])
     # Row by row of the transposed table: fancy indices or short slices would cost several times as much.
     left, right = (np.ascontiguousarray(np.moveaxis(part, -1, 0)) for part in (a, b))
     result = np.empty((count * (count + 1) // 2, *a.shape[:-1]))
