@@ -420,7 +420,7 @@ def doors(t):
             {"path": folder / "none.inp", "names": None, "unit_length": 1.0, "unit_mass": None, "step": None},
         ),
         "reduce": (tf.reduce, {"state": state, "basis": tf.ModalBasis(count=2), "weak_field": 1e-5, "inputs": ()}),
-        "run_case": (tf.run_case, {"case": case}),
+        "run_case": (tf.run_case, {"case": case, "checkpoint": None, "seconds": 60.0}),
         "control_case": (tf.control_case, {"case": case.replaced(**LOOP)}),
         "save": (tf.save, {"dataset": run.data, "path": folder / "again.nc"}),
         "save_appendage": (tf.save_appendage, {"data": appendage, "path": folder / "appendage.json"}),
