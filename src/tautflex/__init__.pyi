@@ -202,3 +202,7 @@ from .structure.model import Model as Model
 from .structure.shapes import Shape as Shape
 from .structure.springs import Damper as Damper
 from .structure.springs import Spring as Spring
+from .study.design import design as design
+from .study.reading import load_study as load_study
+from .study.sections import Study as Study
+from .study.sweep import sweep as sweep

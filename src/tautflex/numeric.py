@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
+from functools import cache
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tautflex.compiling import temporary_place, watch
 from tautflex.errors import InputError
 
 Array: TypeAlias = NDArray[np.float64]
@@ -46,6 +48,19 @@ def within_arithmetic() -> Iterator[None]:
         ) from None
 
 
+@cache
+def _threads() -> Any:
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
+def one_thread() -> AbstractContextManager[object]:
+    """Keep BLAS from more threads inside: vectors of a step are too short for them, they wait for each other."""
+    limited: AbstractContextManager[object] = _threads().limit(limits=1, user_api="blas")
+    return limited
+
+
 def jit(function: Callable[..., Any]) -> Any:
     """Compile a kernel, which may add up in any order; the machine code is kept on disk."""
     return _compiled(function, fastmath=FASTMATH)
@@ -65,7 +80,12 @@ def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     # Here, because it takes longer to import than all that needs nothing but the types above.
     import numba
 
-    return numba.njit(cache=True, error_model="numpy", **options)(function)
+    watch()
+    try:
+        return numba.njit(cache=True, error_model="numpy", **options)(function)
+    except RuntimeError:  # no place to keep code in
+        numba.config.CACHE_DIR = temporary_place()  # type: ignore[attr-defined]
+        return numba.njit(cache=bool(temporary_place()), error_model="numpy", **options)(function)
 
 
 def cross(a: Array, b: Array) -> Array:

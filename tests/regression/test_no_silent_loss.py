@@ -24,7 +24,7 @@ IDLE = {
 }
 ELEMENTS = ("1, 1, 2, 3, 4", "2, 3, 5", "3, 2, 5", "4, 5", "5, 2", "10, 8", "11, 11, 2", "12, 12, 13", "13, 1, 2, 4")
 LABELLED = ("CQUAD4", "CTRIA3", "CROD", "CTUBE", "CONROD", "CBAR", "CBEAM", "CONM1", "CONM2", "CMASS1", "CMASS2")
-LABELLED += ("RBE2", "RBE3", "CELAS1", "CELAS2", "CBUSH")
+LABELLED += ("RBE2", "RBE3", "CELAS1", "CELAS2", "CBUSH", "CDAMP1", "CDAMP2", "CVISC")
 
 
 def fingerprint(path, text: str) -> object:
@@ -40,7 +40,7 @@ def fingerprint(path, text: str) -> object:
     bodies = [(one.node, one.mass, one.tensor.round(12).tolist(), one.arm.round(12).tolist()) for one in mesh.masses]
     joined = [
         (type(one).__name__, *(np.asarray(value, dtype=object).tolist() for value in vars(one).values()))
-        for one in (*mesh.links, *mesh.springs)
+        for one in (*mesh.links, *mesh.springs, *mesh.dampers)
     ]
     sections = {name: (one.kind, dict(one.values), one.doubt) for name, one in mesh.sections.items()}
     spread = [

@@ -8,7 +8,7 @@ import pytest
 
 import house
 from house import MODULES, ROOT, arrows, reached
-from tautflex.paper.finished_runs import source_files
+from tautflex.study.store import source_files
 
 
 def test_no_import_circle():
@@ -24,7 +24,7 @@ def test_files_and_folders_of_bearable_size():
     assert wide == {}
 
 
-@pytest.mark.parametrize("name", ["paper.work", "case.run", "solvers.linear.panels", "case.tables"])
+@pytest.mark.parametrize("name", ["study.work", "case.run", "solvers.linear.panels", "case.tables"])
 def test_key_of_a_stored_run_covers_all_it_needs(name):
     needed = {MODULES[other] for other in {f"tautflex.{name}", *reached(f"tautflex.{name}")}}
     assert needed <= set(source_files())

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import csv
 import json
+from types import SimpleNamespace
 
 import pytest
 
 from tautflex.cli import main
 from tautflex.cli.runs.reproduce import _answer, _Made
-from tautflex.paper import engine
 from tautflex.paper.tables import published
 from tautflex.paper.tables.rows import Row
 from tautflex.solvers.transient.status import Status
+from tautflex.study import work
 
 
 def call(tmp_path, *words):
@@ -41,14 +42,19 @@ def test_tables_and_figures_without_runs(tmp_path, capsys):
 def test_a_second_call_uses_the_runs_of_the_first(tmp_path, capsys, monkeypatch):
     assert call(tmp_path, "--table", "7", "--json") == 0
     first = json.loads(capsys.readouterr().out)
-    assert len(list((tmp_path / "runs").glob("*.nc"))) == 3
-    monkeypatch.setattr(engine, "perform_one", lambda spec, directory: pytest.fail(f"{spec.name} performed again"))
+    assert len(list((tmp_path / "runs").glob("*/*.nc"))) == 3
+    monkeypatch.setattr(work, "simulated", lambda *given: pytest.fail("performed again"))
     assert call(tmp_path, "--table", "7", "--json") == 0
     assert json.loads(capsys.readouterr().out)["tables"] == first["tables"]
 
 
 def test_interruption_is_one_line_and_a_status(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(engine, "perform_one", lambda spec, directory: (Status.INTERRUPTED.value, ""))
+    """A run that Ctrl-C ended comes back as far as it got."""
+
+    def interrupted(case, ready, tell):
+        return SimpleNamespace(status=Status.INTERRUPTED), ""
+
+    monkeypatch.setattr(work, "simulated", interrupted)
     assert call(tmp_path, "--table", "7") == 130
     captured = capsys.readouterr()
     assert captured.out == ""

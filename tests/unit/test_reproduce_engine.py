@@ -14,12 +14,12 @@ import pytest
 
 from tautflex import InputError, NotConvergedError
 from tautflex.case import parse_case
-from tautflex.paper import work
 from tautflex.paper.cases.catalogue import RunSpec
 from tautflex.paper.comparison import make_plan
 from tautflex.paper.engine import load_results, perform
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.transient import implicit
+from tautflex.study import work
 
 FILM = """
 schema = 1
@@ -78,11 +78,11 @@ def test_a_kill_at_any_moment_loses_nothing_that_was_finished(tmp_path, workers)
         scripts[-1].write_text(SCRIPT.format(here=here, place=str(folder), workers=workers), encoding="utf-8")
     process = subprocess.Popen([sys.executable, str(scripts[0])], start_new_session=True)
     deadline = time.monotonic() + 120
-    while not list(place.glob("*.nc")) and process.poll() is None and time.monotonic() < deadline:
+    while not list(place.glob("*/*.nc")) and process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.02)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
-    kept = {path: path.stat().st_mtime_ns for path in place.glob("*.nc")}
+    kept = {path: path.stat().st_mtime_ns for path in place.glob("*/*.nc")}
     assert kept
     for script in scripts:
         subprocess.run([sys.executable, str(script)], check=True)
@@ -114,7 +114,7 @@ def test_another_case_is_another_result_and_equal_cases_are_performed_once(tmp_p
     twin = RunSpec("film/twin", first.case, "published", "M2", first.rate, first.duration)
     paths = perform([first, second, twin], tmp_path, 1, lambda fraction, name: told.append((fraction, name)))
     assert paths["film/0"] == paths["film/twin"] != paths["film/1"]
-    assert len(list(tmp_path.glob("*.nc"))) == 2
+    assert len(list(tmp_path.glob("*/*.nc"))) == 2
     fractions = [fraction for fraction, _ in told]
     assert fractions == sorted(fractions)
     assert fractions[-1] <= 1.0
@@ -122,20 +122,20 @@ def test_another_case_is_another_result_and_equal_cases_are_performed_once(tmp_p
 
 def test_a_failed_run_is_named_and_the_others_are_kept(tmp_path, monkeypatch):
     """Steps that are not allowed a single iteration fail; that is forced for one of two runs."""
-    run_case = work.run_case
+    simulated = work.simulated
 
-    def without_iterations(given, progress, *, throw):
+    def without_iterations(given, *rest):
         with monkeypatch.context() as patch:
             if given == spec(1).case:
                 patch.setattr(
                     implicit, "solve_newton", lambda problem, start, *rest: NewtonOutcome(start, history=[1.0])
                 )
-            return run_case(given, progress, throw=throw)
+            return simulated(given, *rest)
 
-    monkeypatch.setattr(work, "run_case", without_iterations)
+    monkeypatch.setattr(work, "simulated", without_iterations)
     with pytest.raises(NotConvergedError, match="film/1"):
         perform([spec(1), spec(0)], tmp_path, workers=1)
-    assert len(list(tmp_path.glob("*.nc"))) == 1
+    assert len(list(tmp_path.glob("*/*.nc"))) == 1
 
 
 def test_interruption_keeps_what_is_finished(tmp_path):
@@ -144,7 +144,7 @@ def test_interruption_keeps_what_is_finished(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         perform([spec(0), spec(1)], tmp_path, 1, stop)
-    assert len(list(tmp_path.glob("*.nc"))) == 1
+    assert len(list(tmp_path.glob("*/*.nc"))) == 1
 
 
 def test_bad_arguments(tmp_path):

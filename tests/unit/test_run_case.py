@@ -9,8 +9,7 @@ import tautflex as tf
 from tautflex.case import parse_case
 from tautflex.cli import main
 from tautflex.paper.cases.catalogue import RunSpec
-from tautflex.paper.finished_runs import stored
-from tautflex.paper.work import perform_one
+from tautflex.paper.engine import perform
 from verification.builders import FILM_CASE
 
 FILM = f"""{FILM_CASE}[maneuver]
@@ -41,8 +40,8 @@ def test_the_same_numbers_wherever_a_case_runs(name, tmp_path, capsys):
     assert main(["run", str(path), "-o", str(tmp_path / "out"), "--json"]) == 0
     capsys.readouterr()
     spec = RunSpec("film", case, "published", "M2", 0.5, 0.1)
-    assert perform_one(spec, tmp_path / "kept")[0] == "completed"
-    for other in map(tf.load, (tmp_path / "out" / "run.nc", stored(spec, tmp_path / "kept"))):
+    kept = perform([spec], tmp_path / "kept", workers=1)["film"]
+    for other in map(tf.load, (tmp_path / "out" / "run.nc", kept)):
         assert other.sizes == run.data.sizes
         for variable in ("w", "strain_energy", "kinetic_energy", "max_principal_resultant"):
             np.testing.assert_array_equal(other[variable], run.data[variable])

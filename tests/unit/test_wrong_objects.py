@@ -23,8 +23,18 @@ ElementBlock ElementGroup FixedAxis FollowerForce HubState HyperReducedModel Ine
 LinearInput LinearLaw LinearPlant LinearStructure LoopSpec Maneuver Method OneStageMethod PatternLoad PlantState
 PreparedInput PreparedSensor RateFormula ReducedModel ReeledCables Reference RigidMotion Run Segment SensedMotion Sensor
 SensorRows Shape Stage StepScheme StressChange Stretch TensionOnly TimeInput UnitStep isoparametric_membrane register
-CompiledPlant FunctionalTwin HoldTask Link MeshSection Policy PolicyLaw Scenario SlewTask StopTask Task Trained Tuned
+CompiledPlant FunctionalTwin HoldTask Link MeshSection Policy PolicyLaw Scenario SlewTask StopTask Study Task Trained
+Tuned
 evaluate train tune_law
+"""
+STUDY = """base = "film.toml"
+[axes]
+"damping.beta" = [0.0, 1e-3]
+[design]
+minimize = ["surface.rms"]
+trials = 1
+[design.variables]
+"damping.beta" = { from = 0.0, to = 1e-3 }
 """
 LOOP = {
     "actuators": {"push": {"kind": "nodal-force", "near": (0.2, 0.2), "direction": (0, 0, 1)}},
@@ -57,6 +67,7 @@ def things(tmp_path_factory):
     run = tf.simulate(state, initial_velocity=lambda x, y: 0.01 + 0 * x, **options)
     tf.save(run.data, folder / "run.nc")
     (folder / "film.toml").write_text(FILM_CASE, encoding="utf-8")
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
     material = tf.Material(3e9, 1500.0, 0.3)
     film, rope = tf.MembraneSection(material, 1e-4), tf.CableSection(material, 1e-6)
     mesh = {
@@ -74,6 +85,8 @@ def things(tmp_path_factory):
     return {
         "case": case, "model": model, "state": state, "modes": modes, "run": run, "folder": folder, "rom": rom,
         "film": film, "rope": rope, "material": material, "mesh": mesh, "hung": hung,
+        "swept": tf.sweep(folder / "study.toml", folder / "swept", workers=1),
+        "design": tf.design(folder / "study.toml", folder / "designed", workers=1),
     }  # fmt: skip
 
 
@@ -121,6 +134,8 @@ def doors(t):
         "max_halvings": 2,
         **short,
     }
+
+    asked = {"workers": 1, "scheduler": None, "force": False}
 
     def bound(kind):
         def door(**given):
@@ -467,6 +482,14 @@ def doors(t):
             {"figure": plot.plot_modes(modes.to_dataset(), 1, 1), "stem": folder / "figure", "formats": ("png",)},
         ),
         "load_run": (tf.load_run, {"path": folder / "run.nc"}),
+        "load_study": (tf.load_study, {"path": folder / "study.toml"}),
+        "sweep": (tf.sweep, asked | {"study": folder / "study.toml", "directory": folder / "study"}),
+        "design": (
+            tf.design,
+            asked | {"study": folder / "study.toml", "directory": folder / "design", "trials": 1},
+        ),
+        "plot_study": (plot.plot_study, {"study": t["swept"], "measures": ["surface.rms"]}),
+        "plot_design": (plot.plot_design, {"design": t["design"]}),
         **control_doors(t),
     }
 

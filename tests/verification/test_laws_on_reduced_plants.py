@@ -75,3 +75,65 @@ def test_laws_of_tension_damp_and_no_monitor_switches_them_off(law):
             assert np.abs(measured[:, 0] - found).max() < 1e-9 * np.abs(found).max()
     assert plant.energy_by_source["y"] < 0.0
     assert energies[1] < 0.3 * energies[0]
+
+
+NODES = [int(np.argmin(np.linalg.norm(state().model.nodes - [x, 0.0, 0.0], axis=1))) for x in (0.5, -0.5)]
+PUSH = {name: tf.NodalForce([node], direction=(0, 0, 1)) for name, node in zip("ab", NODES, strict=True)}
+PLACES = state().model.nodes[NODES, :2].tolist()
+
+
+def _pushed(time, y):
+    return [1e-4, 0.0] if time < 0.195 else [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        tf.PositivePositionFeedback(0.9, 1.35, "w[0]", "a", damping_ratio=0.3),
+        tf.IndependentModalControl("w", "dw", 2, effort=1.0),
+    ],
+    ids=["PPF", "IMSC"],
+)
+def test_laws_of_a_prescribed_hub_damp_a_reduced_film_as_the_full_one(law, verification_row):
+    """Forces at two points of a film whose frame stands still, and displacements of the same."""
+    sensors = {"w": tf.Displacement(PLACES), "dw": tf.Velocity(PLACES)}
+    asked = {"interval": 0.01, "time_step": 5e-3, "damping": tf.Rayleigh(0.0, 1e-5), "method": tf.Newmark()}
+    reduced = tf.reduce(state(), tf.ModalBasis(count=16, candidates=60), inputs=list(PUSH.values()))
+    found = []
+    for body, each in ((state(), law + _pushed), (reduced, law + _pushed), (reduced, _pushed)):
+        run = tf.close_loop(tf.Plant(body, None, PUSH, sensors, **asked), each, end_time=2.0)
+        assert run.warnings == []
+        found.append(run.data.measurement.values[:, 0])
+    off = float(np.sqrt(np.mean((found[1] - found[0]) ** 2) / np.mean(found[0] ** 2)))
+    verification_row(f"{type(law).__name__} on a reduced plant: rms of the record at its point", 0.0, off, "full plant")
+    assert off < 0.05
+    left, free = (np.abs(w[-60:]).max() for w in found[1:])
+    assert left < 0.7 * free
+
+
+def test_a_hyper_reduced_plant_is_the_full_one(verification_row):
+    """A slew by PD with switched tension, on vectors of a run with switched tension."""
+    times = np.repeat(0.1 * np.arange(1, 10), 2)
+    switched = PULL["y"].driven(tf.TimeTable(times, np.repeat(0.3 * (-1.0) ** np.arange(10), 2)[1:-1]))
+    trained = tf.simulate(
+        state(), tf.Stop(rate=0.3, duration=0.2), time_step=5e-3, end_time=1.0, fields="all", every=4,
+        damping=DAMPING, inputs=[switched], method=tf.Bathe(),
+    )  # fmt: skip
+    few, hyper = (tf.hyper_reduce(state(), trained, tolerance=tolerance) for tolerance in (1e-2, 0.0))
+    bound = PULL["y"].prepare(state().system)
+    assert few.missed(bound.columns)[0] > 0.05  # which runs tell: elements are chosen without the stress
+    assert hyper.missed(bound.columns)[0] == 0.0
+    plant = tf.Plant(few, HUB, {"y": PULL["y"]}, {}, **ASKED | {"method": tf.Bathe()})
+    plant.reset()
+    assert any("the chosen elements miss" in text for text in plant.run.warnings)
+    law = tf.PD(stiffness=160.0, damping=40.0, inertia=3.0) + (lambda time, y: [0.0, 0.3 if time % 0.2 < 0.1 else -0.3])
+    slew, found = tf.Slew(angle=0.02, duration=0.5), []
+    for body in (state(), hyper):
+        plant = tf.Plant(
+            body, HUB, {"torque": tf.HubTorque("x"), "y": PULL["y"]}, SENSORS, **ASKED | {"method": tf.Bathe()}
+        )
+        found.append(tf.close_loop(plant, law, slew, end_time=1.0, seed=1).data.measurement.values)
+    off = np.sqrt(np.mean((found[1] - found[0]) ** 2, axis=0) / np.mean(found[0] ** 2, axis=0))
+    for name, value, most in (("attitude", off[0], 1e-3), ("film", off[2], 0.05)):
+        verification_row(f"hyper-reduced plant under a law and tension, {name}, rms", 0.0, float(value), "full plant")
+        assert value < most

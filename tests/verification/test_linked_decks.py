@@ -109,6 +109,38 @@ def test_springs_at_the_tip(name, read):
     assert found[1] == pytest.approx(beam_frequency(root**2), rel=1e-4)
 
 
+DAMPERS = {
+    "CDAMP2": (".bdf", "CDAMP2,80,.3,11,2\n"),
+    "CDAMP1": (".bdf", "PDAMP,4,.1,5,.3\nCDAMP1,80,5,11,2,0\n"),
+    "CBUSH": (".bdf", "PBUSH,5,B,0.,.3\nCBUSH,80,5,11,,,,,0\n"),
+    "CVISC": (
+        ".bdf",
+        "GRID,50,,1.,.5,0.\nGRID,51,,1.2,.5,0.\nCBAR,70,1,50,51,0.,0.,1.\nSPC1,1,123456,50\n"
+        "PVISC,5,.3\nCVISC,80,5,11,50\n",
+    ),
+    "DASHPOT1": (".inp", "*Element, type=DASHPOT1, elset=s\n80, 11\n*Dashpot, elset=s\n2\n.3\n"),
+    "DASHPOTA": (
+        ".inp",
+        "*Node\n50, 1., .5, 0.\n51, 1.2, .5, 0.\n*Element, type=B31\n70, 50, 51\n*Boundary\n50, 1, 6\n"
+        "*Element, type=DASHPOTA, elset=s\n80, 11, 50\n*Dashpot, elset=s\n\n.3\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DAMPERS)
+def test_dampers_at_the_tip(name, read):
+    """Across the tip, by its velocity; a deck in t, mm, s has them a thousandth in number."""
+    suffix, text = DAMPERS[name]
+    mesh = read(suffix, decks.nastran(decks.HELD + text) if suffix == ".bdf" else decks.abaqus(text))
+    assert not mesh.springs
+    vectors, values = tf.solve_prestress(mesh.model(beam=TUBE)).system.dampers
+    model = mesh.model(beam=TUBE)
+    tip = int(np.argmax((model.nodes[:, 0] == 1.0) & (model.nodes[:, 1] == 0.0)))
+    assert values == pytest.approx([0.3])
+    assert np.abs(vectors[0, model.free_places[model.dof_offset[tip] + 1]]) == pytest.approx(1.0)
+    assert np.count_nonzero(vectors) == 1
+
+
 @pytest.mark.parametrize(
     ("suffix", "text", "words"),
     [
@@ -119,7 +151,9 @@ def test_springs_at_the_tip(name, read):
         (".bdf", "RBE3,90,,6,123,1.,1234,7,8\n", "expected components 123"),
         (".bdf", "CELAS2,80,100.,11,2,10,3\n", "expected the same component"),
         (".bdf", "CBUSH,80,5,11\nPBUSH,5,K,1.\n", "expected CID"),
-        (".bdf", "PBUSH,5,B,1.\nCBUSH,80,5,11,,,,,0\n", "expected no B"),
+        (".bdf", "PBUSH,5,M,1.\nCBUSH,80,5,11,,,,,0\n", "expected no M"),
+        (".bdf", "CDAMP1,80,5,11,2\n", "expected a PDAMP 5"),
+        (".bdf", "PVISC,5,1.\nCVISC,80,5,11,11\n", "expected points at two places"),
         (".bdf", "MPC,3,11,2,1.,6,2,-1.\n", "expected MPC = number"),
         (".inp", "*MPC\nLINK, 11, 6\n", "expected BEAM, TIE, PIN"),
         (".inp", "*Equation\n3\n11,2,1.,6,2,-1.\n", "expected 3 terms"),

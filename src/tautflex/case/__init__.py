@@ -4,7 +4,7 @@
 ``tautflex init`` writes.
 """
 
-from tautflex.case.reading import TEMPLATES, load_case, parse_case, template, template_files
+from tautflex.case.reading import STUDY, TEMPLATES, load_case, parse_case, template, template_files
 from tautflex.case.schema import Case
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
@@ -12,6 +12,7 @@ from tautflex.case.sections.maneuver import Maneuver
 from tautflex.case.sections.structural import Cables, Frame, Membrane, Mesh, Prestress
 
 __all__ = [
+    "STUDY",
     "TEMPLATES",
     "Cables",
     "Case",

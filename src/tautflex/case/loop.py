@@ -34,7 +34,7 @@ from tautflex.control.sensors.sensor import Sensor
 from tautflex.errors import CaseError, NotConvergedError
 from tautflex.interrupts import deferred
 from tautflex.motion.hub import FreeHub
-from tautflex.reduction.polynomial.model import reduce
+from tautflex.reduction.polynomial.model import ReducedModel, reduce
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.status import Run
 
@@ -60,8 +60,10 @@ def build_sensors(case: Case, state: PrestressedState, hub: FreeHub | None) -> d
     return found
 
 
-def build_plant(case: Case, state: PrestressedState) -> Plant:
+def build_plant(case: Case, state: PrestressedState, reduced: ReducedModel | None = None) -> Plant:
     """Build the plant of a case: its structure, or a reduced model of it, on its hub, with actuators and sensors.
+
+    A reduced model that is known already, see `prepare`, is not made again.
 
     Raises
     ------
@@ -71,8 +73,9 @@ def build_plant(case: Case, state: PrestressedState) -> Plant:
     hub = None if case.hub is None else case.hub.build()
     actuators, inputs = build_actuators(case, state), build.build_inputs(case, state)
     effects = [drive.effect for drive in actuators.values() if isinstance(drive, Actuator)]
-    with within("reduction"):
-        reduced = None if case.reduction is None else reduce(state, case.reduction.build(), inputs=[*inputs, *effects])
+    if case.reduction is not None and reduced is None:
+        with within("reduction"):
+            reduced = reduce(state, case.reduction.build(), inputs=[*inputs, *effects])
     return Plant(
         reduced or state,
         hub,
@@ -180,17 +183,21 @@ def control_case(case: Case, progress: Progress | None = None) -> Run:
     >>> run = tf.control_case(tf.load_case("slew.toml"))  # doctest: +SKIP
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('slew.toml') gives one")
-    plant, law = _loop(case, prestressed(case, progress or silent)[1], progress or silent)
-    return _closed(case, plant, law, progress or silent)
+    plant, law = build_loop(case, prestressed(case, progress or silent)[1], progress or silent)
+    return close_case(case, plant, law, progress or silent)
 
 
-def _loop(case: Case, state: PrestressedState, progress: Progress) -> tuple[Plant, ControlLaw]:
+def build_loop(
+    case: Case, state: PrestressedState, progress: Progress, reduced: ReducedModel | None = None
+) -> tuple[Plant, ControlLaw]:
+    """Plant of a case, on a reduced model that is known already if one is given, and its law."""
     progress(0.0, "plant and law")
-    plant = build_plant(case, state)
+    plant = build_plant(case, state, reduced)
     return plant, build_law(case, plant)
 
 
-def _closed(case: Case, plant: Plant, law: ControlLaw, progress: Progress) -> Run:
+def close_case(case: Case, plant: Plant, law: ControlLaw, progress: Progress) -> Run:
+    """Run the closed loop of a case on its plant under its law."""
     try:
         return _labelled(case, close_loop(plant, law, None, case.solver.end_time, case.loop.seed, progress))
     except NotConvergedError as error:
@@ -222,7 +229,7 @@ def write_case_loop(
     """
     tell = progress or silent
     _, state = prestressed(case, tell)
-    plant, law = _loop(case, state, tell)
+    plant, law = build_loop(case, state, tell)
     with deferred():
         return _write_loop(case, state, plant, law, directory, tell, figures, title)
 
@@ -233,16 +240,21 @@ def _write_loop(
 ) -> dict[str, Any]:  # fmt: skip
     more: dict[str, Any] = {}
     try:
-        run = _closed(case, plant, law, tell)
+        run = close_case(case, plant, law, tell)
     except NotConvergedError as error:
         if not isinstance(error.result, Run):
             raise
         run, more["message"] = error.result, str(error)
+    more |= loop_summary(case, run)
+    return write_results(case, state, run, directory, tell, figures, title, more)
+
+
+def loop_summary(case: Case, run: Run) -> dict[str, Any]:
+    """What ``summary.json`` says of a closed loop beside `summary_of` its run."""
     data, end = run.data, maneuver_end(run)
     settled: dict[str, float | None] = {"attitude": None}
     if "attitude_error" in data:
         off = data["attitude_error"].rename(sample_time="time")
         settled["attitude"] = read_settling(off, case.output.attitude_tolerance, end)
     settled["surface"] = read_surface(data, end, case.output.surface_tolerance)["settling_time"]
-    more |= {"settling_time": settled, "energy_by_source": json.loads(data.attrs["energy_by_source"])}
-    return write_results(case, state, run, directory, tell, figures, title, more)
+    return {"settling_time": settled, "energy_by_source": json.loads(data.attrs["energy_by_source"])}

@@ -23,6 +23,9 @@ _FILES = {
 }
 TEMPLATES = tuple(sorted(_FILES))
 """Names of the commented cases that `tautflex init` writes; each is a file."""
+STUDY = "study"
+"""Name of the commented study that it writes."""
+_STUDY_CASE = "m2-reduced.toml"
 
 _LARGEST_FILE = 10_000_000
 _DEEPEST = 20
@@ -34,22 +37,35 @@ def template(name: str = "m2") -> str:
     Parameters
     ----------
     name
-        One of `TEMPLATES`.
+        One of `TEMPLATES`, or `STUDY`.
 
     Raises
     ------
     CaseError
         If there is no such template.
     """
+    if name == STUDY:
+        return _DATA.joinpath("studies", "study.toml").read_text(encoding="utf-8")
     if name not in TEMPLATES:
-        raise CaseError(f"template: expected one of {choices(TEMPLATES)}, got {show(name)}; choose one of them")
+        known = choices((*TEMPLATES, STUDY))
+        raise CaseError(f"template: expected one of {known}, got {show(name)}; choose one of them")
     return _FILES[name].read_text(encoding="utf-8")
 
 
 def template_files(name: str) -> dict[str, str]:
-    """Texts of the files that a commented case names, by the names it has for them: its mesh."""
+    """Texts of the files that a commented case or study names, by the names it has for them: its mesh, its case."""
+    if name == STUDY:
+        return {_STUDY_CASE: reduced_template("m2")}
     mesh = tomllib.loads(template(name)).get("mesh", {}).get("file")
     return {} if mesh is None else {mesh: _DATA.joinpath("meshes", mesh).read_text(encoding="utf-8")}
+
+
+def reduced_template(name: str) -> str:
+    """Text of a commented case with the section [reduction] that it shows put in force."""
+    text = template(name)
+    for line in ("[reduction]", 'directions = ["rx"]'):
+        text = text.replace(f"# {line}", line)
+    return text
 
 
 def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Case:
@@ -72,11 +88,31 @@ def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Ca
     CaseError
         One line with file, key, value, expectation and remedy.
     """
-    source, name = checks.path("path", path), one_line(str(path))
+    source = checks.path("path", path)
     checks.several("overrides", overrides, str, "'damping.alpha=0.01'")
+    return _validated(case_values(source), overrides, one_line(str(path)))
+
+
+def case_values(path: Path) -> dict[str, Any]:
+    """Tables of a case file as they stand there, but for names of files, which are relative to where the program runs.
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be read as TOML.
+    """
+    name = one_line(str(path))
     missing = f"write one with `tautflex init {name}`"
-    text = read_text(source, name, "case file", _LARGEST_FILE, missing, CaseError)
-    return parse_case(text, overrides, source=name, directory=source.parent)
+    text = read_text(path, name, "case file", _LARGEST_FILE, missing, CaseError)
+    return _placed(_parsed(text, name, "tautflex init"), path.parent)
+
+
+def study_values(path: Path) -> dict[str, Any]:
+    """Tables of a study file as they stand there; CaseError if the file cannot be read as TOML."""
+    name = one_line(str(path))
+    missing = f"write one with `tautflex init {name} --template study`"
+    text = read_text(path, name, "study file", _LARGEST_FILE, missing, CaseError)
+    return _parsed(text, name, "tautflex init --template study")
 
 
 def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case", directory: Path = Path()) -> Case:
@@ -85,16 +121,10 @@ def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case"
     File names in the case are relative to ``directory``, those in overrides to where the program runs.
     """
     source = one_line(source)
-    try:
-        values = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise CaseError(f"{source}: not valid TOML: {one_line(str(error))}; correct the syntax there") from None
-    except (RecursionError, ValueError) as error:  # absurd nesting, numbers of thousands of digits
-        reason = one_line(str(error))[:120]
-        raise CaseError(f"{source}: not readable as TOML: {reason}; start from `tautflex init`") from None
-    _require_shallow(values, source)
-    for section in ("maneuver", "mesh", "inputs", "controller"):
-        _place_files(values.get(section), directory)
+    return _validated(_placed(_parsed(text, source, "tautflex init"), directory), overrides, source)
+
+
+def _validated(values: dict[str, Any], overrides: Sequence[str], source: str) -> Case:
     for override in overrides:
         _apply(values, override)
     _require_shallow(values, source)
@@ -103,6 +133,26 @@ def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case"
         return Case(**values)
     except CaseError as error:
         raise CaseError(f"{source}: {error}") from None
+
+
+def _parsed(text: str, source: str, start: str) -> dict[str, Any]:
+    """Tables of a TOML text; CaseError if it is none."""
+    try:
+        values = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(f"{source}: not valid TOML: {one_line(str(error))}; correct the syntax there") from None
+    except (RecursionError, ValueError) as error:  # absurd nesting, numbers of thousands of digits
+        reason = one_line(str(error))[:120]
+        raise CaseError(f"{source}: not readable as TOML: {reason}; start from `{start}`") from None
+    _require_shallow(values, source)
+    return values
+
+
+def _placed(values: dict[str, Any], directory: Path) -> dict[str, Any]:
+    """Tables of a case with the files that they name relative to where the program runs."""
+    for section in ("maneuver", "mesh", "inputs", "controller"):
+        _place_files(values.get(section), directory)
+    return values
 
 
 def _require_shallow(values: dict[str, Any], source: str) -> None:

@@ -8,13 +8,13 @@ import tomli_w
 from pydantic import BeforeValidator, Field, SerializeAsAny, ValidationInfo, field_validator, model_validator
 
 from tautflex.case import memory
-from tautflex.case.loop_rules import loop_contradictions
 from tautflex.case.messages import meaning, require_names, show
 from tautflex.case.section import Section, key
 from tautflex.case.sections.control import Actuator, Controller, Hub, Loop, Sensor, Task
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
 from tautflex.case.sections.links import Damper, Link, Spring
+from tautflex.case.sections.loop_rules import loop_contradictions
 from tautflex.case.sections.maneuver import Maneuver
 from tautflex.case.sections.structural import Cables, EdgeCords, Frame, Mass, Membrane, Mesh, Prestress
 from tautflex.structure.shapes import SHAPES

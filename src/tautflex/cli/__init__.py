@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from cyclopts import App, CycloptsError, Parameter
 
+from tautflex import compiling
 from tautflex._version import __version__
 from tautflex.cli.cases.check import check
 from tautflex.cli.cases.init import init
@@ -22,6 +23,8 @@ from tautflex.cli.runs.animate import animate
 from tautflex.cli.runs.export import export
 from tautflex.cli.runs.reproduce import reproduce
 from tautflex.cli.runs.run import run
+from tautflex.cli.studies.design import design
+from tautflex.cli.studies.sweep import sweep
 from tautflex.errors import InputError, MissingExtraError, NotConvergedError, NotWrittenError
 from tautflex.interrupts import exit_code, listening
 
@@ -38,7 +41,23 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for one in (init, check, keys, modes, tune, run, control, authority, train, evaluate, animate, reproduce, export):
+for one in (
+    init,
+    check,
+    keys,
+    modes,
+    tune,
+    run,
+    control,
+    authority,
+    train,
+    evaluate,
+    sweep,
+    design,
+    animate,
+    reproduce,
+    export,
+):
     app.command(one)
 app.register_install_completion_command(add_to_startup=False)
 
@@ -47,6 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code: 0 done, 1 not converged, 2 bad input."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="surrogateescape")  # names of files may be in any encoding
+    compiling.announcing = True
     with listening():
         code = _outcome(sys.argv[1:] if arguments is None else list(arguments))
         return exit_code() or code

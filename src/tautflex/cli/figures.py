@@ -43,3 +43,12 @@ def run_figures(run: xr.Dataset, modes: xr.Dataset, directory: Path) -> list[Pat
     if run["surface_rms"].notnull().any():
         written += plot.save_surface(run, directory / "surface", formats=FORMATS)
     return written
+
+
+def study_figures(study: xr.Dataset, directory: Path) -> list[Path]:
+    """Write the figure of a study of one or two axes into an existing directory; return the files."""
+    from tautflex import plot
+
+    if not 1 <= len(study["status"].dims) <= 2:
+        return []
+    return plot.save_study(study, directory / "sweep", formats=FORMATS)

@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 import platform
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -223,6 +224,11 @@ def _one_line(error: Exception) -> str:
 
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that the numbers depend on ("" if not installed)."""
+    return dict(_versions())
+
+
+@cache
+def _versions() -> dict[str, str]:
     found = {"python": platform.python_version()}
     for package in _PACKAGES:
         try:

@@ -1,34 +1,24 @@
-"""Perform many runs in parallel; what is finished is kept, whatever happens to the rest.
-
-Own, on the standard library's pool: Ctrl-C within a hundredth of a run, workers that die with their parent and a
-message for one that was killed are tested here, and joblib promises none of them.
-"""
+"""Perform many runs in parallel, as points of a study; what is finished is kept, whatever happens to the rest."""
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import closing
 from pathlib import Path
 
 import xarray as xr
 
-from tautflex.errors import InputError, NotConvergedError, TautflexError
+from tautflex.errors import InputError, NotConvergedError
 from tautflex.files import netcdf
 from tautflex.paper.cases.catalogue import RunSpec
-from tautflex.paper.finished_runs import stored, sweep_leftovers
-from tautflex.paper.work import perform_one, start_worker, work
 from tautflex.solvers.transient.status import Status
+from tautflex.study.engines.serial import Pool
+from tautflex.study.points import Listing
+from tautflex.study.store import Store, case_key
+from tautflex.study.work import Task
 
 Progress = Callable[[float, str], None]
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-
-
-class WorkerLostError(TautflexError, RuntimeError):
-    """A worker process ended without a word, for example for lack of memory; finished runs are kept."""
 
 
 def perform(
@@ -79,7 +69,8 @@ def perform(
     except OSError as error:
         text = f"directory: expected a place that can be written, got {str(place)!r} ({error.strerror})"
         raise InputError(f"{text}; choose another one") from error
-    sweep_leftovers(place)
+    store = Store(place, records=True)
+    store.sweep_leftovers()
     total, done = sum(map(_cost, wanted)) or 1.0, 0.0
 
     def tell(spec: RunSpec) -> None:
@@ -88,31 +79,31 @@ def perform(
         if progress is not None:
             progress(min(done / total, 1.0), spec.name)
 
-    missing = {}
+    missing, keys = dict[str, RunSpec](), {spec.name: case_key(spec.case) for spec in wanted}
     for spec in wanted:
-        if stored(spec, place) is None:
-            missing[spec.case.to_toml()] = spec
-        else:
+        if netcdf.is_whole(store.record(keys[spec.name])):
             tell(spec)
+        else:
+            missing[keys[spec.name]] = spec
     # Longest first, so that no core is left alone with a long run at the end.
     todo = sorted(missing.values(), key=_cost, reverse=True)
-    count = min(workers or os.cpu_count() or 1, len(todo))
-    here = ((spec, perform_one(spec, place)) for spec in todo)
-    performed = _in_processes(todo, place, count) if count > 1 else here
+    points = Listing([spec.name for spec in todo], [spec.case.to_toml() for spec in todo])
     failed = {}
-    for spec, (status, message) in performed:
-        if status == Status.INTERRUPTED.value:
-            raise KeyboardInterrupt
-        if status != Status.COMPLETED.value:
-            failed[spec.name] = message
-        tell(spec)
+    with Pool(min(workers or os.cpu_count() or 1, len(todo))) as pool:
+        chunks = [[number] for number in range(len(todo))]
+        with closing(pool.perform(Task.of(points, store, None), chunks)) as performed:
+            for outcomes in performed:
+                for one in outcomes:
+                    if one.status != Status.COMPLETED.value:
+                        failed[todo[one.number].name] = one.message
+                    tell(todo[one.number])
     if failed:
         raise NotConvergedError("; ".join(f"{name}: {message}" for name, message in failed.items()))
-    files = {spec.name: stored(spec, place) for spec in wanted}
-    if lost := [name for name, path in files.items() if path is None]:
+    files = {name: store.record(key) for name, key in keys.items()}
+    if lost := [name for name, path in files.items() if not netcdf.is_whole(path)]:
         text = f"directory: expected the result of {lost[0]} just written in {place}, found none or a damaged one"
         raise InputError(f"{text}; keep other programs out of this directory and call again")
-    return {name: path for name, path in files.items() if path is not None}
+    return files
 
 
 def load_results(paths: Mapping[str, str | os.PathLike[str]]) -> dict[str, xr.Dataset]:
@@ -124,40 +115,6 @@ def load_results(paths: Mapping[str, str | os.PathLike[str]]) -> dict[str, xr.Da
         If a file is missing or unreadable.
     """
     return {name: netcdf.load(path) for name, path in paths.items()}
-
-
-def _in_processes(specs: list[RunSpec], directory: Path, count: int) -> Iterator[tuple[RunSpec, tuple[str, str]]]:
-    context = multiprocessing.get_context("spawn")
-    stop = context.Event()
-    with _one_thread_each():
-        pool = ProcessPoolExecutor(count, mp_context=context, initializer=start_worker, initargs=(stop,))
-        try:
-            pending: dict[Future[tuple[str, str]], RunSpec] = {pool.submit(work, one, directory): one for one in specs}
-            while pending:
-                finished, _ = wait(pending, return_when=FIRST_COMPLETED)
-                for future in finished:
-                    yield pending.pop(future), future.result()
-        except BrokenProcessPool:
-            text = "a worker process died before its run was finished, perhaps for lack of memory"
-            raise WorkerLostError(f"{text}; finished runs are kept: call again, with fewer workers") from None
-        finally:
-            stop.set()  # ends runs under way within a hundredth of their length
-            pool.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Let worker processes start with one linear-algebra thread each: more would fight for the cores."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def _cost(spec: RunSpec) -> float:

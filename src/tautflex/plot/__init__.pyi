@@ -13,6 +13,10 @@ from .shapes import plot_shapes as plot_shapes
 from .shapes import save_shapes as save_shapes
 from .spectrum import plot_spectrum as plot_spectrum
 from .spectrum import save_spectrum as save_spectrum
+from .study import plot_design as plot_design
+from .study import plot_study as plot_study
+from .study import save_design as save_design
+from .study import save_study as save_study
 from .style import save_figure as save_figure
 from .timefrequency import plot_scalogram as plot_scalogram
 from .timefrequency import save_scalogram as save_scalogram

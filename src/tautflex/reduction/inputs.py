@@ -37,6 +37,8 @@ from tautflex.reduction.polynomial.strains import stress_energies, stress_loads
 _ALIKE = 1e-14
 # Part of the stiffness that an answer may be late by, and instants at which inputs are looked at to know.
 _NOTABLE, _LOOKS = 0.02, 500
+# Part of the stiffness by an input that few elements may have wrong.
+_MISSED = 0.05
 
 
 def require_linear(inputs: InputSet) -> None:
@@ -206,11 +208,17 @@ class ReducedInputs:
         root = np.sqrt(rom.reference.energies(basis.kept[moving]))
         step = 0.5 / pace
         numbers = self.stresses(np.append(np.arange(0.0, end, max(step, end / _LOOKS)), end))
+        missed = rom.missed(self.columns)
         for name, item in self.given.named:
             if not isinstance(item, StressChange):
                 continue
             own = slice(first, first + item.count)
             first += item.count
+            if (part := float(missed[own].max(initial=0.0))) > _MISSED:
+                said.append(
+                    f"inputs: the chosen elements miss {part:.0%} of what {name} does to the stiffness, as they were "
+                    "chosen without it; hyper_reduce(..., tolerance=0) keeps all elements"
+                )
             change = np.abs(numbers[1:, own] - numbers[:-1, own]).max(initial=0.0)
             motion = (numbers[:, own] - numbers[:1, own]) @ self.answers[own]
             largest = motion[np.argmax(np.abs(motion).max(axis=1))]

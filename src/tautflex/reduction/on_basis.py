@@ -82,6 +82,10 @@ class OnBasis(SteppingModel):
         """Arrays with room for n stresses that inputs give (row, strain, n), and for what answers them (n, size)."""
         return arrays
 
+    def missed(self, columns: Mapping[int, Array]) -> Array:
+        """Part of the stiffness by each of n stresses (row, strain, n) that the model has wrong, shape (n,)."""
+        return np.zeros(next(iter(columns.values())).shape[2] if columns else 0)
+
     def coordinates(self, q: Array) -> Array:
         """Coordinates of free unknowns by mass projection, shape (..., size) -> (..., r)."""
         mass = self.state.system.inertia.mass_matrix

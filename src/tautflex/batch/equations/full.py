@@ -108,10 +108,10 @@ class _Inertia:
         self.loads: dict[str, tuple[np.ndarray, ...]] = {}
         for kind in plant.kinds:
             operator = system.inertia_of(kind)
-            for weight in (np.eye(3), spin, spin @ spin):
-                matrix = operator.matrix(weight).tocsr()
+            turned = [operator.matrix(weight).tocsr() for weight in (spin, spin @ spin)]
+            for matrix in turned:
                 matrix.eliminate_zeros()
-                matrices.append(matrix)
+            matrices += [operator.mass_matrix, *turned]
             # The frame's origin is at -origin from the line.
             self.loads[kind] = tuple(operator.load(z, -z @ np.asarray(origin)) for z in (spin, spin @ spin))
         self.columns, values = shared_rows(matrices)

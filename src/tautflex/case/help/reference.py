@@ -85,6 +85,12 @@ def _entries(name: str, field: FieldInfo) -> Iterator[SectionEntry]:
         yield SectionEntry("{ times, values } or { file }", _about(TimeTableKeys), _keys(TimeTableKeys))
 
 
+def entry_of(title: str, section: type[Section]) -> SectionEntry:
+    """Keys of a section that is no choice among classes, under a title."""
+    keys = tuple(key._replace(name=section.model_fields[key.name].alias or key.name) for key in _keys(section))
+    return SectionEntry(title, _about(section), keys)
+
+
 def _steps() -> SectionEntry:
     return SectionEntry("[[maneuver.steps]]", f"{_about(Step)} Its kind and keys are those of [maneuver].", _keys(Step))
 

@@ -12,7 +12,7 @@ from tautflex.cli.cards import say
 from tautflex.cli.options import Answer, Force, command, require_new_file
 from tautflex.writing import write_text
 
-_FOLLOWING = {"control": "control", "slew": "control", "task-slew": "train"} | dict.fromkeys(
+_FOLLOWING = {"control": "control", "slew": "control", "task-slew": "train", "study": "sweep"} | dict.fromkeys(
     ("task-stop", "task-hold"), "evaluate"
 )
 
@@ -28,7 +28,7 @@ def init(
             help="m2, the antenna that could be built; m2-paper or m2-nearest-node, readings of the paper; "
             "scalloped, a film cut along arcs with cords in its edges; sail, a triangular solar sail; control, a slew "
             "under closed-loop control; slew, a quiet one under an optimal law; task-slew, task-stop or task-hold, the "
-            "learning task of that name, for train and evaluate."
+            "learning task of that name, for train and evaluate; study, values of keys for sweep and design."
         ),
     ] = "m2",
     force: Force = False,
@@ -40,7 +40,10 @@ def init(
     from tautflex import case
 
     wanted = {name: case.template(template)}
-    wanted |= {name.parent / file: text for file, text in case.template_files(template).items()}
+    others = {name.parent / file: text for file, text in case.template_files(template).items()}
+    if template == case.STUDY:  # whose case may be there already
+        others = {place: text for place, text in others.items() if force or not place.exists()}
+    wanted |= others
     for place in wanted:
         require_new_file(place, force=force)
     for place, text in wanted.items():

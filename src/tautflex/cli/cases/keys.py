@@ -13,7 +13,10 @@ from tautflex.cli.options import Answer, command
 
 @command
 def keys(
-    section: Annotated[str | None, Parameter(help="Section of the case file; all if not given.")] = None,
+    section: Annotated[
+        str | None,
+        Parameter(help="Section of the case file, or study, the keys of a study file; all sections if not given."),
+    ] = None,
     /,
     *,
     markdown: Annotated[bool, Parameter(name="--markdown", help="Print the page of the documentation.")] = False,
@@ -24,7 +27,12 @@ def keys(
     """
     from tautflex.case.help import reference
 
-    entries = reference.reference(section)
+    if section == "study":
+        from tautflex.study.reference import study_reference
+
+        entries = study_reference()
+    else:
+        entries = reference.reference(section)
     values = [entry.to_json() for entry in entries]
     if markdown:
         return Answer(

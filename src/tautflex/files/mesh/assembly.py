@@ -21,7 +21,7 @@ from tautflex.structure.links.link import Link
 from tautflex.structure.masses import PointMass
 from tautflex.structure.mesh import check_elements
 from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6
-from tautflex.structure.springs import Spring
+from tautflex.structure.springs import Damper, Spring
 
 DEFAULT_ORIENTATION = (0.0, 0.0, 1.0)  # that of Model.from_mesh
 _CHOICES = {"triangles": ("membrane",), "quads": ("membrane",), "lines": ("cable", "beam")}
@@ -187,6 +187,7 @@ def _collect(
         sections=dict(sections(raw, role, unit_length, unit_mass)),
         links=tuple(one for one in joined if isinstance(one, Link)),
         springs=tuple(one for one in joined if isinstance(one, Spring)),
+        dampers=tuple(one for one in joined if isinstance(one, Damper)),
     )
 
 

@@ -1,4 +1,4 @@
-"""Links and springs of a file, before its nodes have their numbers and its units are those of the structure."""
+"""Links, springs and dampers of a file, before its nodes have their numbers and its units are SI."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tautflex.numeric import Array, Indices
 from tautflex.structure.groups import DIRECTIONS
 from tautflex.structure.links.equation import LinkEquation
 from tautflex.structure.links.link import Link
-from tautflex.structure.springs import Spring
+from tautflex.structure.springs import Joint
 
 _ROUND_OFF = 1e-12
 
@@ -23,7 +23,7 @@ class RawLink:
     """Link or spring whose nodes are rows of a file's, in its units; ``where`` is its place for messages."""
 
     where: str
-    link: Link | Spring
+    link: Link | Joint
 
 
 def equation(terms: Iterable[tuple[int, int, float]], axes: Callable[[int], Array | None], where: str) -> LinkEquation:
@@ -70,13 +70,13 @@ def attached(links: Iterable[RawLink], used: Indices) -> tuple[list[RawLink], In
 
 def finished(
     links: Iterable[RawLink], new: Indices, unit_length: float, unit_mass: float | None
-) -> Iterator[Link | Spring]:
-    """Links and springs in SI units between nodes of the structure, given the new number of each row.
+) -> Iterator[Link | Joint]:
+    """Links, springs and dampers in SI units between nodes of the structure, given the new number of each row.
 
     Raises
     ------
     MeshError
-        If a spring's unit of force is not known.
+        If the unit of force of a spring or damper is not known.
     """
     for raw in links:
         one: Any = raw.link
@@ -93,7 +93,7 @@ def finished(
                 for node, way, c in one.terms
             ]
             changes["terms"] = tuple(terms)
-        if isinstance(one, Spring):
+        if isinstance(one, Joint):
             if unit_length != 1.0 and unit_mass is None:
                 raise MeshError(
                     f"{raw.where}: expected unit_mass beside unit_length = {unit_length:g}, got none; state the file's "
@@ -101,6 +101,6 @@ def finished(
                 )
             unit = unit_mass or 1.0
             scale = unit * np.array([1.0] * 3 + [unit_length**2] * 3)
-            given = np.asarray(one.stiffness, dtype=float)
-            changes["stiffness"] = tuple((given * scale[: len(given)]).tolist()) if given.ndim else float(unit * given)
+            given = np.asarray(one.given, dtype=float)
+            changes[one.quantity] = tuple((given * scale[: len(given)]).tolist()) if given.ndim else float(unit * given)
         yield replace(one, **changes)

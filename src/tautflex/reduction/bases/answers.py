@@ -48,12 +48,16 @@ def with_answers(state: PrestressedState, basis: BasisVectors, pushes: Array, pu
 
     ``pushes`` are forces (n, size), ``pulls`` those of stresses (n_s, size). A stress and that of its answer cancel in
     part, up to a hundred times what is left, so that a small delay of the answer counts: a few of them become
-    coordinates however fast they are.
+    coordinates however fast they are. Each has two, ``psi = K^-1 b`` and ``K^-1 M psi`` (load-dependent Ritz vectors
+    [Wilson, Yuan & Dickens 1982, Earthq. Eng. Struct. Dyn. 10]): the frame bends slowly where the film gives way fast,
+    and one coordinate for both would let the film wait for the frame.
     """
     solver, mass = ReferenceSolver(state), state.system.inertia.mass_matrix
     limit = fast_limit(solver, basis)
     few = pulls if len(pulls) <= _FEW else pulls[:0]
-    known, _ = apart(state, solver, static_answers(solver, basis, few))
+    first = static_answers(solver, basis, few)
+    second = static_answers(solver, basis, (mass @ first.T).T)
+    known, _ = apart(state, solver, np.concatenate([first, second]))
     others = static_answers(solver, basis, np.concatenate([pushes, pulls[len(few) :]]))
     motions, pace = apart(state, solver, others - others @ solver.multiply(known).T @ known)
     slow = np.concatenate([known, motions[pace < limit]])

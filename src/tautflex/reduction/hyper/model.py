@@ -131,6 +131,24 @@ class HyperReducedModel(OnBasis):
             columns=np.array([rows_of([each[..., k] for each in stress]) for k in range(count)]),
         )
 
+    def missed(self, columns: Mapping[int, Array]) -> Array:
+        """Part of the stiffness by each of n stresses (row, strain, n) that chosen elements have wrong, shape (n,)."""
+        blocks = basis_blocks(self.state.system, self.basis.kept)
+        states, root = np.diag(self.basis.amplitude), np.sqrt(np.diag(self.coefficients.linear))
+        plain, found = element_forces(blocks, states), list[float]()
+        for k in range(next(iter(columns.values())).shape[2] if columns else 0):
+            changed = [
+                replace(block, initial_stress=block.initial_stress + columns[number][..., k])
+                if number in columns
+                else block
+                for number, block in enumerate(blocks)
+            ]
+            forces = (element_forces(changed, states) - plain) / root
+            whole = np.linalg.norm(forces.sum(axis=1))
+            wrong = np.linalg.norm(np.einsum("e,ner->nr", self.weights.values - 1.0, forces))
+            found.append(float(wrong / whole) if whole > 0.0 else 0.0)
+        return np.array(found)
+
     def solve(self, problem: TransientProblem, progress: Progress = None, keeper: Keeper | None = None) -> Run:
         """Answer a problem asked of it."""
         return solve_reduced(self, problem, progress, keeper)

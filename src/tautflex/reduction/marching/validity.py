@@ -19,6 +19,8 @@ from tautflex.solvers.variables import SCALARS
 _WINDOWS = 8
 # Part of the run's energy beyond which the truncated directions are worth a warning.
 _NOTABLE = 0.05
+# Part of what stresses store at rest that counts as energy of motion where hardly anything moves.
+_STILL = 0.01
 # Part of the force of pressure that the polynomial may lack.
 _NOTABLE_PRESSURE = 0.01
 
@@ -70,7 +72,11 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
         scalars.append(found[:STORED])
         watch.see(time, found.tolist())
         left.append(0.5 * float(unbalanced @ solver.solve(unbalanced)))
-    truncated = np.array(left) / max(float(energy.max(initial=0.0)), 1e-300)
+    # Energy of motion: what stresses of inputs store in the structure at rest may be of either sign.
+    u = run.inputs.stresses(times)
+    still = 0.5 * np.einsum("tk,tk->t", u, u @ run.inputs.own)
+    largest = max(float((energy - still).max(initial=0.0)), _STILL * float(np.abs(still).max(initial=0.0)), 1e-300)
+    truncated = np.array(left) / largest
     warnings = list(watch.warnings())
     if (worst := float(truncated.max(initial=0.0))) > _NOTABLE:
         warnings.append(

@@ -16,7 +16,7 @@ from tautflex.interrupts import deferred, meet
 from tautflex.mechanics.loads.inputs import InputSet
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver, RigidMotion, Segment, split_segments
-from tautflex.numeric import Array, within_arithmetic
+from tautflex.numeric import Array, one_thread, within_arithmetic
 from tautflex.solvers.remembering import Memory, copied, flat, nested
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.static.stability import find_start
@@ -40,6 +40,8 @@ from tautflex.solvers.transient.restart.checkpoint import Checkpoint, structure_
 from tautflex.solvers.transient.restart.keeper import Keeper, counted, in_memory, recounted
 from tautflex.solvers.transient.state import MotionState, recalled_state
 from tautflex.solvers.transient.status import Run, Statistics, Status
+
+_FIRST_STEPS = 5
 
 
 @within_arithmetic()
@@ -106,7 +108,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None, keeper: Kee
     """Answer of the full model; a step that fails is told by the status."""
     run, status = FullRun(problem, keeper), Status.COMPLETED
     first, count = problem.begin, problem.count
-    with deferred():
+    with deferred(), one_thread():
         run.start()
         try:
             part = count - first if progress is None else max(1, (count - first) // 100)
@@ -258,6 +260,11 @@ class FullRun:
     def _go_on(self, kept: Mapping[str, Array]) -> None:
         """Go on where another process kept this run."""
         memory = nested(kept)
+        # Compiled functions share parts: those of the first that is loaded serve all, and how parts were optimised
+        # shows in the last bit. So they are loaded in the order in which the run had them, by its first steps.
+        first = FullRun(self.problem)
+        first.start()
+        first.advance(min(first.problem.begin + _FIRST_STEPS, int(memory["number"])))
         recalled = self._recall(memory["steps"])
         assert recalled
         self._recorder.recall(memory["record"])

@@ -292,21 +292,22 @@ class _Whole:
         return lines
 
     def _springs(self, shape: Indices, row: Indices, elements: dict[str, Indices]) -> Iterator[RawLink]:
-        """Springs of all scopes; MeshError if an element has no SPRING, or another kind has one."""
+        """Springs and dampers of all scopes; MeshError if an element has no number, or another kind has one."""
         places = {list(SHAPES).index(name): name for name in ("spring1", "spring2")}
         left = {(name, k) for name in places.values() for k in range(len(elements[name]))}
         for placement, names in zip(self._placements, self._element_names, strict=True):
             for block in placement.blocks("springs"):
                 for one in names.find(block.option("ELSET"), block.where).tolist():
                     name, k = places.get(int(shape[one]), ""), int(row[one])
-                    if not name:
-                        raise MeshError(f"{block.where}: expected spring elements, got others; correct the set")
+                    if not name or not self.roles[name][k].startswith(block.keyword.lower()):
+                        kind = block.keyword.lower()
+                        raise MeshError(f"{block.where}: expected {kind} elements, got others; correct the set")
                     left.discard((name, k))
                     found = spring(block, self.roles[name][k], elements[name][k])
                     if found is not None:
                         yield found
         if left:
-            raise MeshError(f"expected *SPRING of every spring element, got none of {len(left)}; add it")
+            raise MeshError(f"expected *SPRING or *DASHPOT of every such element, got none of {len(left)}; add it")
 
     def _masses(self, shape: Indices, row: Indices, points: Indices) -> Iterator[RawMass]:
         """Bodies of all point elements; MeshError if one has none, or another kind than its type says."""

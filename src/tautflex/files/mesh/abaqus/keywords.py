@@ -29,7 +29,7 @@ WORDS = Words(
         ),
         "nodes that lie on film (M3D3, M3D4, M3D6) move with it, those at nodes as these": "TIE EMBEDDED_ELEMENT",
         "hinges at ends of beams": "RELEASE",
-        "stiffness of SPRINGA, SPRING1 and SPRING2": "SPRING",
+        "stiffness of SPRINGA, SPRING1 and SPRING2, damping of DASHPOTA, DASHPOT1 and DASHPOT2": "SPRING DASHPOT",
         "directions of supports": "TRANSFORM",
         "supports and elements of the chosen step, OP=NEW included": "BOUNDARY STEP END_STEP FREQUENCY MODEL_CHANGE",
         "mass per area or length, or in total, of the elements of a set": "NONSTRUCTURAL_MASS",
@@ -72,8 +72,8 @@ WORDS = Words(
             "DISPLAY_BODY CYCLIC_SYMMETRY_MODEL NETWORK_MPC SUBMODEL",
             _JOIN,
         ),
-        "springs, dashpots and connectors": (
-            "DASHPOT CONNECTOR_SECTION CONNECTOR_BEHAVIOR CONNECTOR_ELASTICITY CONNECTOR_DAMPING "
+        "connectors, joints and gaps": (
+            "CONNECTOR_SECTION CONNECTOR_BEHAVIOR CONNECTOR_ELASTICITY CONNECTOR_DAMPING "
             "CONNECTOR_MOTION CONNECTOR_STOP CONNECTOR_LOAD JOINT JOINTED_MATERIAL GAP",
             _JOIN,
         ),

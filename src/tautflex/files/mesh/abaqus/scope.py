@@ -38,9 +38,11 @@ TYPES = {
     "SPRINGA": Layout("spring2", "springa"),
     "SPRING2": Layout("spring2", "spring2"),
     "SPRING1": Layout("spring1", "spring1"),
+    "DASHPOTA": Layout("spring2", "dashpota"),
+    "DASHPOT2": Layout("spring2", "dashpot2"),
+    "DASHPOT1": Layout("spring1", "dashpot1"),
 }
 _REFUSED = {
-    "DASHPOT": "dashpots are not read here; give them as [[dampers]] or tf.Damper",
     "CONN": "connectors are not read here; join the nodes by stiff beams",
 }
 
@@ -85,7 +87,7 @@ class Scope(Gathered):
             self.ties.append(block)
         elif block.keyword == "RELEASE":
             self.releases.append(block)
-        elif block.keyword == "SPRING":
+        elif block.keyword in ("SPRING", "DASHPOT"):
             self.springs.append(block)
         else:
             self.sections.append(block)

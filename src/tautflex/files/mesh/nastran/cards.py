@@ -39,14 +39,15 @@ WORDS = Words(
         "rigid links; RBAR and RBE1 with one point that leads": "RBE1 RBE2 RBAR",
         "averages of points, whose components 123 lead": "RBE3",
         "multipoint constraints: the set that the case control selects": "MPC MPCADD",
-        "springs between the same directions of two points, or of one": "CELAS1 CELAS2 PELAS CBUSH PBUSH",
+        "springs and dampers between the same directions of two points, or of one": (
+            "CELAS1 CELAS2 PELAS CBUSH PBUSH CDAMP1 CDAMP2 PDAMP CVISC PVISC"
+        ),
         "text": "INCLUDE ENDDATA",
     },
     idle={
         "heat, plasticity and creep of materials, normals of shells": ("MAT4 MAT5 MATS1 CREEP SNORM"),
         "properties of elements that are refused themselves": (
-            "PELAST PBUSH1D PBUSHT PGAP PDAMP PDAMP5 PDAMPT PVISC PSOLID PSHEAR PBEAM3 PBEND PFAST "
-            "PWELD PLSOLID PLPLANE PCOMPS"
+            "PELAST PBUSH1D PBUSHT PGAP PDAMP5 PDAMPT PSOLID PSHEAR PBEAM3 PBEND PFAST PWELD PLSOLID PLPLANE PCOMPS"
         ),
         "loads are yours to state": (
             "FORCE FORCE1 FORCE2 MOMENT MOMENT1 MOMENT2 PLOAD PLOAD1 PLOAD2 PLOAD4 PLOADX1 GRAV ACCEL ACCEL1 RFORCE "
@@ -91,8 +92,8 @@ WORDS = Words(
             "join the points by CBUSH, or merge them",
         ),
         "dampers": (
-            "CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CVISC",
-            "leave them out and give them as [[dampers]] or tf.Damper",
+            "CDAMP3 CDAMP4 CDAMP5",
+            "write them as CDAMP1 or CDAMP2",
         ),
         "masses of other kinds": (
             "CMASS3 CMASS4",

@@ -1,4 +1,4 @@
-"""Springs of a Nastran deck."""
+"""Springs and dampers of a Nastran deck."""
 
 from __future__ import annotations
 
@@ -15,66 +15,73 @@ from tautflex.files.mesh.numerals import natural, real, vector
 from tautflex.files.mesh.raw import Numbering, integers, shorten
 from tautflex.files.mesh.raw_links import RawLink
 from tautflex.numeric import Array
-from tautflex.structure.springs import Spring
+from tautflex.structure.springs import Damper, Joint, Spring
 
-SPRINGS = ("CELAS1", "CELAS2", "CBUSH", "PELAS", "PBUSH")
+SPRINGS = ("CELAS1", "CELAS2", "CBUSH", "PELAS", "PBUSH", "CDAMP1", "CDAMP2", "CVISC", "PDAMP", "PVISC")
+# Several properties of a card: places of their numbers, and how many values stand behind each.
+_SCALARS = {"PELAS": ((1, 5), 1), "PDAMP": ((1, 3, 5, 7), 1), "PVISC": ((1, 5), 2)}
 Point = Callable[[int, str], Array]
 
 
 @dataclass
 class Springs:
-    """What CELAS1, CELAS2 and CBUSH cards, with PELAS and PBUSH, join."""
+    """What CELAS1, CELAS2, CDAMP1, CDAMP2, CVISC and CBUSH cards, with their properties, join."""
 
     cards: list[Card] = field(default_factory=list)
-    stiffness: dict[int, Array] = field(default_factory=dict)
+    values: dict[tuple[str, int], Array] = field(default_factory=dict)
 
     def read(self, card: Card) -> None:
-        """Keep an element, or the stiffness of a property."""
-        if card.name == "PELAS":
+        """Keep an element, or the numbers of a property."""
+        if card.name in _SCALARS:
             card.require_only(*range(1, 9))
-            for place in (1, 5):
+            places, count = _SCALARS[card.name]
+            for place in places:
                 if card.get(place):
-                    self._keep(card, place, np.array([real(card.get(place + 1), card.where)]))
+                    given = [card.get(place + 1 + k) or "0." for k in range(count)]
+                    self._keep(card, place, np.array([real(one, card.where) for one in given]))
         elif card.name == "PBUSH":
             self._keep(card, 1, _bush(card))
         else:
             self.cards.append(card)
 
-    def _keep(self, card: Card, place: int, stiffness: Array) -> None:
+    def _keep(self, card: Card, place: int, values: Array) -> None:
         number = natural(card.get(place), card.where)
-        if number in self.stiffness:
+        if (card.name, number) in self.values:
             raise MeshError(f"{card.where}: property {number} is defined twice; give it its own number")
-        self.stiffness[number] = stiffness
+        self.values[card.name, number] = values
 
     def springs(
         self, nodes: Numbering, point: Point, axes: Callable[[int], Array | None], systems: Systems
     ) -> Iterator[RawLink]:
-        """Springs between rows of the points.
+        """Springs and dampers between rows of the points.
 
         ``point`` and ``axes`` are positions of points and the directions of their displacement systems.
         """
         for card in self.cards:
             try:
-                bush = card.name == "CBUSH"
-                found = self._bushing(card, nodes, point, systems) if bush else self._scalar(card, nodes, axes)
+                if card.name == "CBUSH":
+                    found = self._bushing(card, nodes, point, systems)
+                elif card.name == "CVISC":
+                    found = self._line(card, nodes, point)
+                else:
+                    found = self._scalar(card, nodes, axes)
             except MeshError:
                 raise
             except InputError as error:
                 raise MeshError(f"{card.where}: {error}") from None
-            if found is not None:
-                yield RawLink(card.where, found)
+            yield from (RawLink(card.where, one) for one in found)
 
-    def _property(self, card: Card, count: int) -> Array:
+    def _property(self, card: Card, kind: str) -> Array:
         number = natural(card.get(2) or card.get(1), card.where)
-        found = self.stiffness.get(number)
-        if found is None or len(found) != count:
-            kind = "PELAS" if count == 1 else "PBUSH"
+        if (kind, number) not in self.values:
             raise MeshError(f"{card.where}: expected a {kind} {number}, got none; add it")
-        return found
+        return self.values[kind, number]
 
-    def _scalar(self, card: Card, nodes: Numbering, axes: Callable[[int], Array | None]) -> Spring | None:
-        card.require_only(*range(1, 9))
-        value = self._property(card, 1)[0] if card.name == "CELAS1" else real(card.get(2), card.where)
+    def _scalar(self, card: Card, nodes: Numbering, axes: Callable[[int], Array | None]) -> list[Joint]:
+        spring = card.name.startswith("CELAS")
+        card.require_only(*range(1, 9 if spring else 7))
+        own = card.name.endswith("2")
+        value = real(card.get(2), card.where) if own else self._property(card, "PELAS" if spring else "PDAMP")[0]
         ends = [(card.get(k), card.get(k + 1)) for k in (3, 5) if card.get(k) not in ("", "0")]
         parts = {frozenset(components(one, card.where)) for _, one in ends}
         if len(parts) != 1 or len(next(iter(parts))) != 1:
@@ -91,18 +98,30 @@ class Springs:
         if not same:
             raise MeshError(f"{card.where}: expected points with the same displacement axes, got others; use CBUSH")
         if value == 0.0:
-            return None
-        return Spring(
-            nodes.rows(integers(numbers), card.where).tolist(), tuple(value * np.eye(6)[direction]), turned[0]
-        )
+            return []
+        rows = nodes.rows(integers(numbers), card.where).tolist()
+        return [(Spring if spring else Damper)(rows, tuple(value * np.eye(6)[direction]), turned[0])]
 
-    def _bushing(self, card: Card, nodes: Numbering, point: Point, systems: Systems) -> Spring | None:
+    def _line(self, card: Card, nodes: Numbering, point: Point) -> list[Joint]:
+        """Damper along, and about, the line between two points."""
+        card.require_only(*range(1, 5))
+        numbers = [natural(card.get(k), card.where) for k in (3, 4)]
+        places = [point(number, card.where) for number in numbers]
+        along, about = self._property(card, "PVISC")
+        if not along and not about:
+            return []
+        if not np.linalg.norm(places[1] - places[0]) > 0.0:
+            raise MeshError(f"{card.where}: expected points at two places, got one; use CDAMP2 between them")
+        rows = nodes.rows(integers(numbers), card.where).tolist()
+        return [Damper(rows, (along, 0.0, 0.0, about, 0.0, 0.0), _along(card, places, None))]
+
+    def _bushing(self, card: Card, nodes: Numbering, point: Point, systems: Systems) -> list[Joint]:
         card.require_only(*range(1, 10))
         numbers = [natural(card.get(k), card.where) for k in (3, 4) if card.get(k) not in ("", "0")]
         places = [point(number, card.where) for number in numbers]
-        stiffness = self._property(card, 6)
-        if not stiffness.any():
-            return None
+        given = self._property(card, "PBUSH")
+        if not given.any():
+            return []
         apart = len(places) == 2 and np.linalg.norm(places[1] - places[0]) > 0.0
         if card.get(8):
             turn = systems.named(card.get(8), card.where).directions(places[0])
@@ -110,27 +129,29 @@ class Springs:
             raise MeshError(f"{card.where}: expected CID for points at one place, got none; name the spring's axes")
         elif card.get(5):
             turn = _along(card, places, point)
-        elif not stiffness[[1, 2, 4, 5]].any():
+        elif not given[:, [1, 2, 4, 5]].any():
             turn = _along(card, places, None)
         else:
             raise MeshError(f"{card.where}: expected an orientation vector or CID, got none; add it")
         place = (real(card.get(9), card.where) if card.get(9) else 0.5) if apart else None
-        return Spring(nodes.rows(integers(numbers), card.where).tolist(), tuple(stiffness), turn, place)
+        rows = nodes.rows(integers(numbers), card.where).tolist()
+        kinds: tuple[type[Spring] | type[Damper], ...] = (Spring, Damper)
+        return [kind(rows, tuple(own), turn, place) for kind, own in zip(kinds, given, strict=True) if own.any()]
 
 
 def _bush(card: Card) -> Array:
-    """Six stiffnesses; damping is the case's to state."""
-    words, place, found = [text.upper() for text in card.fields], 1, np.zeros(6)
+    """Six stiffnesses and six numbers of damping, shape (2, 6)."""
+    words, place, found = [text.upper() for text in card.fields], 1, np.zeros((2, 6))
     while place < len(words):
         word = words[place]
-        if word == "K":
-            found = vector(card.fields[place + 1 : place + 7], card.where, largest=1e300)
-            found = np.concatenate([found, np.zeros(6 - len(found))])
+        if word in ("K", "B"):
+            values = vector(card.fields[place + 1 : place + 7], card.where)
+            found["KB".index(word), : len(values)] = values
             place += 7
-        elif word in ("B", "GE", "RCV", "M"):
+        elif word in ("GE", "RCV", "M"):
             rest = [text for text in card.fields[place + 1 : place + 7] if text]
-            if word in ("B", "M") and any(real(text, card.where) != 0.0 for text in rest):
-                raise MeshError(f"{card.where}: expected no {word}, got one, which is not read here; remove it")
+            if word == "M" and any(real(text, card.where) != 0.0 for text in rest):
+                raise MeshError(f"{card.where}: expected no M, got one, which is not read here; write it as CONM2")
             place += 7
         elif word:
             raise MeshError(f"{card.where}: expected K, B, GE or RCV, got {shorten(word)}; correct the card")

@@ -1,0 +1,1 @@
+"""Commands on many runs: a case at many values of its keys, and the best of them."""

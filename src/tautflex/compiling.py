@@ -1,0 +1,58 @@
+"""Compiled code: where it is kept if neither the package nor the user's folder can be written, and who is told."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+announcing = False
+"""Whether the first compilation, and another place for its code, are told on stderr; the command line sets it."""
+
+
+def tell(text: str) -> None:
+    """Say something on stderr, if that is wanted."""
+    if announcing and sys.stderr is not None:
+        print(f"tautflex: {text}", file=sys.stderr, flush=True)  # noqa: T201 - a line for whoever waits
+
+
+@cache
+def watch() -> None:
+    """Announce the first function that is not compiled yet."""
+    from numba.core import event
+
+    class First(event.Listener):
+        told = False
+
+        def on_start(self, event: Any) -> None:
+            if not First.told:
+                First.told = True
+                tell("compiling once, about 20 s ...")
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    event.register("numba:compile", First())  # type: ignore[no-untyped-call]
+
+
+@cache
+def temporary_place() -> str:
+    """Folder of this user's own for compiled code, among the temporary ones; "" if there is none."""
+    user = os.getuid() if hasattr(os, "getuid") else "own"
+    place = Path(tempfile.gettempdir()) / f"tautflex-compiled-{user}"
+    try:
+        place.mkdir(mode=0o700, exist_ok=True)
+        found = place.lstat()
+        # Code is run from there: nobody else may have made it, or write to it.
+        if not stat.S_ISDIR(found.st_mode) or found.st_mode & 0o022 or (user != "own" and found.st_uid != user):
+            place = Path(tempfile.mkdtemp(prefix="tautflex-compiled-"))
+        tempfile.TemporaryFile(dir=place).close()
+    except OSError:
+        tell("compiled code cannot be kept anywhere: every process compiles anew; set NUMBA_CACHE_DIR")
+        return ""
+    tell(f"compiled code is kept in {place}; neither the package's folder nor a user's can be written")
+    return str(place)

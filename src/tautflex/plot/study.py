@@ -1,0 +1,158 @@
+"""Figures of a study: lines over one axis, maps over two; the history of a design."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tautflex import checks
+from tautflex.errors import InputError
+from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, SEQUENTIAL, new_figure, saving, styled
+from tautflex.solvers.variables import dataset_of
+
+_COLUMNS, _MOST = 3, 12  # panels beside each other, and altogether
+_HEIGHT = 2.0  # [inch] of a row of panels
+
+
+@styled
+def plot_study(study: xr.Dataset, measures: Sequence[str] | None = None) -> Figure:
+    """Draw measures of a study, a panel each: lines over one axis, maps over two.
+
+    Parameters
+    ----------
+    study
+        Dataset of :func:`tautflex.sweep` with one or two axes.
+    measures
+        Names of measures; by default those that differ from point to point, at most twelve.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Points that failed are crosses.
+
+    Raises
+    ------
+    InputError
+        If there are no such measures, or more than two axes.
+    """
+    study = dataset_of("study", study, "status", remedy="sweep(study, directory) gives one")
+    axes = [str(name) for name in study["status"].dims]
+    if not 1 <= len(axes) <= 2:
+        text = f"study: expected one or two axes, got {len(axes)}"
+        raise InputError(f"{text}; choose values of the others: study.sel({{'damping.beta': 0.001}})")
+    numbers = [str(name) for name, column in study.data_vars.items() if column.dtype.kind == "f"]
+    if measures is None:
+        measures = [name for name in numbers if _differs(study[name].values)][:_MOST] or numbers[:_MOST]
+    for name in checks.several("measures", measures, str, "'surface.rms_max'"):
+        checks.one_of("measures", name, numbers)
+    if not measures:
+        raise InputError("measures: expected at least one, got none; every point failed, or the study keeps none")
+    columns = min(_COLUMNS, len(measures))
+    rows = math.ceil(len(measures) / columns)
+    figure = new_figure(DOUBLE_COLUMN * columns / _COLUMNS, _HEIGHT * rows)
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for panel, name in zip(panels, measures, strict=False):
+        (_lines if len(axes) == 1 else _map)(panel, study, name, axes)
+    for panel in panels[len(measures) :]:
+        panel.set_visible(False)
+    return figure
+
+
+save_study = saving(plot_study)
+
+
+@styled
+def plot_design(design: xr.Dataset) -> Figure:
+    """Draw the objectives of a design over its trials, and the best one so far.
+
+    Parameters
+    ----------
+    design
+        Dataset of :func:`tautflex.design`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Trials that break a constraint, or failed, are crosses.
+
+    Raises
+    ------
+    InputError
+        If it is no such Dataset.
+    """
+    design = dataset_of("design", design, "objective", "feasible", remedy="design(study, directory) gives one")
+    trial, feasible = design["trial"].values, design["feasible"].values
+    names = [str(name) for name in design["measure"].values]
+    figure = new_figure(DOUBLE_COLUMN * 0.75, _HEIGHT * len(names))
+    for number, (axes, name) in enumerate(
+        zip(figure.subplots(len(names), 1, squeeze=False).ravel(), names, strict=True)
+    ):
+        values = design["objective"].isel(measure=number).values
+        largest = design["direction"].values[number] == "maximize"
+        good = np.where(feasible, values, -np.inf if largest else np.inf)
+        good[np.isnan(good)] = -np.inf if largest else np.inf
+        best = (np.maximum if largest else np.minimum).accumulate(good)
+        axes.plot(trial, np.where(feasible, values, np.nan), "o", markersize=3, color=COLORS[0], label="trial")
+        axes.plot(trial, np.where(feasible, np.nan, values), "x", markersize=4, color=GREY, label="breaks a constraint")
+        axes.step(trial, np.where(np.isfinite(best), best, np.nan), where="post", color=COLORS[1], label="best so far")
+        axes.set(xlabel="trial", ylabel=_label(design, name))
+        if number == 0:
+            axes.legend(loc="best")
+    return figure
+
+
+save_design = saving(plot_design)
+
+
+def _differs(values: np.ndarray) -> bool:
+    finite = values[np.isfinite(values)]
+    return bool(finite.size) and float(np.ptp(finite)) > 1e-12 * float(np.abs(finite).max())
+
+
+def _label(study: xr.Dataset, name: str) -> str:
+    unit = study[name].attrs.get("units", "") if name in study.variables else ""
+    return f"{name} [{unit}]" if unit not in ("", "1") else name
+
+
+def _places(study: xr.Dataset, axis: str) -> tuple[np.ndarray, list[str] | None]:
+    """Where the values of an axis stand, and their names where they are no numbers."""
+    values = study[axis].values
+    if values.dtype.kind == "f":
+        return values, None
+    return np.arange(float(len(values))), [str(value) for value in values]
+
+
+def _lines(panel: Axes, study: xr.Dataset, name: str, axes: list[str]) -> None:
+    places, words = _places(study, axes[0])
+    order = np.argsort(places, kind="stable")
+    values, failed = study[name].values[order], (study["status"].values != "completed")[order]
+    panel.plot(places[order], values, "." if words else ".-", markersize=4)
+    panel.plot(places[order][failed], np.zeros(failed.sum()), "x", color=GREY, transform=panel.get_xaxis_transform(),
+               clip_on=False)  # fmt: skip
+    panel.set(xlabel=_label(study, axes[0]), ylabel=_label(study, name))
+    if words is not None:
+        panel.set_xticks(places, words, rotation=30)
+
+
+def _map(panel: Axes, study: xr.Dataset, name: str, axes: list[str]) -> None:
+    (down, names_down), (across, names_across) = (_places(study, axis) for axis in axes)
+    down_order, across_order = np.argsort(down, kind="stable"), np.argsort(across, kind="stable")
+    down, across = down[down_order], across[across_order]
+    values = study[name].transpose(*axes).values[np.ix_(down_order, across_order)]
+    shades = panel.pcolormesh(across, down, np.ma.masked_invalid(values), cmap=SEQUENTIAL, shading="nearest")
+    failed = (study["status"].transpose(*axes).values != "completed")[np.ix_(down_order, across_order)]
+    rows, columns = np.nonzero(failed)
+    panel.plot(across[columns], down[rows], "x", color=GREY)
+    panel.grid(visible=False)
+    panel.set(xlabel=_label(study, axes[1]), ylabel=_label(study, axes[0]), title=_label(study, name))
+    if names_across is not None:
+        panel.set_xticks(across, names_across, rotation=30)
+    if names_down is not None:
+        panel.set_yticks(down, names_down)
+    assert panel.figure is not None
+    panel.figure.colorbar(shades, ax=panel)

@@ -1,0 +1,95 @@
+"""Search for the best values of keys: trials chosen by Optuna, run as points of a study (extra ``design``)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+
+import xarray as xr
+
+from tautflex import checks
+from tautflex.errors import CaseError
+from tautflex.files import netcdf
+from tautflex.study.points import Grid
+from tautflex.study.reading import load_study
+from tautflex.study.results import write_table
+from tautflex.study.search import Search
+from tautflex.study.sections import Study
+from tautflex.study.sweep import mark, require_own_folder, with_workers, workforce
+from tautflex.study.work import Task
+
+Progress = Callable[[float, str], None]
+
+
+def design(
+    study: Study | str | os.PathLike[str],
+    directory: str | os.PathLike[str],
+    *,
+    trials: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+    force: bool = False,
+) -> xr.Dataset:
+    """Search the values of a case's keys that make measures small or large within limits.
+
+    Trials are chosen by the tree-structured Parzen estimator [Bergstra et al. 2011] of Optuna, with constraints. They
+    stand in a journal, and their points in files: after an end of any kind the same call goes on, to the same result.
+
+    Parameters
+    ----------
+    study
+        Study with a [design], or its file; its axes do not count.
+    directory
+        Where results are kept; made if missing: ``journal.log``, ``points/``, ``design.nc``, ``trials.csv`` and
+        ``best.toml``, the case of the best trial.
+    trials
+        Number of trials in all, in place of the study's: more of them go on with an earlier search.
+    workers, scheduler, progress, force
+        As for :func:`tautflex.sweep`; as many trials as the study says are ``together`` run at the same time.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``trial``: the variables, ``objective`` (trial, measure), the measures that are limited, ``feasible``,
+        ``status`` and ``message``. Attribute ``best``: numbers of the trials that no other one beats in every
+        objective, one if there is one objective, none if no trial keeps the limits.
+
+    Raises
+    ------
+    InputError
+        If an argument or the study is wrong, or the directory cannot be written.
+    MissingExtraError
+        If Optuna is not installed.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> found = tf.design("study.toml", "best")  # doctest: +SKIP
+    """
+    given = study if isinstance(study, Study) else load_study(study)
+    folder, tell = checks.path("directory", directory), progress or (lambda *_: None)
+    if given.design is None:
+        raise CaseError("design: missing, expected a [design] section; `tautflex init --template study` shows one")
+    asked = given.design.trials if trials is None else checks.whole("trials", trials, 1)
+    given = with_workers(given, workers, scheduler)
+    assert given.design is not None
+    require_own_folder(folder, force)
+    search = Search(given, given.design, folder)
+    mark(folder)
+    with workforce(given.engine, given.design.together) as engine:
+        while len(search.finished) < asked:
+            chosen = search.next_trials(asked)
+            points = Grid(search.base, [[search.keys_of(trial) for trial in chosen]])
+            task = Task.of(points, search.store, search.names)
+            for outcomes in engine.perform(task, [[number] for number in range(len(chosen))]):
+                for one in outcomes:
+                    search.tell(chosen[one.number], one.status, one.message)
+                tell(len(search.finished) / asked, f"{len(search.finished)} of {asked} trials")
+    data = search.dataset()
+    netcdf.save(data, folder / "design.nc")
+    write_table(data.drop_dims("measure"), folder / "trials.csv")
+    if data.attrs["best"]:
+        text = search.case_of(data.attrs["best"][0]).to_toml()
+        (folder / "best.toml").write_text(text, encoding="utf-8")
+    return data

@@ -1,0 +1,1 @@
+"""Ways to perform the points of a study; all give the same files."""
