@@ -13,9 +13,11 @@ PYTEST := $(BIN)/pytest --numprocesses=auto --maxprocesses=4 --dist=loadfile
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-demo: $(VENV)/installed demo/m2.toml ## install into .venv, run the stop maneuver of the antenna M2, write figures to demo/m2
+demo: $(VENV)/installed demo/m2.toml ## install into .venv, run the stop maneuver of the antenna M2, write figures and a page to demo/m2
 	@$(BIN)/tautflex check demo/m2.toml
 	@$(BIN)/tautflex run demo/m2.toml -o demo/m2 --force
+	@$(BIN)/tautflex report demo/m2 --force
+	@echo "Open $(CURDIR)/demo/m2/report.html in a browser: the antenna turns, stops and rings."
 
 quick: $(VENV)/tools ## run the tests that neither compile with JAX nor take long: a minute, after every change
 	$(PYTEST) -m 'not (slow or jax or campaign)'

@@ -93,7 +93,6 @@ PBEAM,9,2,.5,.25,.125,,.375,.75
 MAT1,1,3.5,,.25,.125,.0625
 MAT1,2,7.5,3.25,,.25,.5
 MAT1,3,,2.5,.125,.375,.25
-MAT1,4,2.5,,.125,.25,.125
 NSMADD,51,52,53
 NSM,52,PSHELL,1,.25,2,.5
 NSM1,52,PROD,.75,3
@@ -247,6 +246,7 @@ right.5, 1, 2
 *STEP
 *STATIC
 *TEMPERATURE
+left.ends, 6.25
 left.root, 7.5
 right.root, 1.25
 *BOUNDARY, OP=NEW

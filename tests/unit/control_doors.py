@@ -90,7 +90,8 @@ def control_doors(t):
         ),
         "close_loop": (
             tf.close_loop,
-            {"plant": wheel, "law": lambda time, y: -0.1 * y[:1], "maneuver": None, "end_time": 4e-3, "seed": 0},
+            {"plant": wheel, "law": lambda time, y: -0.1 * y[:1], "maneuver": None, "end_time": 4e-3, "seed": 0,
+             "frames": 2},
         ),
         "Attitude": (bound(tf.Attitude), reading),
         "Rate": (bound(tf.Rate), reading),

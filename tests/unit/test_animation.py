@@ -9,8 +9,9 @@ import pytest
 from PIL import Image
 
 import tautflex as tf
+from tautflex.analysis.turning import recorded_attitude
 from tautflex.cli import main
-from tautflex.plot.animation import _turns
+from tautflex.motion.rotations import matrix
 from verification.dynamic_cases import small_antenna
 
 
@@ -43,7 +44,7 @@ def test_film_turns_and_rings(run, tmp_path):
 
 def test_attitude_of_a_film_is_that_of_the_maneuver(run):
     """2 rad/s down to rest in 0.1 s: 0.1 rad."""
-    turns = _turns(run.data, np.array([0.0, 0.2]))
+    turns = [matrix(row) for row in recorded_attitude(run.data, np.array([0.0, 0.2]))]
     assert turns[0] == pytest.approx(np.eye(3))
     assert np.arctan2(turns[1][2, 1], turns[1][1, 1]) == pytest.approx(0.1, abs=1e-9)
 

@@ -11,6 +11,7 @@ import tautflex as tf
 from regression import mesh_files
 from tautflex import CaseError, InputError
 from tautflex.case import parse_case, template
+from tautflex.case.build import build_inputs
 from tautflex.cli import main
 
 M2_TEMPLATE = template("m2-nearest-node")
@@ -201,3 +202,32 @@ def test_masses_that_a_structure_cannot_have(text, words):
     with pytest.raises(InputError) as caught:
         tf.build_model(case)
     assert all(word in str(caught.value) for word in words), caught.value
+
+
+def test_cables_and_nodes_by_the_names_of_the_deck(folder, built):
+    """Property 2 are the cables along x, set 1 the held nodes; a group of elements stands for their nodes too."""
+    text = """
+[inputs.pull]
+kind = "cable-tension"
+group = "pid2"
+change = 0.1
+
+[inputs.push]
+kind = "nodal-force"
+group = "pid3"
+force = [0.0, 0.0, 1e-3]
+"""
+    case = tf.load_case(folder / "case.toml").to_toml() + text
+    state = tf.solve_prestress(tf.build_model(parse_case(case)))
+    assert set(state.model.selections) >= {"pid1", "pid2", "pid3", "pid4", "spc1"}
+    along = mesh_files.along_x(state.model)
+    pull, push = build_inputs(parse_case(case), state)
+    assert sorted(pull.cables) == np.flatnonzero(along).tolist()
+    assert sorted(push.nodes) == np.unique(state.model.cables[~along]).tolist()
+    for change, words in (
+        ('group = "pid9"', "group: expected a group of the mesh file with cables .pid2, pid3., got 'pid9'"),
+        ('group = "pid1"', "group: expected a group of the mesh file with cables"),
+        ('group = "pid2"\nside = "+x"', "group: expected no value beside side"),
+    ):
+        with pytest.raises(CaseError, match=words):
+            build_inputs(parse_case(case.replace('group = "pid2"', change)), state)

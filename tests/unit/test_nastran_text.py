@@ -84,6 +84,18 @@ def test_marks_as_programs_write_them(text):
     assert (card.get(1), card.get(9), card.wrong) == ("1", "7", "")
 
 
+@pytest.mark.parametrize("begin", ["BEGIN SUPER=1", "BEGIN BULK SUPER=1", "BEGIN BULK AUXMODEL=2", "begin"])
+def test_other_parts_of_a_deck_are_refused(begin):
+    """A superelement in front of the bulk data would else be taken for case control."""
+    with pytest.raises(MeshError, match="line 3: expected BEGIN BULK, got"):
+        read_nastran(f"SOL 101\nCEND\n{begin}\nGRID,1\nBEGIN BULK\n{FILM}")
+
+
+def test_numbers_of_the_case_control_are_of_ascii():
+    with pytest.raises(MeshError, match="expected SPC = number"):
+        read_nastran(f"SOL 101\nCEND\nSPC = 6\N{SUPERSCRIPT THREE}\nBEGIN BULK\n{FILM}")
+
+
 def test_columns_behind_the_fields_may_hold_a_date():
     (card,) = cards(
         enumerate_lines("GRID    3903    0       1.0     1.7320510.0     0       1456            6/20/72\n")

@@ -111,6 +111,8 @@ def test_spectrum_marks_the_peak_and_natural_frequencies(antenna_run, antenna_mo
     texts = drawn(figure)
     assert "point A: peak 2.014 Hz, bins of 0.061 Hz" in texts  # 33 bins of 1/16.384 s
     assert {"1", "2", "3", "4-6"} <= set(texts)
+    with pytest.raises(InputError, match="natural_frequencies: expected"):
+        plot.plot_spectrum(antenna_run, ["A"], natural_frequencies=antenna_modes)
     still = antenna_run.assign(w=0 * antenna_run["w"])
     assert "point A" in drawn(plot.plot_spectrum(still, ["A"]))
 
@@ -120,6 +122,18 @@ def test_scalogram(antenna_run):
     texts = drawn(plot.plot_scalogram(short, "A"))
     assert "frequency $f$ [Hz]" in texts
     assert "amplitude of $w$ at A [mm]" in texts
+    liveliest = short["probe"].values[int(np.abs(short["w"]).max("time").values.argmax())]
+    assert f"amplitude of $w$ at {liveliest} [mm]" in drawn(plot.plot_scalogram(short))
+
+
+def test_supports_are_drawn(antenna_modes):
+    corners = antenna_modes["beam"].values.ravel()[:4]
+    held = plot.plot_modes(
+        antenna_modes.drop_vars("held", errors="ignore").assign(held=("held_node", corners)), count=1
+    )
+    drawn(held)
+    marks = [line for line in held.axes[0].lines if line.get_marker() == "^"]
+    assert [len(line.get_data_3d()[0]) for line in marks] == [4]
 
 
 @pytest.mark.slow

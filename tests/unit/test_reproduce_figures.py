@@ -3,7 +3,7 @@ import pytest
 
 from tautflex import InputError, dominant_frequency
 from tautflex.paper.cases.catalogue import catalogue
-from tautflex.paper.cases.run_names import MODELS, RATES, run_name
+from tautflex.paper.cases.run_names import DURATIONS, MODELS, RATES, run_name
 from tautflex.paper.figures.histories import about_equilibrium
 from tautflex.paper.figures.index import FIGURES, save_figures
 from tautflex.paper.figures.trends import DURATION_TREND, RATE_TREND
@@ -47,7 +47,11 @@ def test_figure_draws_whole_with_units(number, runs, modes):
         assert any("displacement" in text for text in texts)
         return
     axes = figure.axes[0]
-    for label in (axes.get_xlabel(), axes.get_ylabel()):
+    # Panels one below the other share theirs.
+    for label in (
+        figure.axes[0].get_xlabel() or figure.axes[-1].get_xlabel(),
+        axes.get_ylabel() or figure.get_supylabel(),
+    ):
         assert label.endswith("]")
         assert "[" in label
     if number[-1] in "abc":
@@ -79,10 +83,11 @@ def test_figure_7_names_the_mode_it_resembles(runs, modes):
 
 def test_histories_show_the_records(runs, modes):
     figure = FIGURES["8"].draw(runs, modes)
-    lines = {line.get_label(): line for line in figure.axes[0].lines}
-    for model in MODELS:
+    panels = {text.get_text(): axes for axes in figure.axes for text in axes.texts if text.get_text() in MODELS}
+    assert list(panels) == list(MODELS)  # one below the other
+    for model, axes in panels.items():
         expected = 1e3 * runs[run_name(model, "pi_100", 0.1)]["w"].sel(probe="A")
-        np.testing.assert_allclose(lines[model].get_ydata(), expected)
+        np.testing.assert_allclose(axes.lines[0].get_ydata(), expected)
 
 
 def test_details_are_scaled_to_the_slower_stops(runs, modes):
@@ -91,11 +96,22 @@ def test_details_are_scaled_to_the_slower_stops(runs, modes):
     assert axes.get_ylim() == pytest.approx((-1.2e3 * slow, 1.2e3 * slow))
 
 
+def stated(places, along):
+    """Where models that stand side by side are meant to be."""
+    near = np.asarray(list(along))
+    return [float(near[np.abs(np.log(near / x)).argmin()]) for x in places]
+
+
 @pytest.mark.parametrize(("number", "quantity"), [("12a", "response_frequency"), ("13b", "amplitude")])
 def test_trends_mark_the_published_values(number, quantity, runs, modes):
     axes = FIGURES[number].draw(runs, modes).axes[0]
     open_markers = [line for line in axes.lines if line.get_markerfacecolor() == "none"]
-    found = {(x, y) for line in open_markers for x, y in zip(*line.get_data(), strict=True)}
+    along = RATES.values() if number == "12a" else DURATIONS
+    found = {
+        pair for line in open_markers for pair in zip(stated(line.get_xdata(), along), line.get_ydata(), strict=True)
+    }
+    drawn_at = [tuple(pair) for line in open_markers for pair in zip(*line.get_data(), strict=True)]
+    assert len(set(drawn_at)) == len(drawn_at)
     expected = set()
     for table in (6, 7, 8, 9):
         for row in published.table(table):
@@ -111,7 +127,9 @@ def test_trends_follow_the_runs(runs, modes):
     ours = [line for line in axes.lines if line.get_linestyle() == "-"]
     for line, cases in zip(ours, RATE_TREND.values(), strict=True):
         expected = [1e3 * np.abs(runs[name]["w"].sel(probe="A")).max() for name in cases.values()]
-        np.testing.assert_allclose(line.get_data(), (list(cases), expected))
+        np.testing.assert_allclose(
+            (stated(line.get_xdata(), RATES.values()), line.get_ydata()), (list(cases), expected)
+        )
 
 
 def test_trend_frequencies_use_the_bins_of_the_table_that_prints_the_run(runs, modes):

@@ -130,6 +130,7 @@ def doors(t):
         "time_error": True,
         "every": 1,
         "fields": None,
+        "frames": 3,
         "tolerance": 1e-6,
         "max_halvings": 2,
         **short,
@@ -250,6 +251,18 @@ def doors(t):
         "Spring": (tf.Spring, {"nodes": (0, 1), "stiffness": (1.0, 1.0, 1.0), "axes": None, "place": None}),
         "find_form": (tf.find_form, {"model": t["hung"].model, "tolerance": 1e6, "max_iterations": 3}),
         "laminate": (lambda **given: tf.laminate(given["layers"]), {"layers": t["film"]}),
+        "report": (
+            tf.report,
+            {
+                "run": run,
+                "path": folder / "run.html",
+                "other": None,
+                "state": state,
+                "folder": folder,
+                "size": 6.0,
+                "names": ("A", "B"),
+            },
+        ),
         "animate": (
             tf.animate,
             {
@@ -407,7 +420,7 @@ def doors(t):
             {"path": folder / "none.inp", "names": None, "unit_length": 1.0, "unit_mass": None, "step": None},
         ),
         "reduce": (tf.reduce, {"state": state, "basis": tf.ModalBasis(count=2), "weak_field": 1e-5, "inputs": ()}),
-        "run_case": (tf.run_case, {"case": case, "checkpoint": folder / "checkpoint", "seconds": 60.0}),
+        "run_case": (tf.run_case, {"case": case, "checkpoint": None, "seconds": 60.0}),
         "control_case": (tf.control_case, {"case": case.replaced(**LOOP)}),
         "save": (tf.save, {"dataset": run.data, "path": folder / "again.nc"}),
         "save_appendage": (tf.save_appendage, {"data": appendage, "path": folder / "appendage.json"}),

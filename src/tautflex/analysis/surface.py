@@ -69,6 +69,6 @@ def ruze_loss(rms: xr.Dataset | xr.DataArray | Run | ArrayLike, frequency: float
     given = rms if isinstance(rms, xr.DataArray) else xr.DataArray(checks.numbers("rms", rms))
     if bool((given < 0.0).any()):
         raise InputError(f"rms: expected lengths >= 0 [m], got {float(given.min()):g}; rms are no displacements")
-    loss = 10.0 * np.log10(np.e) * (4.0 * np.pi * frequency / _LIGHT * given) ** 2
+    loss = 10.0 / np.log(10.0) * (4.0 * np.pi * frequency / _LIGHT * given) ** 2
     units, words = SURFACE["ruze_loss"].units, SURFACE["ruze_loss"].words
     return loss.rename("ruze_loss").assign_attrs(units=units, long_name=words, frequency=frequency)

@@ -199,7 +199,8 @@ def build_loop(
 def close_case(case: Case, plant: Plant, law: ControlLaw, progress: Progress) -> Run:
     """Run the closed loop of a case on its plant under its law."""
     try:
-        return _labelled(case, close_loop(plant, law, None, case.solver.end_time, case.loop.seed, progress))
+        asked = case.solver.end_time, case.loop.seed, progress, case.output.frames
+        return _labelled(case, close_loop(plant, law, None, *asked))
     except NotConvergedError as error:
         if isinstance(error.result, Run):
             error.result = _labelled(case, error.result)

@@ -233,6 +233,7 @@ def question_of(case: Case, ready: Prepared, maneuver: Maneuver, progress: Progr
         initial_imperfection=solver.initial_imperfection,
         every=case.output.every,
         fields=fields if isinstance(fields, str) else [t for t in fields if t <= solver.end_time],
+        frames=case.output.frames,
         progress=progress,
         **{name: value for name, value in stated.items() if value is not None},
     )

@@ -21,6 +21,7 @@ from tautflex.cli.loops.evaluate import evaluate
 from tautflex.cli.loops.train import train
 from tautflex.cli.runs.animate import animate
 from tautflex.cli.runs.export import export
+from tautflex.cli.runs.report import report
 from tautflex.cli.runs.reproduce import reproduce
 from tautflex.cli.runs.run import run
 from tautflex.cli.studies.design import design
@@ -55,6 +56,7 @@ for one in (
     sweep,
     design,
     animate,
+    report,
     reproduce,
     export,
 ):

@@ -33,6 +33,7 @@ def close_loop(
     end_time: float = 10.0,
     seed: int = 0,
     progress: Callable[[float, str], None] | None = None,
+    frames: int = 300,
 ) -> Run:
     """Run a plant under a law.
 
@@ -50,6 +51,8 @@ def close_loop(
         Of the sensors' noise.
     progress
         Called with the fraction done and a short message; KeyboardInterrupt raised in it ends the run.
+    frames
+        Samples at which displacements are kept for pictures that move, evenly spaced, see `TransientProblem`.
 
     Returns
     -------
@@ -68,7 +71,9 @@ def close_loop(
     checks.instance("plant", plant, Plant, "a plant", remedy="Plant(state, ...) makes one")
     asked = law_of("law", law)
     count = max(1, int(np.ceil(checks.positive("end_time", end_time) / plant.interval - 1e-6)))
-    measured = [plant.reset(seed, None if maneuver is None else {"maneuver": maneuver})]
+    kept = np.linspace(0, count, min(checks.whole("frames", frames, 0), count + 1)).round()
+    options = {"frames": plant.interval * kept}
+    measured = [plant.reset(seed, options if maneuver is None else options | {"maneuver": maneuver})]
     times = np.asarray(plant.interval * np.arange(count + 1), dtype=np.float64)
     follow = references(plant.maneuver, times, plant.hub)
     memory, remarks = start_law(plant, asked)

@@ -167,7 +167,7 @@ class Plant:
             "probes": probes,
             "every": self._steps,
         }
-        self._inputs = given
+        self._inputs, self._frames = given, np.zeros(0)
         self._problem([], interval)
         self._run: RunOfPlant | None = None
         self._bank = self._new_bank()
@@ -202,7 +202,8 @@ class Plant:
         seed
             Of the sensors' noise; None is 0.
         options
-            ``{"state": plant.state}`` goes on from there, noise included; ``{"maneuver": ...}`` follows another one.
+            ``{"state": plant.state}`` goes on from there, noise included; ``{"maneuver": ...}`` follows another one;
+            ``{"frames": times}`` keeps frames of pictures at instants [s].
 
         Returns
         -------
@@ -213,8 +214,10 @@ class Plant:
         known = (PlantState, type(None))
         state: PlantState | None = checks.instance("options.state", given.pop("state", None), known, "plant.state")
         self.maneuver = _maneuver(given.pop("maneuver", self.maneuver))
+        self._frames = checks.float_array("options.frames", given.pop("frames", ()), (None,))
         if given:
-            raise InputError(f"options: expected 'state' or 'maneuver', got {shown(next(iter(given)))}; leave it out")
+            text = f"options: expected 'state', 'maneuver' or 'frames', got {shown(next(iter(given)))}"
+            raise InputError(f"{text}; leave it out")
         chosen = 0 if seed is None else checks.whole("seed", seed, 0)
         self._bank, self._parts, self._intervals = self._new_bank(), list[Run](), 0
         if state is None:
@@ -237,6 +240,8 @@ class Plant:
     ) -> TransientProblem:
         """What the integrator is asked."""
         asked = {**self._asked, "inputs": [*self._inputs, *driven], "end_time": end_time, "initial": initial}
+        start = -1.0 if initial is None else initial.time
+        asked["frames"] = self._frames[(self._frames > start) & (self._frames <= end_time)]
         return TransientProblem(
             self._rom or self.state_of, self.hub if self.hub is not None else self.maneuver, **asked
         )

@@ -14,8 +14,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from tautflex import checks
+from tautflex.analysis.turning import recorded_attitude
 from tautflex.errors import InputError, MissingExtraError
-from tautflex.motion.rotations import exponential, matrix, product
+from tautflex.motion.rotations import matrix
 from tautflex.numeric import Array
 from tautflex.plot.shapes import drawn_factor
 from tautflex.plot.style import DIVERGING, length_unit, new_figure, styled
@@ -44,8 +45,8 @@ def animate(
     Parameters
     ----------
     run
-        A run, or its Dataset, with ``displacement(field_time, node, component)`` [m] and the mesh: simulate with
-        ``fields="all"``, or a list of times.
+        A run, or its Dataset, with the mesh and ``displacement(field_time, node, component)`` or, where there are more
+        of them, ``frame_displacement(frame_time, node, component)`` [m], which every run keeps.
     path
         File to write: ``.gif``, ``.html`` (all in one file), or ``.mp4`` where ffmpeg is installed.
     magnification
@@ -71,13 +72,13 @@ def animate(
     MissingExtraError
         If ``.mp4`` is asked for and ffmpeg is not there.
     """
-    run = dataset_of(
-        "run", run, "displacement", "field_time", remedy="simulate(..., fields='all') gives one", table=RUN
-    )
+    remedy = "simulate(..., frames=300) gives one"
+    run = dataset_of("run", run, "displacement", "field_time", remedy=remedy, table=RUN)
+    if run.sizes.get("frame_time", 0) > run.sizes["field_time"]:
+        run = run.drop_dims("field_time").rename(frame_time="field_time", frame_displacement="displacement")
     if run.sizes["field_time"] < 2:
-        raise InputError(
-            f"run: expected two stored fields or more, got {run.sizes['field_time']}; simulate with fields='all'"
-        )
+        found = run.sizes["field_time"]
+        raise InputError(f"run: expected two stored fields or frames or more, got {found}; simulate with frames=300")
     target = checks.path("path", path)
     writer = _FORMATS[checks.one_of("path", target.suffix, tuple(_FORMATS))]
     if writer is FFMpegWriter and not FFMpegWriter.isAvailable():
@@ -106,7 +107,8 @@ class _Film:
     def __init__(self, run: xr.Dataset, chosen: Array, magnification: float | None, turning: bool) -> None:
         self._times = run["field_time"].values[chosen]
         self._fields = run["displacement"].transpose("field_time", "node", "component").values[chosen]
-        self._mesh, self._turns = wireframe(run), _turns(run, self._times) if turning else None
+        turns = map(matrix, recorded_attitude(run, self._times)) if turning else None
+        self._mesh, self._turns = wireframe(run), None if turns is None else np.array(list(turns))
         across = float(np.abs(self._fields[..., 2]).max())
         factor = drawn_factor(across, self._mesh.span) if magnification is None else magnification
         self._factor = checks.positive("magnification", factor, remedy="1000 is the paper's")
@@ -149,20 +151,3 @@ class _Film:
         axes.set_axis_off()
         self._cursor.set_xdata([self._times[number]] * 2)
         self._title.set_text(f"$t$ = {self._times[number]:.3f} s    displacements $\\times$ {self._factor:g}")
-
-
-def _turns(run: xr.Dataset, times: Array) -> Array:
-    """Rotation matrix of the floating frame at instants [s], shape (frame, 3, 3), from attitude or spin."""
-    stored = run["time"].values
-    if "attitude" in run:
-        quaternions = run["attitude"].values
-    elif "angular_velocity" in run:
-        spin, quaternions = run["angular_velocity"].values, np.zeros((stored.size, 4))
-        quaternions[0, 0] = 1.0
-        for k, step in enumerate(np.diff(stored)):
-            # In axes that turn along; exact where the spin changes at a steady rate about one axis.
-            own = exponential(0.5 * step * (spin[k] + spin[k + 1]))
-            quaternions[k + 1] = product(quaternions[k], own)
-    else:
-        return np.broadcast_to(np.eye(3), (times.size, 3, 3))
-    return np.array([matrix(quaternions[int(np.abs(stored - time).argmin())]) for time in times])

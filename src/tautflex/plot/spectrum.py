@@ -15,6 +15,7 @@ from tautflex.checks import float_array, positive
 from tautflex.numeric import Array
 from tautflex.plot.history import probe_records
 from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, LINES, length_unit, new_axes, saving, styled
+from tautflex.solvers.modal.natural import Modes
 from tautflex.solvers.transient.status import Run
 
 
@@ -23,7 +24,7 @@ def plot_spectrum(
     run: xr.Dataset | Run,
     probes: Sequence[str] | None = None,
     component: str = "w",
-    natural_frequencies: ArrayLike | None = None,
+    natural_frequencies: ArrayLike | Modes | None = None,
     highest: float | None = None,
     length: float | None = None,
 ) -> Figure:
@@ -36,7 +37,7 @@ def plot_spectrum(
     probes, component
         As for :func:`tautflex.plot.plot_time_history`.
     natural_frequencies
-        Frequencies [Hz] (mode,) to mark, counted from 1 along the top.
+        Frequencies [Hz] (mode,) to mark, counted from 1 along the top, or what `tautflex.solve_modes` gives.
     highest
         Largest frequency drawn [Hz]; by default what holds the peaks and 95 % of the energy.
     length
@@ -74,7 +75,8 @@ def plot_spectrum(
     axes.set_xlim(0.0, limit)
     axes.set_ylim(0.0, (1.1 + 0.11 * len(lines)) * top or 1.0)
     if natural_frequencies is not None:
-        _mark(axes, float_array("natural_frequencies", natural_frequencies, (None,)), limit)
+        values = natural_frequencies.frequencies if isinstance(natural_frequencies, Modes) else natural_frequencies
+        _mark(axes, float_array("natural_frequencies", values, (None,)), limit)
     axes.legend(loc="upper right", title=None if after is None else f"motion after t = {after:g} s")
     return figure
 

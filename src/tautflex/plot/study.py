@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Sequence
 
@@ -14,6 +15,7 @@ from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, SEQUENTIAL, new_figure, saving, styled
 from tautflex.solvers.variables import dataset_of
+from tautflex.text import shown
 
 _COLUMNS, _MOST = 3, 12  # panels beside each other, and altogether
 _HEIGHT = 2.0  # [inch] of a row of panels
@@ -49,7 +51,9 @@ def plot_study(study: xr.Dataset, measures: Sequence[str] | None = None) -> Figu
     if measures is None:
         measures = [name for name in numbers if _differs(study[name].values)][:_MOST] or numbers[:_MOST]
     for name in checks.several("measures", measures, str, "'surface.rms_max'"):
-        checks.one_of("measures", name, numbers)
+        if name not in numbers:
+            near = difflib.get_close_matches(name, numbers, n=1) or numbers[:1] or ["none"]
+            raise InputError(f"measures: expected measures of the study such as {near[0]!r}, got {shown(name)}")
     if not measures:
         raise InputError("measures: expected at least one, got none; every point failed, or the study keeps none")
     columns = min(_COLUMNS, len(measures))

@@ -24,6 +24,7 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#00
 """Okabe and Ito's palette, told apart by every kind of colour vision."""
 LINES = ("-", "--", "-.", ":")
 GREY = "#5a5a5a"
+SUPPORT = "#c2571a"
 DIVERGING = "RdBu_r"
 SEQUENTIAL = "viridis"
 

@@ -16,7 +16,7 @@ from mpl_toolkits.mplot3d.art3d import (  # type: ignore[import-untyped]
 )
 
 from tautflex.numeric import Array, Indices
-from tautflex.plot.style import DIVERGING, GREY
+from tautflex.plot.style import DIVERGING, GREY, SUPPORT
 from tautflex.solvers.variables import dataset_of
 from tautflex.structure.shapes import TRIANGLE3
 
@@ -27,7 +27,7 @@ _BEHIND, _SURFACE, _BEFORE = 1, 2, 3
 
 @dataclass(frozen=True)
 class Wireframe:
-    """What is drawn: ``nodes`` (node, 3) [m] and numbers of triangles, lines between its elements, members, links."""
+    """What is drawn: ``nodes`` (node, 3) [m], numbers of triangles, lines between them, members, links, supports."""
 
     nodes: Array
     triangles: Indices
@@ -35,6 +35,7 @@ class Wireframe:
     cables: Indices
     beams: Indices
     links: Indices
+    held: Indices
 
     @property
     def span(self) -> float:
@@ -54,7 +55,8 @@ def wireframe(data: xr.Dataset) -> Wireframe:
     triangles, edges = numbers("triangle", 3), numbers("membrane_edge", 2)
     if not len(edges):  # the elements are the triangles
         edges = np.unique(np.sort(TRIANGLE3.sides(triangles), axis=1), axis=0)
-    return Wireframe(nodes, triangles, edges, numbers("cable", 2), numbers("beam", 2), numbers("link", 2))
+    cables, beams, links = (numbers(name, 2) for name in ("cable", "beam", "link"))
+    return Wireframe(nodes, triangles, edges, cables, beams, links, numbers("held", 1).ravel())
 
 
 def draw_surface(axes: Axes3D, mesh: Wireframe, displacement: Array, color: Array, limit: float) -> None:
@@ -83,6 +85,10 @@ def draw_surface(axes: Axes3D, mesh: Wireframe, displacement: Array, color: Arra
             near = (mesh.nodes[members].mean(axis=1) - centre) @ view > 0.0
             _lines(axes, points[members[~near]], _BEHIND, color=shade, linewidth=width)
             _lines(axes, points[members[near]], _BEFORE, color=shade, linewidth=width)
+    if mesh.held.size:  # a film held all around would be hidden by marks that a few corners need
+        look: dict[str, Any] = {"marker": "^", "linestyle": "none", "color": SUPPORT, "clip_on": False}
+        size = 3.5 if mesh.held.size <= 24 else 1.5
+        axes.plot(*points[mesh.held].T, markersize=size, markeredgewidth=0.0, zorder=_BEFORE, **look)
 
 
 def _draw_film(axes: Axes3D, mesh: Wireframe, points: Array, color: Array, shades: Normalize) -> None:

@@ -26,7 +26,7 @@ _COLUMNS = 600  # a page cannot show more
 @styled
 def plot_scalogram(
     run: xr.Dataset | Run,
-    probe: str,
+    probe: str | None = None,
     component: str = "w",
     frequencies: ArrayLike | None = None,
     bandwidth: float = 3.0,
@@ -39,7 +39,7 @@ def plot_scalogram(
     run
         A run, or its Dataset.
     probe, component
-        Record to analyse.
+        Record to analyse; None is the probe that moves most.
     frequencies, bandwidth
         As for :func:`tautflex.scalogram`.
     floor
@@ -57,7 +57,9 @@ def plot_scalogram(
     InputError
         If there is no such probe or component, the record is not uniform, or ``floor`` is not negative.
     """
-    record = probe_records(run, [probe], component).isel(probe=0)
+    records = probe_records(run, None if probe is None else [probe], component)
+    record = records.isel(probe=int(np.abs(records.transpose("probe", ...).values).max(axis=1).argmax()))
+    probe = str(record["probe"].item())
     data = scalogram(record, frequencies, bandwidth)
     image_values, limits, label = _levels(data["magnitude"], floor, f"amplitude of ${component}$ at {probe}")
     stride = -(-data.sizes["time"] // _COLUMNS)

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from tautflex.errors import UnsupportedError
@@ -108,6 +109,19 @@ class OnBasis(SteppingModel):
         """
         result = eta @ self.basis.kept + self._following(monomials(eta))
         return result if offset is None else result + offset @ self.basis.derivatives
+
+    def frames(self, eta: Array, offset: Array) -> NDArray[np.float32]:
+        """Displacement of all nodes [m] in single precision, as `displacement` in one product, (time, node, 3)."""
+        parts = [eta]
+        if len(self.basis.derivatives):
+            parts.append(monomials(eta) @ self.coefficients.follow_quadratic.T + offset)
+        return (np.concatenate(parts, axis=1).astype(np.float32) @ self._frame_vectors).reshape(len(eta), -1, 3)
+
+    @cached_property
+    def _frame_vectors(self) -> NDArray[np.float32]:
+        """Vectors and static derivatives at all nodes, shape (r + p, 3 node)."""
+        vectors = np.concatenate([self.basis.kept, self.basis.derivatives])
+        return self.state.system.translations(vectors).reshape(len(vectors), -1).astype(np.float32)
 
     def _following(self, y: Array) -> Array | float:
         """Displacement that follows monomials at once, shape (..., m) -> (..., size)."""

@@ -48,6 +48,7 @@ MESH: Variables = {
     "membrane_cell": _of("membrane_element", "1", "VTK's type of each film element"),
     "membrane_edge": _of("membrane_line end", "1", "nodes of each line between film elements"),
     "link": _of("link_line end", "1", "nodes that each link or spring joins"),
+    "held": _of("held_node", "1", "nodes that supports hold"),
 }
 """Every variable that may describe the mesh of a result."""
 
@@ -83,9 +84,11 @@ RUN: Variables = {
     **{stored: SURFACE[name] for stored, name in OF_SURFACE.items()},
     "displacement": _of("field_time node component", "m", "elastic displacement of all nodes"),
     "film_state": _of("field_time triangle_element", "1", "state of each film element"),
+    "frame_displacement": _of("frame_time node component", "m", "elastic displacement of all nodes, in single"),
     "probe_position": _of("probe component", "m", "reference position of the probe"),
     "time": _of("time", "s", "time"),
     "field_time": _of("field_time", "s", "time of stored fields"),
+    "frame_time": _of("frame_time", "s", "time of the frames of pictures that move"),
 }
 
 HUB: Variables = {
@@ -254,10 +257,10 @@ def dataset_of(name: str, given: Any, *wanted: str, remedy: str, table: Variable
 def mesh_variables(model: Model) -> dict[str, tuple[Any, ...]]:
     """Mesh as Dataset variables, so that results can be drawn and written without the model.
 
-    ``link`` is there with links or springs. ``triangle`` holds linear triangles. Where the film's elements are others,
-    these are what stands for them in pictures, ``triangle_owner`` tells the film element of each, and ``membrane``,
-    ``membrane_cell`` (VTK's number of the cell type) and ``membrane_edge`` hold the elements themselves and the lines
-    between them.
+    ``link`` is there with links or springs, ``held`` with supports. ``triangle`` holds linear triangles. Where the
+    film's elements are others, these are what stands for them in pictures, ``triangle_owner`` tells the film element of
+    each, and ``membrane``, ``membrane_cell`` (VTK's number of the cell type) and ``membrane_edge`` hold the elements
+    themselves and the lines between them.
     """
     lines = {"triangle": model.triangles, "cable": model.cables, "beam": model.beams}
     arrays = {"node_position": model.nodes, **lines}
@@ -265,6 +268,8 @@ def mesh_variables(model: Model) -> dict[str, tuple[Any, ...]]:
         arrays |= _membranes(model)
     if len(model.linked_pairs):
         arrays["link"] = np.unique(np.sort(model.linked_pairs, axis=1), axis=0)
+    if model.supports:
+        arrays["held"] = np.unique(np.concatenate([support.nodes for support in model.supports]))
     return described(MESH, arrays)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -35,10 +35,12 @@ class Model(Numbering):
     """Tensioned structure in its reference configuration; build it with `from_mesh` or from a case.
 
     ``prestress_stated`` tells whether the mode was chosen: its imbalance is then meant, and noted instead of warned of.
+    ``selections`` are rows of ``"nodes"``, ``"cables"`` and so on under the names of a mesh file.
     """
 
     prestress_mode: str = "uniform"
     prestress_stated: bool = True
+    selections: Mapping[str, Mapping[str, Indices]] = field(default_factory=dict, compare=False)
 
     @classmethod
     def from_mesh(
@@ -64,6 +66,7 @@ class Model(Numbering):
         springs: Sequence[Spring] = (),
         dampers: Sequence[Damper] = (),
         prestress_mode: str | None = None,
+        selections: Mapping[str, Mapping[str, Indices]] | None = None,
     ) -> Model:
         """Build a model from any film elements, cables and beams in space.
 
@@ -105,6 +108,8 @@ class Model(Numbering):
             ``"equilibrium"``: cable tensions are final, film and beams respond; ``"initial-strain"``: cables
             are shortened to their tension between rigid ends, then everything relaxes (theory.md 5). None is
             ``"uniform"`` with a warning where the given stresses are far from balance.
+        selections
+            Rows of ``"nodes"``, ``"cables"`` and so on under names, by which cases choose them.
 
         Returns
         -------
@@ -154,6 +159,7 @@ class Model(Numbering):
             links=checks.several("links", links, Link, _LINK),
             springs=checks.several("springs", springs, Spring, _SPRING),
             dampers=checks.several("dampers", dampers, Damper, _DAMPER),
+            selections={} if selections is None else selections,
         )
 
     def __post_init__(self) -> None:

@@ -248,6 +248,7 @@ def _marker(directory: Path) -> Path:
 
 def require_own_folder(directory: Path, force: bool) -> None:
     """Raise CaseError if a folder holds points of another version."""
+    checks.flag("force", force)
     try:
         found: Any = json.loads(_marker(directory).read_bytes())
     except (OSError, ValueError):

@@ -111,6 +111,11 @@ class Output(Section):
     fields: Literal["none", "all"] | tuple[NonNegative, ...] = key(
         "word 'none', the word 'all', or a list of instants >= 0 [s]", (0.0, 0.5), "none"
     )
+    frames: Annotated[int, Strict(), Field(ge=0)] = key(
+        "number of evenly spaced instants whose displacements are kept for reports and films, in single precision, "
+        "64 MB at most; 0 for none",
+        default=300,
+    )
     surface_tolerance: Positive = key(
         "rms of the film about its best plane [m] within which it counts as settled, > 0", default=2e-5
     )

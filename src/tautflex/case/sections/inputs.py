@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
@@ -28,7 +29,7 @@ class Placed(Chosen):
 
     @classmethod
     def parts_for(cls, kind: str, target: type) -> tuple[type[Chosen], ...]:
-        """Nodes and cables, which a case knows no numbers of, may be chosen by place."""
+        """Nodes and cables, which a case knows no numbers of, may be chosen by place, or by names of a mesh file."""
         names = {field.name for field in dataclasses.fields(target)}
         return (*((ChosenNodes,) if "nodes" in names else ()), *((_Cables,) if "cables" in names else ()), cls)
 
@@ -62,12 +63,13 @@ class ChosenNodes(Chosen):
         "point, or list of points, whose nearest nodes are meant [m]", (0.5, 0.2), None
     )
     side: Side | None = key("side of the film whose nodes are meant", "+x", None)
+    group: str | None = key("group of the mesh file whose nodes are meant, those of its elements too", "tips", None)
 
     def require_one_choice(self) -> None:
         """Raise CaseError unless the nodes are said in one way."""
-        given = [name for name in ("nodes", "near", "side") if getattr(self, name) is not None]
+        given = [name for name in ("nodes", "near", "side", "group") if getattr(self, name) is not None]
         if not given:
-            text = f"nodes: missing, {self.choice()} expects nodes, near or side"
+            text = f"nodes: missing, {self.choice()} expects nodes, near, side or group"
             raise CaseError(f"{text}; add for example near = [0.5, 0.2]")
         if len(given) > 1:
             value = show(getattr(self, given[1]))
@@ -84,6 +86,8 @@ class ChosenNodes(Chosen):
         if self.near is not None:
             points = np.atleast_2d(np.asarray(self.near, dtype=float))
             return {"nodes": tuple(nearest_node(model, point) for point in points)}
+        if self.group is not None:
+            return {"nodes": _nodes_of_group(model, self.group)}
         return {} if self.side is None else {"nodes": _nodes_of_side(model, self.side)}
 
     def placed(self, model: Model) -> Any:
@@ -92,16 +96,21 @@ class ChosenNodes(Chosen):
 
 
 class _Cables(Chosen):
-    """Cables by number or side."""
+    """Cables by number, side or group."""
 
     side: Side | None = key("side of the film whose cables are meant; all if not given", "+x", None)
+    group: str | None = key("group of the mesh file whose cables are meant", "pid2", None)
 
     def check_values(self) -> None:
-        if self.side is not None and self.cables is not None:
-            raise CaseError(f"side: expected no value beside cables, got {show(self.side)}; keep one of the two")
+        given = [name for name in ("cables", "side", "group") if getattr(self, name) is not None]
+        if len(given) > 1:
+            value = show(getattr(self, given[1]))
+            raise CaseError(f"{given[1]}: expected no value beside {given[0]}, got {value}; keep one of the two")
         super().check_values()
 
     def placed(self, model: Model) -> Any:
+        if self.group is not None:
+            return self.build(cables=_rows_of_group(model, self.group, "cables"))
         if self.side is None:
             return self.build()
         return self.build(cables=_cables_of_side(model, self.side))
@@ -117,6 +126,37 @@ def nearest_node(model: Model, point: Array) -> int:
         where = f"{show(point.tolist())}, {away[node]:.3g} m from the nearest one"
         raise CaseError(f"near: expected a point within an element's length of a node, got {where}; move it")
     return node
+
+
+def _rows_of_group(model: Model, name: str, *parts: str) -> tuple[int, ...]:
+    """Rows of the first part that a group of the mesh file selects, and nodes of the others.
+
+    Raises
+    ------
+    CaseError
+        If there is no such group, or it selects none of them.
+    """
+    named = _selections(model)
+    own = named.get(name, {})
+    rows = [own[part] if part == parts[0] else getattr(model, part)[own[part]] for part in parts if part in own]
+    found = np.unique(np.concatenate([np.zeros(0, np.int64), *(one.ravel() for one in rows)]))
+    if not found.size:
+        having = [one for one, selected in named.items() if set(parts) & set(selected)]
+        raise CaseError(
+            f"group: expected a group of the mesh file with {parts[0]} ({', '.join(having) or 'none'}), got "
+            f"{show(name)}; name one of them"
+        )
+    return tuple(found.tolist())
+
+
+def _selections(model: Model) -> Mapping[str, Mapping[str, Indices]]:
+    """Groups of the mesh file, of a structure or of the mesh that it will be made of."""
+    found: Mapping[str, Mapping[str, Indices]] = getattr(model, "selections", None) or getattr(model, "groups", {})
+    return found if isinstance(found, Mapping) else {}
+
+
+def _nodes_of_group(model: Model, name: str) -> tuple[int, ...]:
+    return _rows_of_group(model, name, "nodes", "triangles", "quads", "cables", "beams")
 
 
 def _film(model: Model) -> tuple[Indices, Indices]:

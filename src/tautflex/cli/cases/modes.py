@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from tautflex.cli.cases import spinning
+from tautflex.cli.figures import FORMATS, Formats, mode_figures
 from tautflex.cli.options import Answer, CaseFile, Overrides, about, command, load, require_output_directory
 from tautflex.cli.spinning_cards import show_modes_and_spin
 from tautflex.errors import CaseError
@@ -38,6 +39,7 @@ def modes(
         str | None, Parameter(name="--point", help="Reference point of --participation, x,y,z [m]; default 0,0,0.")
     ] = None,
     override: Overrides = None,
+    form: Formats = None,
 ) -> Answer:
     """Natural frequencies, labels and symmetry about the prestressed state; on request also of the spinning structure.
 
@@ -69,10 +71,8 @@ def modes(
         extra["campbell"] = spinning.table_numbers(table)
     files = {} if participation is None else {participation.name: participation}
     if output is not None:
-        from tautflex.cli.figures import mode_figures
-
-        data = found.to_dataset()
-        written = publish(output, lambda place, final: [final / p.name for p in mode_figures(data, place, table)])
+        draw = partial(mode_figures, found.to_dataset(), campbell=table, formats=form or FORMATS)
+        written = publish(output, lambda place, final: [final / path.name for path in draw(place)])
         files |= {path.name: path for path in written}
     answer: dict[str, Any] = {
         "frequencies": found.frequencies,

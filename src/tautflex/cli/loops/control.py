@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from tautflex.cli.cards import show_run
+from tautflex.cli.figures import FORMATS, Formats, run_figures
 from tautflex.cli.options import (
     Answer,
     CaseFile,
@@ -28,6 +29,7 @@ def control(
     output: ResultFolder = None,
     force: Force = False,
     override: Overrides = None,
+    form: Formats = None,
 ) -> Answer:
     """Run the antenna on its hub under the [controller]; write run.nc, summary.json and figures.
 
@@ -47,8 +49,9 @@ def control(
         require_no_results(directory, "add --force to replace it")
 
     from tautflex.case.loop import write_case_loop
-    from tautflex.cli.figures import run_figures
 
     with result_folder(directory), about(case), progress_bar() as progress:
-        summary = write_case_loop(loaded, directory, progress, figures=run_figures, title=case.stem)
+        summary = write_case_loop(
+            loaded, directory, progress, figures=partial(run_figures, formats=form or FORMATS), title=case.stem
+        )
     return Answer(summary, partial(show_run, case, summary), ENDED[summary["status"]])

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say, show_run
+from tautflex.cli.figures import FORMATS, Formats, run_figures
 from tautflex.cli.options import (
     Answer,
     CaseFile,
@@ -43,6 +44,7 @@ def run(
         float, Parameter(name="--checkpoint", help="Wall-clock time between two checkpoints [s].")
     ] = 60.0,
     override: Overrides = None,
+    form: Formats = None,
 ) -> Answer:
     """Simulate the maneuver; write run.nc, summary.json and figures.
 
@@ -73,11 +75,16 @@ def run(
         require_no_results(directory, "add --force to replace it or --resume to go on")
 
     from tautflex.case.run import write_case_run
-    from tautflex.cli.figures import run_figures
 
     with result_folder(directory), about(case), progress_bar() as progress:
         summary = write_case_run(
-            loaded, directory, progress, figures=run_figures, title=case.stem, seconds=checkpoint, resume=resume
+            loaded,
+            directory,
+            progress,
+            figures=partial(run_figures, formats=form or FORMATS),
+            title=case.stem,
+            seconds=checkpoint,
+            resume=resume,
         )
     return Answer(summary, partial(show_run, case, summary), ENDED[summary["status"]])
 

@@ -170,6 +170,7 @@ class MeshData:
                 used[kind] = None
         if self.beam_orientation is not None:
             given = {"beam_orientation": self.beam_orientation, **given}
+        given = {"selections": self.groups, **given}
         return Model.from_mesh(
             self.nodes,
             triangles=self.triangles,

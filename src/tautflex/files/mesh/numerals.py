@@ -38,6 +38,11 @@ def vector(texts: Sequence[str], where: str, largest: float = _LARGEST_LENGTH) -
     return np.array(values)
 
 
+def finite(text: str, where: str, largest: float = 1e300) -> float:
+    """Read one number up to ``largest``, blank being 0."""
+    return float(vector([text], where, largest)[0])
+
+
 def real(text: str, where: str) -> float:
     """Read a number, blank being 0, in the spellings of Abaqus and Nastran; infinities are left to the caller.
 

@@ -221,7 +221,7 @@ def play(
     plant = arena.plant(kind, time_step, exact=False)
     whole = disturbed(arena, law, parameters)
     try:
-        run = close_loop(plant, whole, task.maneuver(parameters), task.duration, scenario.seed)
+        run = close_loop(plant, whole, task.maneuver(parameters), task.duration, scenario.seed, frames=0)
     except NotConvergedError as error:
         if not isinstance(error.result, Run):
             raise

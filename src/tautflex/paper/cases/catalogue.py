@@ -265,7 +265,7 @@ def _spec(
 ) -> RunSpec:
     velocity = RATES[rate] * factor
     maneuver = {"rate": velocity, "duration": duration}
-    output = {"fields": "none", **sections.pop("output", {})}
+    output = {"fields": "none", "frames": 0, **sections.pop("output", {})}
     case = model_case(model, variant, divisions).replaced(maneuver=maneuver, output=output, **sections)
     return RunSpec(name, case, variant, model, velocity, duration)
 

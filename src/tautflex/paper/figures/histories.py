@@ -12,13 +12,14 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from tautflex.analysis import maneuver_end
 from tautflex.paper.cases.normal_modes import dominant_mode, frequency_of
 from tautflex.paper.cases.run_names import maneuver_words, run_name
 from tautflex.paper.figures.drawings import SECTION_3_RUN
 from tautflex.paper.tables.paper_tables import POINT
-from tautflex.plot.style import COLORS, GREY, SINGLE_COLUMN, length_unit, new_axes, styled
+from tautflex.plot.style import COLORS, GREY, SINGLE_COLUMN, length_unit, new_axes, new_figure, styled
 from tautflex.plot.timefrequency import plot_scalogram
 
 Runs = Mapping[str, xr.Dataset]
@@ -78,6 +79,8 @@ def about_equilibrium(record: xr.DataArray, end: float | None) -> xr.DataArray:
 @styled
 def _histories(labels: Mapping[str, str], title: str, details: bool, runs: Runs, modes: Modes) -> Figure:
     records = {run: runs[run]["w"].sel(probe=POINT) for run in labels}
+    if len(records) > 1 and not details:
+        return _stacked(labels, title, runs, records)
     scale, unit = length_unit(np.concatenate([record.values for record in records.values()]))
     tops = [float(np.abs(record).max()) for record in records.values()]
     largest = 1.2 * max(tops[1:]) if details else math.inf
@@ -98,7 +101,25 @@ def _histories(labels: Mapping[str, str], title: str, details: bool, runs: Runs,
     return figure
 
 
-def _mark_ends(axes: Axes, ends: Sequence[float | None]) -> None:
+def _stacked(labels: Mapping[str, str], title: str, runs: Runs, records: Mapping[str, xr.DataArray]) -> Figure:
+    """Draw runs one below the other, each to a scale of its own, over one time: on one another they hide each other."""
+    figure = new_figure(SINGLE_COLUMN, 0.5 + 0.85 * len(records))
+    panels = figure.subplots(len(records), sharex=True)
+    scale, unit = length_unit(np.concatenate([record.values for record in records.values()]))
+    for k, (axes, (run, record)) in enumerate(zip(panels, records.items(), strict=True)):
+        axes.plot(record["time"], scale * record, color=COLORS[k], linewidth=0.9)
+        axes.axhline(0.0, color=GREY, linewidth=0.5, zorder=1)
+        _mark_ends(axes, [maneuver_end(runs[run])], words=k == 0)
+        axes.yaxis.set_major_locator(MaxNLocator(4))
+        place: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
+        axes.annotate(labels[run], (1.0, 1.0), (-4.0, -4.0), ha="right", va="top", fontsize=8, **place)
+    panels[0].set_title(title, fontsize=8, loc="left")
+    panels[-1].set(xlabel="time $t$ [s]", xlim=(0.0, max(float(record["time"][-1]) for record in records.values())))
+    figure.supylabel(f"displacement $w_A$ [{unit}]", fontsize=9)
+    return figure
+
+
+def _mark_ends(axes: Axes, ends: Sequence[float | None], words: bool = True) -> None:
     """Dash the end of each run's stop, in grey where all share it."""
     shared = len(set(ends)) == 1
     for k, end in enumerate(ends[:1] if shared else ends):
@@ -106,7 +127,7 @@ def _mark_ends(axes: Axes, ends: Sequence[float | None]) -> None:
             continue
         color = GREY if shared else COLORS[k]
         axes.axvline(end, color=color, linewidth=0.7, linestyle=_DASHES, zorder=1)
-        if len(ends) == 1:
+        if len(ends) == 1 and words:
             frames: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
             axes.annotate("end of stop", (end, 1.0), (3.0, -3.0), fontsize=8, color=GREY, va="top", **frames)
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -28,6 +29,7 @@ RATE_TREND: dict[str, dict[float, str]] = {  # the paper has pi/50 for M1 only [
 DURATION_TREND = {model: {duration: run_name(model, "pi_5", duration) for duration in DURATIONS} for model in MODELS}
 _MARKERS = {"M1": "o", "M2": "s", "M3": "^"}
 _SIZE, _OPEN_SIZE = 4.5, 7.5  # of markers [points]: ours fit inside the paper's
+_APART = 1.1  # factor between the places of models on a logarithmic axis
 _OPEN: dict[str, Any] = {"markersize": _OPEN_SIZE, "markerfacecolor": "none", "markeredgewidth": 1.2}
 _OURS: dict[str, Any] = {"linestyle": ":", "linewidth": 1.2}  # lines of natural frequencies
 _PAPER: dict[str, Any] = {"linestyle": (0, (1, 5)), "linewidth": 0.9}
@@ -54,8 +56,11 @@ def _draw(
         printed = _printed(model, along)
         ours = [response(runs[name], printed.get(x, _DEFAULT)["padded_duration"])[number] for x, name in names.items()]
         look: dict[str, Any] = {"color": COLORS[k], "marker": _MARKERS[model]}
-        axes.plot(list(names), ours, "-", markersize=_SIZE, **look)
-        axes.plot(list(printed), [row[key] for row in printed.values()], linestyle="none", zorder=4, **look, **_OPEN)
+        # Models stand side by side, so that no marker hides another.
+        place = partial(np.multiply, _APART ** (k - 1)) if along == "rate" else partial(np.add, 0.04 * (k - 1))
+        axes.plot(place(list(names)), ours, "-", markersize=_SIZE, **look)
+        values = [row[key] for row in printed.values()]
+        axes.plot(place(list(printed)), values, linestyle="none", zorder=4, **look, **_OPEN)
         legend.append(Line2D([], [], markersize=_SIZE, label=model, **look))
     legend.append(Line2D([], [], color=GREY, marker="o", linestyle="none", label="paper, Tables 6–9", **_OPEN))  # noqa: RUF001
     if quantity == "frequency":

@@ -56,21 +56,19 @@ class ReducedRun:
         # Of a scheme, an explicit step needs its size and that its forces are those at its end.
         self._method = method if isinstance(method, Method) else Newmark()
         self.inputs = ReducedInputs(rom, InputSet(rom.state.system, problem.inputs))
-        self.arrays = self.inputs.arrays(problem.damping)
-        kinds = problem.coupling.load_by_kind
+        self.arrays, kinds = self.inputs.arrays(problem.damping), problem.coupling.load_by_kind
         c = rom.coefficients if kinds is None else rom.weighed(kinds)
         self.moments = WeighedMoments(np.concatenate([c.load, c.load_stress], axis=1))
         self._offsets = WeighedMoments(c.follow_load)
         self._began, self.segments = self._plan(problem.maneuver)
         self._tolerance = problem.tolerance or self._method.tolerance
         # Numbers of the grid instants whose coordinates are kept, sorted.
-        fields = np.array(sorted(problem.field_steps), dtype=np.int64)
-        self.stored = np.union1d(np.array(problem.stored_steps, dtype=np.int64), fields)
+        kept = {*problem.stored_steps} | problem.field_steps | problem.frame_steps
+        self.stored = np.array(sorted(kept), dtype=np.int64)
         self.eta, self.rate = np.zeros((2, len(self.stored), rom.size))
-        self.reached = problem.begin
+        self.reached, self.halvings = problem.begin, 0
         self._work = new_work(rom.size, self._method.tangents)
         self._march = march_explicit if self._explicit else march
-        self.halvings = 0
         beta = float(problem.damping.matrix(rom.state.linear).stiffness)
         self.warnings = [*problem.doubts, *doubts_about_inputs(self.inputs.given, problem)]
         self.warnings += self.inputs.doubts(problem.count * problem.time_step, beta)

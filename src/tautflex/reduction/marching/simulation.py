@@ -106,7 +106,7 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
     fields = [_field(run, row) for row in sorted(problem.field_steps) if row <= run.reached]
     spin = motions[:, :6].reshape(-1, 2, 3)
     probe = in_blocks(lambda *states: run.read(problem.placed, *states), before, times, eta, rate, motions)
-    samples = Samples(times, probe, spin, scalars, fields)
+    samples = Samples(times, probe, spin, scalars, fields, *_frames(run))
     said = [*run.idle, *run.warnings, *checked.warnings]
     attributes = problem.attributes | {"reduced_model": repr(rom), "warnings": said}
     attributes["title"] += ", reduced model"
@@ -114,6 +114,19 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
     arrays = {"coordinate": eta, "truncated_energy": checked.truncated}
     instants = described(REDUCED_RUN, {"check_time": times[checked.samples]})
     return run.complete(data.assign(described(REDUCED_RUN, arrays)).assign_coords(instants), place)
+
+
+def _frames(run: ReducedRun) -> tuple[Array, NDArray[np.float32]]:
+    """Times of frames and displacement of all nodes then."""
+    rows = np.array([row for row in sorted(run.problem.frame_steps) if row <= run.reached], dtype=np.int64)
+    times = np.asarray(run.problem.shift + rows * run.problem.time_step, dtype=np.float64)
+    if not len(rows):
+        return times, np.zeros((0, len(run.rom.model.nodes), 3), dtype=np.float32)
+    offset = run.prescribed_offset(run.motions(times))
+    frames = run.rom.frames(run.eta[np.searchsorted(run.stored, rows)], offset)
+    if run.inputs.columns:
+        frames += run.rom.state.system.translations(run.inputs.answer(times)).astype(np.float32)
+    return times, frames
 
 
 def _field(run: ReducedRun, row: int) -> tuple[float, Array, NDArray[np.int8]]:

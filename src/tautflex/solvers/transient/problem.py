@@ -37,6 +37,8 @@ Progress = Callable[[float, str], None] | None
 
 # Beyond this the time axis alone would fill the memory.
 _MOST_STEPS = 1e9
+# Frames of pictures take so many bytes at most, however many are asked for.
+MOST_FRAME_BYTES = 64e6
 # Part of a step within which two instants are one.
 _ON_GRID = 1e-6
 # What None stands for.
@@ -101,6 +103,10 @@ class TransientProblem:
         Store every n-th step.
     fields
         None or ``"none"``: no fields; ``"all"``: one per stored step; or times [s], rounded to steps.
+    frames
+        Instants at which the displacement of all nodes is kept in single precision for pictures that move: so many from
+        the start to ``end_time``, evenly spaced but for the grid, 0 for none; or times [s], rounded to steps. They take
+        64 MB at most: there are fewer where the mesh is larger (two at least).
     tolerance
         Newton tolerance: residual norm over the norm of the forces; None takes what the method needs, 1e-6 for most.
     max_halvings
@@ -134,6 +140,7 @@ class TransientProblem:
     initial: Checkpoint | None = None
     every: int = 1
     fields: str | Sequence[float] | None = None
+    frames: int | Sequence[float] = 300
     tolerance: float | None = None
     max_halvings: int = 8
     time_error: bool = True
@@ -179,7 +186,7 @@ class TransientProblem:
         object.__setattr__(self, "inputs", checks.several("inputs", inputs, TimeInput, "CableTension(...)"))
         if isinstance(self.method, Method):
             check_stages(self.method)
-        _ = self.placed, self.field_steps, self.velocity
+        _ = self.placed, self.field_steps, self.frame_steps, self.velocity
         if not self.stored_steps:
             raise InputError(
                 f"every: expected an instant to store between {self.start_time:g} s and end_time, got every = "
@@ -281,14 +288,31 @@ class TransientProblem:
     @cached_property
     def field_steps(self) -> set[int]:
         """Steps of the grid whose whole field is stored."""
-        step, count, start = self.time_step, self.count, self.start_time
         if self.fields is None or isinstance(self.fields, str):
             checks.one_of("fields", self.fields or "none", ("none", "all"))
             return set(self.stored_steps) if self.fields == "all" else set()
+        return self._steps_at("fields", self.fields)
+
+    @cached_property
+    def frame_steps(self) -> set[int]:
+        """Steps of the grid that are kept as frames; a run that goes on has those of the whole one behind its start."""
+        most = max(2, int(MOST_FRAME_BYTES / (12 * max(1, len(self.state.model.nodes)))))
+        if isinstance(self.frames, int | np.integer):
+            whole = min(checks.whole("frames", self.frames, 0), most, self.count + 1)
+            steps = set(np.linspace(0, self.count, whole).round().astype(int).tolist())
+        else:
+            steps = self._steps_at("frames", self.frames)
+            some = np.unique(np.linspace(0, len(steps) - 1, min(most, len(steps))).round().astype(int))
+            steps = set(np.array(sorted(steps), dtype=int)[some].tolist())
+        return {step for step in steps if step > self.begin or self.initial is None}
+
+    def _steps_at(self, name: str, times: Any) -> set[int]:
+        """Steps of the grid nearest to times [s], without that at which an earlier run ended."""
+        step, start, end = self.time_step, self.start_time, self.instant(self.count)
         steps = set()
-        for time in checks.float_array("fields", self.fields, (None,)):
-            if not start <= time <= self.instant(count) + 0.5 * step:
-                raise InputError(f"fields: expected times in [{start:g}, {self.instant(count):g}] s, got {time:g}")
+        for time in checks.float_array(name, times, (None,)):
+            if not start <= time <= end + 0.5 * step:
+                raise InputError(f"{name}: expected times in [{start:g}, {end:g}] s, got {time:g}")
             steps.add(round((time - self.shift) / step))
         return steps if self.initial is None else steps - {self.begin}
 

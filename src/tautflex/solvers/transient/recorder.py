@@ -41,6 +41,8 @@ class Samples(NamedTuple):
         Name in `SCALARS` or `OF_SURFACE` -> values, shape (sample,).
     fields
         Time [s], displacement of all nodes (node, 3) [m] and state of the film's elements, of every stored field.
+    frame_time, frames
+        Time [s] and displacement of all nodes in single precision [m] of frames, shapes (frame,), (frame, node, 3).
     """
 
     time: Array
@@ -48,6 +50,8 @@ class Samples(NamedTuple):
     spin: Array
     scalars: dict[str, Array]
     fields: list[tuple[float, Array, NDArray[np.int8]]]
+    frame_time: Array
+    frames: NDArray[np.float32]
 
 
 @jit
@@ -90,8 +94,8 @@ class Recorder:
         Measuring points.
     samples
         Number of stored instants at most.
-    field_steps
-        Steps whose whole displacement field is stored.
+    field_steps, frame_steps
+        Steps whose whole displacement field is stored, and those that are kept as frames.
     storage
         Where its arrays are.
 
@@ -104,10 +108,10 @@ class Recorder:
     """
 
     def __init__(
-        self, equation: EquationOfMotion, probes: ProbeSet, samples: int, field_steps: set[int],
+        self, equation: EquationOfMotion, probes: ProbeSet, samples: int, field_steps: set[int], frame_steps: set[int],
         storage: Storage = in_memory,
     ) -> None:  # fmt: skip
-        self._equation, self._probes, self._field_steps = equation, probes, field_steps
+        self._equation, self._probes, self._field_steps, self._frame_steps = equation, probes, field_steps, frame_steps
         self._survey = StressSurvey(equation.system, equation.workspace)
         self._time, self._spin = storage("time", (samples,), "f8"), storage("spin", (samples, 2, 3), "f8")
         self._probe = storage("probe", (samples, 2, 3 * len(probes.names)), "f8")
@@ -119,7 +123,9 @@ class Recorder:
         self._field = storage("field", (fields, len(model.nodes), 3), "f8")
         self._field_states = storage("field_states", (fields, int(model.triangle_owner.max(initial=-1)) + 1), "i1")
         self._watch = MotionWatch(equation.system, equation.inputs)
-        self.count = self._field_count = 0
+        self._frame_time = storage("frame_time", (len(frame_steps),), "f8")
+        self._frames = storage("frames", (len(frame_steps), len(model.nodes), 3), "f4")
+        self.count = self._field_count = self._frame_count = 0
         workspace, products = equation.workspace, equation.products
         self.parts: Any = (
             (workspace.store, workspace.stresses, self._survey.table),
@@ -144,7 +150,11 @@ class Recorder:
             self.count += 1
 
     def store_field(self, step: int, at: MotionState) -> None:
-        """Store the whole field if this step was asked for."""
+        """Store the whole field, and a frame, if this step was asked for."""
+        if step in self._frame_steps:
+            row = self._frame_count
+            self._frame_time[row], self._frames[row] = at.time, self._equation.system.translations(at.q)
+            self._frame_count += 1
         if step in self._field_steps:
             self._equation.workspace.strain_energy(at.q)  # the stresses on which the states depend
             row = self._field_count
@@ -155,12 +165,13 @@ class Recorder:
     def memory(self) -> Memory:
         """How far the arrays are filled, and what else is watched."""
         watch = self._watch
-        counts = {"count": self.count, "field_count": self._field_count}
+        counts = {"count": self.count, "field_count": self._field_count, "frame_count": self._frame_count}
         return counts | {"largest": watch.largest.copy(), "places": watch.places.copy()}
 
     def recall(self, memory: Memory) -> None:
         """Go on behind what another recorder stored."""
-        self.count, self._field_count = int(memory["count"]), int(memory["field_count"])
+        counts = (int(memory[name]) for name in ("count", "field_count", "frame_count"))
+        self.count, self._field_count, self._frame_count = counts
         self._watch.largest[:], self._watch.places[:] = memory["largest"], memory["places"]
 
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
@@ -172,7 +183,9 @@ class Recorder:
         scalars |= zip(OF_SURFACE, self._surface[:n].T, strict=True)
         probe = self._probe[:n].reshape(n, 2, -1, 3)
         stored = self._field_time[: self._field_count].tolist(), self._field, self._field_states
-        samples = Samples(self._time[:n], probe, self._spin[:n], scalars, list(zip(*stored, strict=False)))
+        fields, frames = list(zip(*stored, strict=False)), self._frame_count
+        kept = fields, self._frame_time[:frames], self._frames[:frames]
+        samples = Samples(self._time[:n], probe, self._spin[:n], scalars, *kept)
         attributes = {
             **attributes,
             "warnings": [*attributes.get("warnings", ()), *compression.warnings(), *self._watch.warnings()],
@@ -190,12 +203,13 @@ def run_dataset(model: Model, probes: ProbeSet, samples: Samples, attributes: di
     arrays["displacement"] = np.array([field for _, field, _ in samples.fields]).reshape(-1, len(model.nodes), 3)
     states = np.array([state[model.triangle_owner] for _, _, state in samples.fields], dtype=np.int8)
     arrays["film_state"] = states.reshape(len(samples.fields), len(model.triangles))
-    arrays["probe_position"] = probes.positions
+    arrays["probe_position"], arrays["frame_displacement"] = probes.positions, samples.frames
     data = described(RUN, arrays)
     data["film_state"][-1].update(
         flag_values=np.arange(len(MEMBRANE_STATES), dtype=np.int8), flag_meanings=" ".join(MEMBRANE_STATES)
     )
     times = {"time": samples.time, "field_time": np.array([time for time, *_ in samples.fields])}
+    times["frame_time"] = samples.frame_time
     return xr.Dataset(
         {**data, **mesh_variables(model)},
         coords={**described(RUN, times), "probe": list(probes.names), "component": COMPONENTS},

@@ -160,7 +160,8 @@ class FullRun:
             self.segments = split_segments(maneuver.segments(), driven.breaks)
             self.said += driven.idle()
         self._stepper = _stepper(problem, self.equation)
-        parts_of_record = self.equation, problem.placed, len(problem.stored_steps), problem.field_steps
+        steps = problem.field_steps, problem.frame_steps
+        parts_of_record = self.equation, problem.placed, len(problem.stored_steps), *steps
         self._recorder = kind(*parts_of_record, storage=in_memory if keeper is None else keeper.array)
         self._errors = TimeError(self.equation, self._stepper.resolved) if problem.time_error else None
         watch = None if self._errors is None else self._errors.step

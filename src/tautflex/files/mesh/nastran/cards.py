@@ -104,7 +104,7 @@ WORDS = Words(
             "RELEASE",
             "mesh the part with elements",
         ),
-        "moved supports": ("SPCD SPCAX SPCOFF SPCOFF1", "hold the points by SPC1"),
+        "moved supports": ("SPCD SPCAX SPCOFF SPCOFF1", "hold the points by SPC1, and state their motion in the case"),
         "points other than GRID": ("EPOINT GRIDB GRIDF POINT POINTAX RINGAX RINGFL CYAX CYJOIN", _POINTS),
         "contact and bolts": (
             "BCBODY BCONP BCTADD BCTSET BSURF BSURFS BGADD BGSET BLSEG BFRIC BOLT BOLTFOR BOLTLD BCTPARA BCTPARM",

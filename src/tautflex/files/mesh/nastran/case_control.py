@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.include import Line
+from tautflex.files.mesh.raw import shorten
 
 _SUBCASE = re.compile(r"\s*(?:SUBCASE|SUBCOM|SYMCOM|SYM|REPCASE|STEP)\b\s*=?\s*(\d{1,9})?", re.IGNORECASE)
 _WORDS = {
@@ -23,7 +24,7 @@ _WORDS = {
 _CHOICE = {word: re.compile(rf"\s*{text}\s*=\s*(\w+)", re.IGNORECASE) for word, text in _WORDS.items()}
 # What the subcase of STATSUB, a preload, hands on.
 _PRELOADS = ("TEMPERATURE(LOAD)", "DEFORM")
-_BEGIN = re.compile(r"\s*BEGIN\b[\s,=]*BULK\b", re.IGNORECASE)
+_BEGIN = re.compile(r"\s*BEGIN\b[\s,=]*(?P<bulk>BULK\b)?\s*(?P<rest>[^\s$][^$]*)?", re.IGNORECASE)
 _END = re.compile(r"\s*CEND\b", re.IGNORECASE)
 
 Sets = Mapping[str, int | None]
@@ -80,10 +81,21 @@ def bulk_and_selection(lines: Iterable[Line], step: int | None) -> tuple[list[Li
         If subcases select different sets and ``step`` is None, or there is no subcase ``step``.
     """
     everything = list(lines)
-    begin = next((k for k, (_, line) in enumerate(everything) if _BEGIN.match(line)), -1)
+    begin = next((k for k, (where, line) in enumerate(everything) if _begins(where, line)), -1)
     control = everything[: max(begin, 0)]
     end = next((k for k, (_, line) in enumerate(control) if _END.match(line)), None)
     return everything[begin + 1 :], Selection(end is not None, _selected(control[(end or 0) :], step))
+
+
+def _begins(where: str, line: str) -> bool:
+    """Whether the bulk data begins behind a line; MeshError if it is that of a part of the model."""
+    found = _BEGIN.match(line)
+    if found and (found["rest"] or not found["bulk"]):
+        raise MeshError(
+            f"{where}: expected BEGIN BULK, got {shorten(line.strip())}, a superelement or another part of the model, "
+            "which is not read here; mesh the part with elements"
+        )
+    return bool(found)
 
 
 def _selected(control: list[Line], step: int | None) -> Sets:
@@ -98,7 +110,7 @@ def _selected(control: list[Line], step: int | None) -> Sets:
             choice = pattern.match(line.partition("$")[0])
             if choice is None:
                 continue
-            if not choice[1].isdigit() or len(choice[1]) > 9:
+            if not (choice[1].isascii() and choice[1].isdigit()) or len(choice[1]) > 9:
                 raise MeshError(f"{where}: expected {word} = number, got {choice[1][:20]!r}; correct the line")
             (subcases[-1][1] if subcases else overall)[word] = int(choice[1])
     cases = subcases or [(1, overall)]

@@ -10,7 +10,7 @@ import numpy as np
 from tautflex.errors import MeshError
 from tautflex.files.mesh.nastran.coordinates import Systems
 from tautflex.files.mesh.nastran.text import Card
-from tautflex.files.mesh.numerals import natural, real, vector
+from tautflex.files.mesh.numerals import finite, natural, real, vector
 from tautflex.files.mesh.raw import RawMass
 from tautflex.numeric import Array, cross_matrix
 
@@ -33,7 +33,7 @@ class Masses:
             card.require_only(*range(1, 9))
             for place in (1, 3, 5, 7):
                 if card.get(place):
-                    self.properties[natural(card.get(place), card.where)] = real(card.get(place + 1), card.where)
+                    self.properties[natural(card.get(place), card.where)] = finite(card.get(place + 1), card.where)
         elif card.name != "PARAM":
             self.cards.append(card)
         elif card.get(1).upper() == "WTMASS":
@@ -76,7 +76,7 @@ class Masses:
     def _direction(self, card: Card, single: dict[int, Array]) -> None:
         """Add the mass that a CMASS1 or CMASS2 card has in one direction of a point."""
         card.require_only(1, 2, 3, 4)
-        value = real(card.get(2), card.where)
+        value = finite(card.get(2), card.where)
         if card.name == "CMASS1":
             number = natural(card.get(2) or card.get(1), card.where)
             if number not in self.properties:

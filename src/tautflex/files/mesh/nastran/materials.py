@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.nastran.text import Card
-from tautflex.files.mesh.numerals import natural, real
+from tautflex.files.mesh.numerals import natural, real, vector
 from tautflex.files.mesh.raw import shorten
 
 MATERIALS = ("MAT1", "MAT2", "MAT3", "MAT8", "MAT9", "MAT10", "MATHP", "MATPOR")
@@ -34,7 +34,8 @@ class Materials:
                 f"{where}: expected a MAT1 beside temperatures, got material {shorten(number)}; state the prestress in "
                 "the case, and leave TEMPERATURE out of the case control"
             )
-        return real(card.get(6), card.where), real(card.get(7), card.where)
+        expansion, reference = vector([card.get(6), card.get(7)], card.where).tolist()
+        return expansion, reference
 
     def values(self, number: str, kind: str, where: str) -> tuple[dict[str, float], str]:
         """Modulus, ratio and density of a material for elements of a kind, and why they are not all it says.

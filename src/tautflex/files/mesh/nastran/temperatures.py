@@ -13,11 +13,12 @@ from tautflex.files.mesh.nastran.elements import Elements
 from tautflex.files.mesh.nastran.properties import Properties
 from tautflex.files.mesh.nastran.ranges import ranges
 from tautflex.files.mesh.nastran.text import Card
-from tautflex.files.mesh.numerals import natural, real
+from tautflex.files.mesh.numerals import finite, natural
 from tautflex.numeric import Array
 
 TEMPERATURES = ("TEMP", "TEMPD", "TEMPP1", "TEMPRB", "DEFORM", "MATT1", "MATT2", "MATT8", "MATT9")
 _KINDS = {"shell": "membrane"}
+_LARGEST = 1e9
 
 
 @dataclass
@@ -67,7 +68,9 @@ class Temperatures:
             for element, card, text in self._pairs("DEFORM", given):
                 if element not in lines:
                     raise MeshError(f"{card.where}: expected rods, bars or beams, got element {element}; correct it")
-                found["line2"][lines[element]] += real(text, card.where) / lengths[lines[element]]
+                row = lines[element]
+                if lengths[row] > 0.0:  # one without length is refused when the mesh is checked
+                    found["line2"][row] += finite(text, card.where, _LARGEST) / lengths[row]
         return found
 
     def _require_constants(self) -> None:
@@ -92,14 +95,14 @@ class Temperatures:
 
     def _field(self, number: int, what: str) -> Callable[[Sequence[int]], float]:
         """Temperature of an element, given its number and those of its points, in a set."""
-        points = {point: real(text, card.where) for point, card, text in self._pairs("TEMP", number)}
+        points = {point: finite(text, card.where, _LARGEST) for point, card, text in self._pairs("TEMP", number)}
         own = dict[int, float]()
         default: float | None = None
         for card in self.cards:
             if card.name == "TEMPD":
                 for place in (1, 3, 5, 7):
                     if card.get(place) and natural(card.get(place), card.where) == number:
-                        default = real(card.get(place + 1), card.where)
+                        default = finite(card.get(place + 1), card.where, _LARGEST)
             elif card.name in ("TEMPP1", "TEMPRB") and natural(card.get(1), card.where) == number:
                 own |= dict.fromkeys(_listed(card), _mean(card))
         if not points and default is None and not own:
@@ -125,12 +128,12 @@ class Temperatures:
 def _mean(card: Card) -> float:
     """Mean temperature of a film, whose gradient bends nothing, or of a beam, which must have none across it."""
     if card.name == "TEMPP1":
-        return real(card.get(3), card.where)
-    if any(text and real(text, card.where) for text in card.fields[4:16]):
+        return finite(card.get(3), card.where, _LARGEST)
+    if any(text and finite(text, card.where, _LARGEST) for text in card.fields[4:16]):
         raise MeshError(
             f"{card.where}: expected temperatures of both ends, got gradients, which are not read here; leave them out"
         )
-    return 0.5 * (real(card.get(3), card.where) + real(card.get(4), card.where))
+    return 0.5 * (finite(card.get(3), card.where, _LARGEST) + finite(card.get(4), card.where, _LARGEST))
 
 
 def _listed(card: Card) -> list[int]:

@@ -42,10 +42,10 @@ class HubRecorder(Recorder):
     """Collects samples of a run on a free hub; parameters are those of `Recorder`."""
 
     def __init__(
-        self, equation: EquationOfMotion, probes: ProbeSet, samples: int, field_steps: set[int],
+        self, equation: EquationOfMotion, probes: ProbeSet, samples: int, field_steps: set[int], frame_steps: set[int],
         storage: Storage = in_memory,
     ) -> None:  # fmt: skip
-        super().__init__(equation, probes, samples, field_steps, storage)
+        super().__init__(equation, probes, samples, field_steps, frame_steps, storage)
         self._of_hub = storage("hub", (len(self._time), 4 + 3 * len(_HISTORIES) + 1), "f8")
 
     def store(self, at: MotionState, segment: Segment) -> None:

@@ -47,6 +47,7 @@ class March:
         self._errors = TimeError(equation, stepper.resolved) if errors is None else errors
         self._numbers: StepNumbers = stepper.numbers(problem.time_step)
         self._left_out = -1
+        self._kept = np.array(sorted(problem.field_steps | problem.frame_steps), dtype=np.int64)
         self._most = max(1, min(_MOST_STEPS, _MOST_UNKNOWNS // equation.system.size))
         products, workspace = equation.products, equation.workspace
         self._matrices: Any = (
@@ -114,8 +115,9 @@ class March:
     def _times(self, at: MotionState, number: int, last: int, segment: Segment) -> Array:
         """Instants of a stretch, from its start."""
         problem, count = self._problem, min(self._most, last - number)
-        fields = [step - number for step in problem.field_steps if number < step < number + count]
-        times: Array = problem.shift + problem.time_step * np.arange(number, number + min([count, *fields]) + 1.0)
+        stop = self._kept[np.searchsorted(self._kept, number, side="right") :][:1]
+        count = int(np.min(stop - number, initial=count))
+        times: Array = problem.shift + problem.time_step * np.arange(number, number + count + 1.0)
         times[0], slack = at.time, 1e-9 * problem.time_step
         plain = (np.abs(np.diff(times) - problem.time_step) < slack) & (times[1:] < segment.end - slack)
         return times[: 1 + (len(plain) if plain.all() else int(np.argmin(plain)))]

@@ -6,7 +6,7 @@ import numpy as np
 
 from tautflex.errors import InputError, MeshError
 from tautflex.files.mesh.abaqus.text import Block, fields
-from tautflex.files.mesh.numerals import natural, real
+from tautflex.files.mesh.numerals import finite, natural
 from tautflex.files.mesh.raw import shorten
 from tautflex.files.mesh.raw_links import RawLink
 from tautflex.numeric import Indices
@@ -22,7 +22,7 @@ def spring(block: Block, role: str, nodes: Indices) -> RawLink | None:
     if len(lines) != wanted or len(lines[-1]) != 1:
         what = "a number" if wanted == 1 else "directions, then a number below"
         raise MeshError(f"{block.where}: expected {what}, got {len(lines)} line(s); tables are not read here")
-    value, rows = real(lines[-1][0], block.where), nodes.tolist()
+    value, rows = finite(lines[-1][0], block.where), nodes.tolist()
     if value == 0.0:
         return None
     try:

@@ -87,7 +87,7 @@ def _side(shape: str, rows: Indices, face: str, where: str) -> Indices:
     if face in _WHOLE:
         return rows
     corners = 3 if shape.startswith("triangle") else 4
-    edge = int(face[1:]) - 1 if face[:1] == "E" and face[1:].isdigit() and len(face) == 2 else -1
+    edge = int(face[1]) - 1 if face in ("E1", "E2", "E3", "E4") else -1
     if shape[0] not in "tq" or not 0 <= edge < corners:
         raise MeshError(f"{where}: expected SPOS, SNEG or an edge E1 to E4 of film, got {shorten(face)}; list nodes")
     picked = [edge, (edge + 1) % corners, *([corners + edge] if rows.shape[1] >= 2 * corners else [])]

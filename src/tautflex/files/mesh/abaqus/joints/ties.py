@@ -81,7 +81,8 @@ def _under(whole: Whole, elements: Indices, place: Array) -> tuple[Indices, Arra
             used, local = np.unique(rows, return_inverse=True)
             own = whole.positions[used]
             # Elements are looked for along the normal of their best plane.
-            axes = np.linalg.svd(own - own.mean(axis=0), full_matrices=False)[2]
+            away = own - own.mean(axis=0)
+            axes = np.linalg.eigh(away.T @ away)[1].T[::-1]
             axes[2] *= np.linalg.det(axes)
             found = locate(_FILMS[name], own @ axes.T, local.reshape(rows.shape), axes @ place)
             if found is not None:

@@ -11,7 +11,7 @@ from tautflex.errors import InputError, MeshError
 from tautflex.files.mesh.nastran.coordinates import Systems
 from tautflex.files.mesh.nastran.supports import components
 from tautflex.files.mesh.nastran.text import Card
-from tautflex.files.mesh.numerals import natural, real, vector
+from tautflex.files.mesh.numerals import finite, natural, real, vector
 from tautflex.files.mesh.raw import Numbering, integers, shorten
 from tautflex.files.mesh.raw_links import RawLink
 from tautflex.numeric import Array
@@ -38,7 +38,7 @@ class Springs:
             for place in places:
                 if card.get(place):
                     given = [card.get(place + 1 + k) or "0." for k in range(count)]
-                    self._keep(card, place, np.array([real(one, card.where) for one in given]))
+                    self._keep(card, place, np.array([finite(one, card.where) for one in given]))
         elif card.name == "PBUSH":
             self._keep(card, 1, _bush(card))
         else:
@@ -81,7 +81,7 @@ class Springs:
         spring = card.name.startswith("CELAS")
         card.require_only(*range(1, 9 if spring else 7))
         own = card.name.endswith("2")
-        value = real(card.get(2), card.where) if own else self._property(card, "PELAS" if spring else "PDAMP")[0]
+        value = finite(card.get(2), card.where) if own else self._property(card, "PELAS" if spring else "PDAMP")[0]
         ends = [(card.get(k), card.get(k + 1)) for k in (3, 5) if card.get(k) not in ("", "0")]
         parts = {frozenset(components(one, card.where)) for _, one in ends}
         if len(parts) != 1 or len(next(iter(parts))) != 1:

@@ -1,0 +1,50 @@
+"""One file from the sources of a page: style, scripts as modules, and data, with nothing to fetch."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any
+
+_HERE = files("tautflex.pages")
+# Name in import statements -> file.
+_LIBRARIES = {"three": "vendor/three/three.module.min.js", "three/orbit": "vendor/three/OrbitControls.js"}
+
+
+def assembled(page: str, title: str, data: Any) -> str:
+    """Text of a page whose sources lie in a folder: ``page.html``, ``style.css``, ``main.js`` and the modules it takes.
+
+    Modules import each other as ``page/name``; a map of names carries them inside the page.
+    """
+    scripts = {item.name: item.read_text("utf-8") for item in (_HERE / page).iterdir() if item.name.endswith(".js")}
+    modules = {name: _carried(_read(path)) for name, path in _LIBRARIES.items()}
+    modules |= {f"page/{name.removesuffix('.js')}": _carried(text) for name, text in scripts.items()}
+    parts = {
+        "title": html.escape(title),
+        "style": _read(f"{page}/style.css"),
+        "modules": json.dumps({"imports": modules}),
+        "data": json.dumps(data, allow_nan=False).replace("<", "\\u003c"),  # no text of a run ends the script
+        "licence": html.escape(_read("vendor/three/LICENSE").replace("--", "- -")),
+    }
+    text = _read(f"{page}/page.html")
+    before, *rest = text.split("{{")
+    found = [before]
+    for part in rest:
+        name, after = part.split("}}", 1)
+        found += [parts[name.strip()], after]
+    return "".join(found)
+
+
+@lru_cache(maxsize=16)
+def _read(path: str) -> str:
+    place = _HERE
+    for part in path.split("/"):
+        place = place / part
+    return place.read_text("utf-8")
+
+
+def _carried(text: str) -> str:
+    return "data:text/javascript;base64," + base64.b64encode(text.encode("utf-8")).decode("ascii")

@@ -1,0 +1,282 @@
+// The structure of one run in three dimensions.
+
+import * as THREE from "three";
+import { OrbitControls } from "three/orbit";
+import { colourOf, ink, rising, states, twoSided } from "page/colours";
+import { placed } from "page/data";
+import { Supports, Tubes } from "page/members";
+
+const HOME = new THREE.Vector3(0.42, -0.8, 0.62).normalize();
+const LABELS = ["x", "y", "z"];
+const AXES = ["#d6453d", "#2f9e57", "#3b74d8"];
+
+export class Stage {
+  constructor(run, holder, several) {
+    this.run = run;
+    this.holder = holder;
+    this.points = Float32Array.from(run.mesh.nodes);
+    this.values = new Float32Array(this.points.length / 3);
+    this.marks = [];
+    this.renderer = new THREE.WebGLRenderer({ antialias: !drawnBySoftware(), alpha: true, preserveDrawingBuffer: true });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    holder.append(this.renderer.domElement);
+    if (several) holder.append(Object.assign(document.createElement("div"), { className: "name", textContent: run.name }));
+    this.said = holder.appendChild(Object.assign(document.createElement("div"), { className: "said" }));
+    this.scene = new THREE.Scene();
+    this.body = new THREE.Group();
+    this.scene.add(this.body);
+    this.camera = new THREE.PerspectiveCamera(32, 1, 0.01, 100);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.build();
+    this.dress();
+  }
+
+  build() {
+    const { mesh } = this.run;
+    const span = mesh.span;
+    this.scene.add(new THREE.HemisphereLight("#ffffff", "#8d97a5", 2.1));
+    const lamp = new THREE.DirectionalLight("#ffffff", 1.3);
+    lamp.position.set(1, -2, 3);
+    this.scene.add(lamp);
+    this.buildFilm(mesh);
+    this.cables = new Tubes(mesh.cables, 0.0016 * span, "#888888");
+    this.links = new Tubes(mesh.links, 0.003 * span, "#888888");
+    this.beams = new Tubes(mesh.beams, 0.0055 * span, "#444444");
+    this.supports = new Supports(mesh.held, mesh.nodes, 0.028 * span);
+    this.body.add(this.cables.mesh, this.links.mesh, this.beams.mesh, this.supports.mesh);
+    // Where the structure stood at first, to see it turn and bend against.
+    const outline = mesh.beams.length ? mesh.beams : mesh.edges;
+    const ends = new Float32Array(3 * outline.length);
+    outline.forEach((node, k) => ends.set(mesh.nodes.subarray(3 * node, 3 * node + 3), 3 * k));
+    const shape = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(ends, 3));
+    this.reference = new THREE.LineSegments(shape, new THREE.LineBasicMaterial({ transparent: true, opacity: 0.7 }));
+    this.scene.add(this.reference);
+    AXES.forEach((colour, k) => {
+      const end = new THREE.Vector3().setComponent(k, 0.16 * span);
+      const line = new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), end]);
+      this.body.add(new THREE.Line(line, new THREE.LineBasicMaterial({ color: colour })));
+      this.mark(LABELS[k], colour, () => end.clone());
+    });
+    const probes = mesh.probes || { names: [], nodes: [] };
+    this.dots = probes.nodes.map((node, k) => {
+      const dot = new THREE.Mesh(new THREE.SphereGeometry(0.008 * span, 12, 8), new THREE.MeshLambertMaterial());
+      this.body.add(dot);
+      this.mark(probes.names[k], "", () => new THREE.Vector3().fromArray(this.points, 3 * node));
+      return [dot, node];
+    });
+    this.box = new THREE.Box3().setFromArray(mesh.nodes);
+  }
+
+  buildFilm(mesh) {
+    const corners = mesh.triangles.length;
+    this.film = new THREE.BufferGeometry();
+    const attribute = (kind, normalised) => new THREE.BufferAttribute(new kind(3 * corners), 3, normalised);
+    this.film.setAttribute("position", attribute(Float32Array, false));
+    this.film.setAttribute("normal", attribute(Float32Array, false));
+    this.film.setAttribute("color", attribute(Float32Array, false));
+    const look = { vertexColors: true, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 };
+    this.body.add(this.unculled(new THREE.Mesh(this.film, new THREE.MeshLambertMaterial(look))));
+    this.net = new THREE.BufferGeometry();
+    this.net.setAttribute("position", new THREE.BufferAttribute(this.points, 3));
+    this.net.setIndex([...mesh.edges]);
+    this.netLines = this.unculled(new THREE.LineSegments(this.net, new THREE.LineBasicMaterial({ transparent: true, opacity: 0.22 })));
+    this.netLines.visible = false;
+    this.body.add(this.netLines);
+    this.normals = new Float32Array(this.points.length);
+  }
+
+  unculled(object) {
+    object.frustumCulled = false;
+    return object;
+  }
+
+  mark(text, colour, where) {
+    const label = this.holder.appendChild(Object.assign(document.createElement("div"), { className: "mark", textContent: text }));
+    if (colour) label.style.color = colour;
+    this.marks.push([label, where]);
+  }
+
+  // Colours that follow the page's light or dark look.
+  dress() {
+    this.beams.paint(null, ink("--beam"));
+    this.links.paint(null, ink("--cable"));
+    this.supports.mesh.material.color.set(ink("--support"));
+    this.reference.material.color.set(ink("--reference"));
+    this.netLines.material.color.set(ink("--ink"));
+    for (const [dot] of this.dots) dot.material.color.set(ink("--ink"));
+  }
+
+  fit() {
+    const { clientWidth: width, clientHeight: height } = this.holder;
+    if (!width || !height) return;
+    [this.width, this.height] = [width, height];
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+  }
+
+  // Camera so far away that the structure's box stays in the picture at all attitudes, with room for what it moves.
+  home(turning, factor) {
+    const { frames, mesh } = this.run;
+    const room = factor * frames.largest;
+    const corners = boxCorners(this.box, room);
+    const some = turning ? Array.from({ length: 24 }, (_, k) => Math.round((k / 23) * (frames.time.length - 1))) : [];
+    const turns = some.map((frame) => quaternion(frames.attitude, frame));
+    if (!turning) turns.push(new THREE.Quaternion());
+    const places = turns.flatMap((turn) => corners.map((corner) => corner.clone().applyQuaternion(turn)));
+    const target = new THREE.Box3().setFromPoints(places).getCenter(new THREE.Vector3());
+    this.camera.position.copy(target).add(HOME);
+    this.camera.lookAt(target);
+    this.camera.updateMatrix();
+    const [right, up, back] = [0, 1, 2].map((k) => new THREE.Vector3().setFromMatrixColumn(this.camera.matrix, k));
+    const tall = Math.tan((this.camera.fov * Math.PI) / 360);
+    const needed = places.map((place) => {
+      place.sub(target);
+      const across = Math.max(Math.abs(place.dot(right)) / (tall * this.camera.aspect), Math.abs(place.dot(up)) / tall);
+      return 1.06 * across + place.dot(back);
+    });
+    const distance = Math.max(...needed, mesh.span);
+    this.controls.target.copy(target);
+    this.camera.position.copy(HOME).multiplyScalar(distance).add(target);
+    this.camera.near = 0.02 * distance;
+    this.camera.far = 20 * distance;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+  }
+
+  // Puts the structure where it is at a time [s].
+  showRun(time, factor, turning) {
+    const { frames, mesh } = this.run;
+    const { values, scale } = frames.displacement;
+    const [frame, part] = placed(frames.time, time);
+    const size = this.points.length;
+    const one = frame * size;
+    const next = Math.min(frame + 1, frames.time.length - 1) * size;
+    for (let i = 0; i < size; i++) {
+      const moved = (values[one + i] + part * (values[next + i] - values[one + i])) * scale[i % 3];
+      this.points[i] = mesh.nodes[i] + factor * moved;
+      if (i % 3 === 2) this.values[(i - 2) / 3] = moved;
+    }
+    this.frame = part < 0.5 ? frame : Math.min(frame + 1, frames.time.length - 1);
+    this.body.quaternion.copy(quaternion(frames.attitude, frame));
+    if (next > one) this.body.quaternion.slerp(quaternion(frames.attitude, frame + 1), part);
+    this.reference.quaternion.copy(quaternion(frames.attitude, 0));
+    if (!turning) {
+      this.body.quaternion.identity();
+      this.reference.quaternion.identity();
+    }
+  }
+
+  showMode(number, amplitude) {
+    const { mesh, modes } = this.run;
+    const { values, scale } = modes[number].shape;
+    for (let i = 0; i < this.points.length; i++) {
+      const moved = amplitude * values[i] * scale[i % 3];
+      this.points[i] = mesh.nodes[i] + moved;
+      if (i % 3 === 2) this.values[(i - 2) / 3] = moved;
+    }
+    this.body.quaternion.identity();
+    this.reference.quaternion.identity();
+  }
+
+  // Paints by "w" within a limit, by "state" or by "tension" within two.
+  paint(by, limits) {
+    const { mesh, frames } = this.run;
+    const { triangles } = mesh;
+    const colours = this.film.getAttribute("color").array;
+    const table = by === "state" ? states : twoSided.table;
+    const offset = this.frame * (triangles.length / 3);
+    for (let k = 0; k < triangles.length; k++) {
+      let place = 128;
+      if (by === "state") place = Math.min(frames.state[offset + Math.floor(k / 3)], 2);
+      else if (by === "w") place = colourOf(this.values[triangles[k]], -limits[1], limits[1]);
+      for (let c = 0; c < 3; c++) colours[3 * k + c] = LINEAR[table[3 * place + c]];
+    }
+    this.film.getAttribute("color").needsUpdate = true;
+    if (by === "tension") {
+      const count = this.cables.count;
+      const own = new Uint8Array(3 * count);
+      for (let k = 0; k < count; k++) {
+        const place = colourOf(frames.tension[this.frame * count + k], limits[0], limits[1]);
+        own.set(rising.table.subarray(3 * place, 3 * place + 3), 3 * k);
+      }
+      this.cables.paint(own);
+    } else if (this.painted !== by) this.cables.paint(null, ink("--cable"));
+    this.cables.radius = (by === "tension" ? 0.0035 : 0.0016) * mesh.span;
+    this.painted = by;
+  }
+
+  draw() {
+    this.place();
+    this.body.updateMatrixWorld();
+    this.renderer.render(this.scene, this.camera);
+    const { width, height } = this;
+    for (const [label, where] of this.marks) {
+      const at = where().applyMatrix4(this.body.matrixWorld).project(this.camera);
+      label.style.transform = `translate(${(0.5 * at.x + 0.5) * width + 6}px, ${(0.5 - 0.5 * at.y) * height - 18}px)`;
+      label.hidden = Math.abs(at.x) > 0.98 || Math.abs(at.y) > 0.98;
+    }
+  }
+
+  // Film, tubes and dots follow the points; a node's normal is the sum of those of its triangles.
+  place() {
+    const { triangles } = this.run.mesh;
+    const { points, normals } = this;
+    normals.fill(0);
+    for (let k = 0; k < triangles.length; k += 3) {
+      const a = 3 * triangles[k];
+      const b = 3 * triangles[k + 1];
+      const c = 3 * triangles[k + 2];
+      const ux = points[b] - points[a];
+      const uy = points[b + 1] - points[a + 1];
+      const uz = points[b + 2] - points[a + 2];
+      const vx = points[c] - points[a];
+      const vy = points[c + 1] - points[a + 1];
+      const vz = points[c + 2] - points[a + 2];
+      for (let corner = 0; corner < 3; corner++) {
+        const node = 3 * triangles[k + corner];
+        normals[node] += uy * vz - uz * vy;
+        normals[node + 1] += uz * vx - ux * vz;
+        normals[node + 2] += ux * vy - uy * vx;
+      }
+    }
+    const places = this.film.getAttribute("position");
+    const directions = this.film.getAttribute("normal");
+    for (let k = 0; k < triangles.length; k++) {
+      const node = 3 * triangles[k];
+      for (let c = 0; c < 3; c++) {
+        places.array[3 * k + c] = points[node + c];
+        directions.array[3 * k + c] = normals[node + c]; // the shader makes it one long
+      }
+    }
+    places.needsUpdate = directions.needsUpdate = true;
+    this.net.getAttribute("position").needsUpdate = true;
+    for (const tubes of [this.cables, this.links, this.beams]) tubes.move(points);
+    for (const [dot, node] of this.dots) dot.position.fromArray(points, 3 * node);
+  }
+}
+
+function quaternion(rows, number) {
+  return new THREE.Quaternion(rows[4 * number + 1], rows[4 * number + 2], rows[4 * number + 3], rows[4 * number]);
+}
+
+function boxCorners({ min, max }, room) {
+  const found = [];
+  for (const x of [min.x, max.x]) {
+    for (const y of [min.y, max.y]) for (const z of [min.z - room, max.z + room]) found.push(new THREE.Vector3(x, y, z));
+  }
+  return found;
+}
+
+// Whether the processor draws: then smooth edges would cost more than they are worth.
+function drawnBySoftware() {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const known = context && context.getExtension("WEBGL_debug_renderer_info");
+  const name = known ? context.getParameter(known.UNMASKED_RENDERER_WEBGL) : "";
+  if (context) context.getExtension("WEBGL_lose_context").loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}
+
+// Colours of vertices are linear in light.
+const LINEAR = Float32Array.from({ length: 256 }, (_, k) => new THREE.Color().setRGB(k / 255, 0, 0, THREE.SRGBColorSpace).r);
