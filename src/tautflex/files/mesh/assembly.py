@@ -127,15 +127,27 @@ def _fill(raw: RawMesh, role: dict[str, NDArray[np.str_]]) -> None:
     """Elements without a stated role get what their type says; a file without surfaces in groups is all film."""
     for kind in KINDS:
         role[kind] = np.where(role[kind] == "", raw.roles[kind], role[kind])
-        for group in raw.groups:
-            if np.any(role[kind][group.of(kind)] == "shell"):
-                raise MeshError(
-                    f"group {shorten(group.name)}: expected membranes, got shells, whose bending stiffness is not read "
-                    f"here; take them as membranes with names = {{{shorten(group.name)}: 'membrane'}}"
-                )
+    if any(np.any(role[kind] == "shell") for kind in KINDS):
+        _refuse_shells(raw, role)
     if not raw.typed and not any(len(group.of("triangles")) + len(group.of("quads")) for group in raw.groups):
         for kind in ("triangles", "quads"):
             role[kind][role[kind] == ""] = "membrane"
+
+
+def _refuse_shells(raw: RawMesh, role: Mapping[str, NDArray[np.str_]]) -> None:
+    left = {kind: role[kind] == "shell" for kind in KINDS}
+    names = []
+    for group in raw.groups:
+        if any(np.any(left[kind][group.of(kind)]) for kind in KINDS):
+            names.append(shorten(group.name))
+            for kind in KINDS:
+                left[kind][group.of(kind)] = False
+    if names:
+        taken = ", ".join(f"{name}: 'membrane'" for name in names)
+        raise MeshError(
+            f"group {', '.join(names)}: expected membranes, got shells, whose bending stiffness is not read here; take "
+            f"them as membranes with names = {{{taken}}}"
+        )
 
 
 def _collect(
