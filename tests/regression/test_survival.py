@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-import resource
 import subprocess
 import sys
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -18,18 +16,8 @@ import tautflex as tf
 from tautflex.cli import main
 from tautflex.files.transaction import publish, result_folder
 from tautflex.writing import finish
+from unit.full_disk import files_no_longer_than
 from verification.builders import FILM_CASE
-
-
-@contextmanager
-def files_no_longer_than(size):
-    """Let writing fail as on a full disk."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def wrote(place: Path, final: Path, text: str) -> list[Path]:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from tautflex import Study
 from tautflex.case import parse_case
 
-FILM = """schema = 1
+
+def film(rate: float, solver: str) -> str:
+    """Case of a film that stops."""
+    return f"""schema = 1
 [membrane]
 length = 2.0
 width = 1.0
@@ -20,14 +23,17 @@ stress_y = 4000.0
 divisions = [6, 4]
 [maneuver]
 kind = "stop"
-rate = 0.1
+rate = {rate}
 duration = 0.05
 [solver]
-method = "central-difference"
-time_step = 5e-3
-end_time = 0.4
+{solver}
 [output]
-probes = { A = [0.3, 0.2] }
+probes = {{ A = [0.3, 0.2] }}
+"""
+
+
+SOLVER = 'method = "central-difference"\ntime_step = 5e-3\nend_time = 0.4'
+FILM = f"""{film(0.1, SOLVER)}
 [reduction]
 count = 4
 directions = ["rx"]

@@ -20,36 +20,13 @@ from tautflex.paper.engine import load_results, perform
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.transient import implicit
 from tautflex.study import work
-
-FILM = """
-schema = 1
-[membrane]
-length = 2.0
-width = 1.0
-thickness = 1e-4
-youngs_modulus = 3.5e9
-poisson_ratio = 0.34
-density = 1530.0
-edges = "fixed"
-stress_x = 4000.0
-stress_y = 4000.0
-[mesh]
-divisions = [6, 4]
-[maneuver]
-kind = "stop"
-rate = {rate}
-duration = 0.05
-[solver]
-time_step = 2e-3
-end_time = {end}
-[output]
-probes = {{ A = [0.3, 0.2] }}
-"""
+from unit.study_cases import film
 
 
 def spec(number: int, end: float = 0.2) -> RunSpec:
     rate = 0.01 * (number + 1)
-    case = parse_case(FILM.format(rate=rate, end=end), source="film.toml")
+    text = film(rate, f"time_step = 2e-3\nend_time = {end}")
+    case = parse_case(text, source="film.toml")
     return RunSpec(f"film/{number}", case, "published", "M2", rate, 0.05)
 
 
@@ -60,7 +37,7 @@ def values(paths: dict[str, Path]) -> dict[str, np.ndarray]:
 SCRIPT = """
 import sys
 sys.path.insert(0, {here!r})
-from test_reproduce_engine import spec
+from unit.test_reproduce_engine import spec
 from tautflex.paper.engine import perform
 if __name__ == "__main__":
     perform([spec(k, 4.0) for k in range(4)], {place!r}, workers={workers})
@@ -71,7 +48,7 @@ if __name__ == "__main__":
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_kill_at_any_moment_loses_nothing_that_was_finished(tmp_path, workers):
     """Every command in a process of its own, as users give them."""
-    place, fresh, here = tmp_path / "runs", tmp_path / "fresh", str(Path(__file__).parent)
+    place, fresh, here = tmp_path / "runs", tmp_path / "fresh", str(Path(__file__).parent.parent)
     scripts = []
     for folder in (place, fresh):
         scripts.append(tmp_path / f"{folder.name}.py")

@@ -1,12 +1,10 @@
-import resource
-from contextlib import contextmanager
-
 import numpy as np
 import pytest
 import xarray as xr
 
 from tautflex import InputError, NotWrittenError
 from tautflex.files import netcdf
+from unit.full_disk import files_no_longer_than
 
 
 def dataset():
@@ -64,17 +62,6 @@ def test_saving_leaves_the_dataset_alone_and_can_replace(tmp_path):
     netcdf.save(before.assign_attrs(title="again"), path)
     assert netcdf.load(path).attrs["title"] == "again"
     assert [item.name for item in tmp_path.iterdir()] == ["run.nc"]
-
-
-@contextmanager
-def files_no_longer_than(size):
-    """Let writing fail as on a full disk."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.mark.parametrize("size", [0, 7, 500, 2000, 4000, 8000])
