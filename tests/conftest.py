@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,6 +25,10 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "tools")]
 
 from house import drop_stale_code  # noqa: E402  (found on the path just made)
+from tautflex import compiling  # noqa: E402
+from tautflex.case.plugins import LOADED  # noqa: E402
+
+compiling.announced = True  # what a command says does not hang on what was compiled before
 
 HEADER = """# Verification
 
@@ -65,6 +69,15 @@ def pytest_configure(config: pytest.Config) -> None:
     kept = config.rootpath / ".pytest_cache" / "jax"
     os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(kept))
     os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.1")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def plugins_end_with_their_module() -> Iterator[None]:
+    """Results of studies are those of the plugins of a process, which here are other tests'."""
+    before = dict(LOADED)
+    yield
+    LOADED.clear()
+    LOADED.update(before)
 
 
 @pytest.fixture

@@ -12,6 +12,8 @@ from typing import Any
 
 announcing = False
 """Whether the first compilation, and another place for its code, are told on stderr; the command line sets it."""
+announced = False
+"""Whether the first compilation has been told."""
 
 
 def tell(text: str) -> None:
@@ -26,11 +28,10 @@ def watch() -> None:
     from numba.core import event
 
     class First(event.Listener):
-        told = False
-
         def on_start(self, event: Any) -> None:
-            if not First.told:
-                First.told = True
+            global announced
+            if not announced:
+                announced = True
                 tell("compiling once, about 20 s ...")
 
         def on_end(self, event: Any) -> None:

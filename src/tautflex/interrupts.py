@@ -21,7 +21,7 @@ _ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP"
 def listening(numbers: Sequence[int] = _ENDING) -> Iterator[None]:
     """End what is done inside by KeyboardInterrupt at any of these signals that is not ignored."""
     before = {}
-    if threading.current_thread() is threading.main_thread():
+    if _in_main_thread():
         before = {number: signal.getsignal(number) for number in numbers}
         before = {number: handler for number, handler in before.items() if handler not in (signal.SIG_IGN, None)}
     for number in before:
@@ -39,8 +39,12 @@ def listening(numbers: Sequence[int] = _ENDING) -> Iterator[None]:
 def deferred() -> Iterator[None]:
     """Let the first signal inside wait for `meet`; a second one does not wait.
 
-    A program that does not listen to signals gets Ctrl-C deferred alone.
+    A program that does not listen to signals gets Ctrl-C deferred alone. Signals reach the main thread, other ones have
+    nothing to defer.
     """
+    if not _in_main_thread():
+        yield
+        return
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler and not _deferring:
         with listening([signal.SIGINT]), deferred():
             yield
@@ -54,7 +58,7 @@ def deferred() -> Iterator[None]:
 
 def meet() -> None:
     """Raise KeyboardInterrupt if a signal waits."""
-    if len(_noted) > len(_met):
+    if len(_noted) > len(_met) and _in_main_thread():
         _met[:] = _noted
         raise KeyboardInterrupt
 
@@ -62,6 +66,10 @@ def meet() -> None:
 def exit_code() -> int:
     """Code of a process that a signal ended, 0 if none did."""
     return 128 + _noted[0] if _noted else 0
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()
 
 
 def _note(number: int, frame: FrameType | None) -> None:

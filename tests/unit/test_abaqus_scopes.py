@@ -90,7 +90,7 @@ def test_instances_in_their_places(read):
         (TWO + "*NODE, SYSTEM=C\n", "got 'SYSTEM'"),
         (TWO + "*BOUNDARY, TYPE=VELOCITY\nroots, 1\n", "TYPE=DISPLACEMENT"),
         (TWO + "*BOUNDARY, OP=OLD\nroots, 1\n", "OP=NEW or OP=MOD"),
-        (TWO + "*NODE\n1, 0\n*ELEMENT, TYPE=SPRING1\n9, 1\n", "expected *SPRING of every spring element"),
+        (TWO + "*NODE\n1, 0\n*ELEMENT, TYPE=SPRING1\n9, 1\n", "expected *SPRING or *DASHPOT of every such element"),
         (TWO + "*NSET, NSET=b,\n", "rest of a keyword"),
     ],
 )

@@ -237,8 +237,8 @@ def test_init_writes_the_template_that_is_named(tmp_path, capsys, name):
 def test_init_without_such_a_template(refuse):
     message = refuse("init", "new.toml", "--template", "m3")
     known = (
-        "'control', 'm2', 'm2-nearest-node', 'm2-paper', 'sail', 'scalloped', 'slew', 'task-hold', 'task-slew' or "
-        "'task-stop'"
+        "'control', 'm2', 'm2-nearest-node', 'm2-paper', 'sail', 'scalloped', 'slew', 'task-hold', 'task-slew', "
+        "'task-stop' or 'study'"
     )
     assert f"template: expected one of {known}, got 'm3'" in message
 

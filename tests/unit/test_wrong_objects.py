@@ -78,7 +78,7 @@ def things(tmp_path_factory):
         "beams": [[6, 7]], "beam": tf.BeamSection(material, 1e-4, 1e-9, 1e-9, 2e-9), "beam_axial_force": 0.0,
         "beam_orientation": (0, 0, 1), "prestress_mode": "uniform",
         "supports": [tf.Support.clamped((0, 1, 2, 3, 5, 6))], "masses": [tf.PointMass(7, 0.1)],
-        "links": [], "springs": [], "dampers": [],
+        "links": [], "springs": [], "dampers": [], "selections": {},
     }  # fmt: skip
     hung = tf.solve_prestress(tf.Model.from_mesh(**mesh))
     modes, rom = tf.solve_modes(state, n=3), tf.reduce(state, tf.ModalBasis(count=2))
@@ -316,6 +316,7 @@ def doors(t):
                 "links": (),
                 "springs": (),
                 "dampers": (),
+                "selections": {},
             },
         ),
         "Model.from_mesh": (tf.Model.from_mesh, mesh),

@@ -43,8 +43,8 @@ def test_laws_turn_a_hub_and_compiled_loops_are_the_same(law, more, lag):
     found = run.data.measurement.values
     np.testing.assert_allclose(found[-1, :2], [0.02, 0.0], atol=1e-3)
     measured, _ = tf.CompiledPlant(rom(), HUB, actuators, sensors, **ASKED).run(law, slew, end_time=1.5, seed=1)
-    off = np.abs(measured[:, 0] - found).max(axis=0) / np.abs(found).max(axis=0)
-    assert off.max() < 1e-6
+    off = np.abs(measured[:, 0] - found).max(axis=0)
+    assert np.all(off < 1e-6 * np.abs(found).max(axis=0) + 1e-14)  # modes that a turn about x leaves at rest read 1e-13
 
 
 @pytest.mark.parametrize("law", [tf.TensionDamping, tf.StiffnessSwitching])

@@ -42,9 +42,12 @@ def load_plugin(path: Path) -> None:
     except KeyboardInterrupt:
         raise
     except TautflexError as error:
+        del LOADED[str(own)]
         raise CaseError(f"{where}: {error}") from None
     except BaseException as error:  # whatever a stranger's file raises, an exit too, is one line about that file
-        raise CaseError(blame(error) or f"{where}: {type(error).__name__}: {one_line(str(error))}") from None
+        said = blame(error) or f"{where}: {type(error).__name__}: {one_line(str(error))}"
+        del LOADED[str(own)]
+        raise CaseError(said) from None
 
 
 def blame(error: BaseException) -> str | None:

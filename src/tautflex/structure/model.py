@@ -27,6 +27,7 @@ _MASS = "PointMass(node, mass=2.5)"
 _LINK = "RigidLink(reference=0, nodes=(5,))"
 _SPRING = "Spring((0, 5), stiffness=100.0)"
 _DAMPER = "Damper((0, 5), damping=0.1)"
+_SELECTIONS = "a mapping such as {'boom': {'nodes': [0, 1], 'beams': [4]}}"
 PRESTRESS_MODES = ("equilibrium", "uniform", "initial-strain")
 
 
@@ -181,6 +182,10 @@ class Model(Numbering):
                 checks.indices(f"{name}[{number}]", one.joined, len(self.nodes), error=MeshError)
         for support in self.supports:
             checks.indices("supports", support.nodes, len(self.nodes), error=MeshError)
+        for name, parts in checks.instance("selections", self.selections, Mapping, _SELECTIONS).items():
+            for part, rows in checks.instance(f"selections[{name!r}]", parts, Mapping, _SELECTIONS).items():
+                count = len(self.nodes) if part == "nodes" else sum(len(group.connectivity) for group in self.groups)
+                checks.indices(f"selections[{name!r}][{part!r}]", rows, count, part, error=MeshError)
         connectivity = [group.connectivity for group in self.groups]
         pieces = connected_pieces(len(self.nodes), connectivity, self.linked_pairs)
         self._require_held(pieces)
