@@ -1,6 +1,7 @@
 """Ctrl-C and the signals that end a process: noted while a run is under way, and met between two of its steps.
 
-An exception that a signal's handler raises inside compiled code loses the run.
+An exception that a signal's handler raises inside compiled code loses the run; where C code calls Python back it is
+dropped, and LLVM, which gets code from a cache that way, crashes without it.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from types import FrameType
 _noted: list[int] = []
 _met: list[int] = []
 _deferring: list[bool] = []
+_CALLED_BACK = "llvmlite", "threadpoolctl"
+_SOON = 0.02  # [s]
 _ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
@@ -73,7 +76,20 @@ def _in_main_thread() -> bool:
 
 
 def _note(number: int, frame: FrameType | None) -> None:
+    waits = _deferring and not _noted
+    if not waits and _called_back(frame):
+        threading.Timer(_SOON, signal.raise_signal, [number]).start()
+        return
     _noted.append(number)
-    if not _deferring or len(_noted) > 1:
+    if not waits:
         _met[:] = _noted
         raise KeyboardInterrupt
+
+
+def _called_back(frame: FrameType | None) -> bool:
+    """Whether C code may be waiting for a frame or one of those that called it."""
+    while frame is not None:
+        if str(frame.f_globals.get("__name__")).partition(".")[0] in _CALLED_BACK:
+            return True
+        frame = frame.f_back
+    return False

@@ -1,11 +1,13 @@
 """Kills commands at random instants and looks at what they leave: ``python tests/regression/kill_campaign.py 200``.
 
+A seed and the most seconds may follow; the kills that came about are counted.
 Children are forked from a process that has imported everything, so that signals meet the work and not the imports.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import random
 import signal
@@ -83,8 +85,12 @@ def numbers(path: Path) -> dict[str, object]:
     return {name: value for name, value in found.items() if name not in ("seconds", "files", "resumed_from")}
 
 
-def campaign(count: int, seed: int = 0, work: Path | None = None) -> dict[str, int]:
-    """Kill runs, which are resumed until they end, and exports between them; how often each came to what end."""
+def campaign(count: int, seed: int = 0, most: float = math.inf, work: Path | None = None) -> dict[str, int]:
+    """Kill runs, which are resumed until they end, and exports between them; how often each came to what end.
+
+    No kill follows after ``most`` seconds.
+    """
+    last = time.monotonic() + most
     chance, seen = random.Random(seed), dict[str, int]()
     with tempfile.TemporaryDirectory(dir=work) as name:
         folder = Path(name)
@@ -96,6 +102,8 @@ def campaign(count: int, seed: int = 0, work: Path | None = None) -> dict[str, i
         length = time.perf_counter() - begun
         cut, export, resume = folder / "cut", folder / "export", False
         for number in range(count):
+            if time.monotonic() > last:
+                break
             which = SIGNALS[number % len(SIGNALS)]
             exporting = chance.random() < 0.25
             to = chance.choice(("vtu", "csv"))
@@ -131,5 +139,6 @@ def compare(cut: Path, whole: Path) -> None:
 
 if __name__ == "__main__":
     matplotlib.pyplot.close("all")
-    found = campaign(int(sys.argv[1]) if len(sys.argv) > 1 else 200, int(sys.argv[2]) if len(sys.argv) > 2 else 0)
+    asked = [kind(text) for kind, text in zip((int, int, float), sys.argv[1:], strict=False)]
+    found = campaign(*asked or [200])
     print(json.dumps(found, indent=1))  # noqa: T201

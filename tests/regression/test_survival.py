@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ import xarray as xr
 import tautflex as tf
 from tautflex.cli import main
 from tautflex.files.transaction import publish, result_folder
+from tautflex.interrupts import exit_code, listening
 from tautflex.writing import finish
 from unit.full_disk import files_no_longer_than
 from verification.builders import FILM_CASE
@@ -106,6 +109,22 @@ def test_links_to_nothing_are_refused_before_the_work(tmp_path, capsys):
     (tmp_path / "out").symlink_to(tmp_path / "nowhere")
     assert main(["run", str(case), "-o", str(tmp_path / "out")]) == 2
     assert "a link to nothing" in capsys.readouterr().err
+
+
+def wait():
+    for _ in range(500):
+        time.sleep(0.01)
+
+
+def test_a_signal_waits_until_no_library_can_be_calling_back():
+    library = {"__name__": "llvmlite.binding"}
+    exec("def call(function):\n    function()", library)
+    with listening():
+        library["call"](lambda: signal.raise_signal(signal.SIGTERM))
+        assert exit_code() == 0
+        with pytest.raises(KeyboardInterrupt):
+            wait()
+        assert exit_code() == 128 + signal.SIGTERM
 
 
 @pytest.mark.slow

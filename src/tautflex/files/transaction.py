@@ -73,12 +73,12 @@ def publish(directory: Path, write: Callable[[Path, Path], Result]) -> Result:
         raise kept_elsewhere(error, directory.name, lambda folder: write(folder, folder)) from None
 
 
-def _locked(directory: Path) -> IO[str] | None:
+def _locked(directory: Path) -> IO[bytes] | None:
     """Lock on a folder, which its process holds until it ends, however it does; None where there are no locks."""
     path = directory / _LOCK
     while sys.platform != "win32":
         try:
-            file = path.open("a+", encoding="utf-8")
+            file = path.open("a+b", buffering=0)  # what a full disk does not take must not be tried again at the end
         except OSError:  # no room even for a name: the results will say so
             return None
         try:
@@ -87,11 +87,10 @@ def _locked(directory: Path) -> IO[str] | None:
                 file.close()  # of a process that was just about to leave
                 continue
             file.truncate(0)
-            file.write(f"{os.getpid()}")
-            file.flush()
+            file.write(b"%d" % os.getpid())
         except BlockingIOError:
             file.seek(0)
-            holder = file.read() or "?"
+            holder = file.read().decode(errors="replace") or "?"
             file.close()
             text = f"{directory}: expected a folder that no other command writes to, got that of process {holder}"
             raise CaseError(f"{text}; wait for it, or choose another with -o") from None

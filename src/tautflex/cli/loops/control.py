@@ -35,7 +35,8 @@ def control(
 
     "settling_time" in the answer is that of attitude (output.attitude_tolerance) and surface (output.surface_tolerance)
     [s] from the end of the maneuver on, "energy_by_source" the work of every actuator [J]. Ctrl-C, SIGTERM and
-    SIGHUP end the run early and keep what was computed.
+    SIGHUP end the run early and keep what was computed. There are no checkpoints: what was interrupted or killed starts
+    anew (--force).
 
     Example: tautflex control slew.toml -o slew --set controller.damping=60
     """
