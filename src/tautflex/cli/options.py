@@ -122,9 +122,8 @@ def stored_run(path: Path) -> Path:
     """
     found = path / "run.nc" if path.is_dir() else path
     if not found.is_file():
-        raise CaseError(
-            f"{path}: expected the folder of a run or its run.nc, got {found}, which does not exist; `tautflex run` writes one"
-        )
+        text = f"{path}: expected the folder of a run or its run.nc, got {found}, which does not exist"
+        raise CaseError(f"{text}; `tautflex run` writes one")
     return found
 
 
