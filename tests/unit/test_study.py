@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import json
 import tomllib
+import warnings
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import tautflex as tf
-from tautflex.case import STUDY, parse_case, template, template_files
+from tautflex.case import STUDY, Case, parse_case, template, template_files
 from tautflex.case.prepared import structure_key
 from tautflex.cli import main
 from tautflex.study import work
 from tautflex.study.axes import unit_of, values_of, with_keys
 from tautflex.study.measures import UNITS, flattened
+from tautflex.study.points import Grid
 from tautflex.study.sections import Span
 from tautflex.study.store import Store, case_key
 from tautflex.study.sweep import make_plan
@@ -133,6 +136,8 @@ def test_axes_that_change_together_are_one_dimension(tmp_path):
     found = tf.sweep(study, tmp_path)
     assert dict(found.sizes) == {"maneuver.rate": 2}
     assert found["maneuver.duration"].dims == ("maneuver.rate",)
+    head = (tmp_path / "table.csv").read_text(encoding="utf-8").partition("\n")[0]
+    assert head.startswith("maneuver.rate [rad/s],maneuver.duration [s],probes.A.amplitude [m]")
     alone = tf.run_case(parse_case(FILM, ["maneuver.rate=0.2", "maneuver.duration=0.1"]))
     assert float(found["probes.A.amplitude"][1]) == float(np.abs(alone.data["w"]).max())
 
@@ -230,6 +235,63 @@ def test_a_half_written_point_is_none(tmp_path):
     store.path("ab13").write_bytes(store.path("ab12").read_bytes())  # of another point
     assert store.read("ab13") is None
     assert Store(tmp_path, records=True).read("ab12") is None
+
+
+def test_sections_that_no_axis_changes_are_checked_once():
+    """The cases are those of whole tables, defaults that depend on an axis of another section too."""
+    base = {"membrane": {"length": 2.0, "width": 1.0, "thickness": 1e-4, "youngs_modulus": 3.5e9,
+                         "poisson_ratio": 0.34, "density": 1530.0, "edges": "fixed", "stress_x": 4e3, "stress_y": 4e3},
+            "mesh": {"divisions": [6, 4]}, "prestress": {}, "solver": {"time_step": 1e-3}}  # fmt: skip
+    steps = [[{"membrane.edges": "fixed"}, {"membrane.edges": "scalloped", "edge_cords.area": 1e-6,
+              "edge_cords.youngs_modulus": 1e9, "edge_cords.density": 1e3,
+              "edge_cords.sag": 0.1, "frame.length": 2.5, "frame.width": 1.5,
+              "frame.youngs_modulus": 3e9, "frame.poisson_ratio": 0.3, "frame.density": 1e3, "frame.area": 1e-4,
+              "frame.inertia_y": 1e-7, "frame.inertia_z": 1e-7, "frame.torsion_constant": 1e-7,
+              "cables.youngs_modulus": 1e9, "cables.area": 1e-6, "cables.density": 1e3, "cables.per_long_edge": 3,
+              "cables.per_short_edge": 3}]]  # fmt: skip
+    points = Grid(base, steps)
+    assert [points.case(number).prestress.mode for number in (0, 1)] == ["uniform", "equilibrium"]
+    for number in (0, 1):
+        whole = Case(**with_keys(base, points.values(number)))
+        assert points.case(number) == whole
+        assert case_key(points.case(number)) == case_key(whole)
+    assert points.case(0).solver is points.case(1).solver
+
+
+def many_axes(*lengths):
+    """Study whose amplitude counts the points; the first one failed."""
+    names, count = ["maneuver.duration", "maneuver.rate", "damping.beta", "damping.alpha"], int(np.prod(lengths))
+    dims = names[: len(lengths)]
+    values, status = np.arange(float(count)), np.full(count, "completed", dtype="U9")
+    values[0], status[0] = np.nan, "failed"
+    variables = {"probes.A.amplitude": (dims, values.reshape(lengths)), "status": (dims, status.reshape(lengths))}
+    coordinates = {name: np.arange(1.0, length + 1) for name, length in zip(dims, lengths, strict=True)}
+    return xr.Dataset(variables, coordinates)
+
+
+@pytest.mark.parametrize(
+    ("lengths", "titles"),
+    [
+        ((3,), [""]),
+        ((3, 2), ["probes.A.amplitude"]),
+        ((3, 2, 2), [f"probes.A.amplitude\nmaneuver.duration = {n}" for n in (1, 2, 3)]),
+        ((30, 2, 2), [f"probes.A.amplitude\nmaneuver.duration = {n}" for n in range(1, 31, 3)]),
+        ((2, 1, 2, 2), [f"probes.A.amplitude\nmaneuver.duration = {n}\nmaneuver.rate = 1" for n in (1, 2)]),
+    ],
+)
+def test_figures_of_one_axis_and_more(lengths, titles):
+    """Lines, maps, and maps of slices, at most twelve, on one scale; every panel has room for its axes."""
+    study = many_axes(*lengths)
+    figure = tf.plot.plot_study(study)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # "axes sizes collapsed to zero"
+        figure.canvas.draw()
+    panels = [panel for panel in figure.axes if panel.get_visible() and panel.get_label() != "<colorbar>"]
+    assert [panel.get_title() for panel in panels] == titles
+    assert min(panel.get_position().width * figure.get_figwidth() for panel in panels) > 0.6
+    if len(lengths) > 1:
+        scales = {shades.get_clim() for panel in panels for shades in panel.collections}
+        assert scales == {(1.0, np.prod(lengths) - 1.0)}
 
 
 def test_values_and_keys():

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from tautflex.analysis.record import Record, uniform_record
+from tautflex.analysis.record import Record, UniformRecord, uniform_record
 from tautflex.checks import flag, float_array, non_negative, one_of, positive
 from tautflex.errors import InputError
 from tautflex.numeric import Array, Complex
@@ -98,7 +98,28 @@ def spectrum(
     InputError
         If the record is not uniform and finite, or ``length`` is shorter than the record.
     """
-    data = uniform_record(record)
+    lines = _lines_of(uniform_record(record), pad, length, after, remove_mean)
+    arrays = {"amplitude": lines.amplitude, "energy": lines.energy}
+    return xr.Dataset(
+        described(SPECTRUM, arrays, units=lines.record.units or "1", name=lines.record.name),
+        described(SPECTRUM, {"frequency": lines.frequency}),
+        {"bin_width": lines.width, "samples": lines.record.values.size, "time_step": lines.record.time_step},
+    )
+
+
+class _Lines(NamedTuple):
+    """Lines of a spectrum, their distance [Hz], and the record that they are of, cut."""
+
+    frequency: Array
+    amplitude: Array
+    energy: Array
+    width: float
+    record: UniformRecord
+
+
+def _lines_of(
+    data: UniformRecord, pad: Padding, length: float | None, after: float | None, remove_mean: bool = True
+) -> _Lines:
     flag("remove_mean", remove_mean)
     one_of("pad", pad, ("next-power-of-two", "none"))
     count = data.values.size
@@ -121,12 +142,8 @@ def spectrum(
     if abs(frequency[-1] * data.time_step - 0.5) < 1e-12:
         sides[-1] = 1.0
     magnitude = np.abs(transform)
-    arrays = {"amplitude": sides * magnitude / values.size, "energy": sides * (magnitude * data.time_step) ** 2}
-    return xr.Dataset(
-        described(SPECTRUM, arrays, units=data.units or "1", name=data.name),
-        described(SPECTRUM, {"frequency": frequency}),
-        {"bin_width": 1.0 / (padded * data.time_step), "samples": values.size, "time_step": data.time_step},
-    )
+    energy = sides * (magnitude * data.time_step) ** 2
+    return _Lines(frequency, sides * magnitude / values.size, energy, 1.0 / (padded * data.time_step), data)
 
 
 def dominant_frequency(
@@ -159,12 +176,10 @@ def dominant_frequency(
         As for :func:`spectrum`.
     """
     non_negative("band", band)
-    lines = spectrum(record, pad, length=length, after=after)
-    frequency = lines["frequency"].values
-    width = float(lines.attrs["bin_width"])
-    height = lines["amplitude"].values
-    peak = _strongest(lines["energy"].values[1:], round(0.5 * band / width)) + 1
-    scale = amplitude(uniform_record(record).values)
+    data = uniform_record(record)
+    frequency, height, energy, width, _ = _lines_of(data, pad, length, after)
+    peak = _strongest(energy[1:], round(0.5 * band / width)) + 1
+    scale = float(np.abs(data.values).max())
     if height[peak] <= 8 * np.finfo(float).eps * scale:
         return PeakFrequency(float("nan"), width, float("nan"))
     return PeakFrequency(float(frequency[peak]), width, float(frequency[peak]) + width * _vertex(height, peak))

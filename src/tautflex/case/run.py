@@ -15,7 +15,7 @@ import xarray as xr
 
 from tautflex import checks
 from tautflex._version import __version__
-from tautflex.analysis import amplitude, dominant_frequency, maneuver_end, settling_time, surface
+from tautflex.analysis import Record, amplitude, dominant_frequency, maneuver_end, settling_time, surface
 from tautflex.case import build
 from tautflex.case.prepared import MODE_COUNT, Prepared, prepare
 from tautflex.case.schema import Case
@@ -246,7 +246,7 @@ def labelled(case: Case, run: Run) -> Run:
     return replace(run, data=run.data.assign_attrs(attributes, surface_tolerance=tolerance))
 
 
-def read_probe(record: xr.DataArray, maneuver_end: float | None) -> dict[str, float | None]:
+def read_probe(record: Record, maneuver_end: float | None) -> dict[str, float | None]:
     """Measure one probe's displacement [m]; None where the record is too short, or never moved.
 
     The dominant frequency is that of the motion after the maneuver: during it the inertial load holds the film off its

@@ -55,9 +55,7 @@ def run_figures(run: xr.Dataset, modes: xr.Dataset, directory: Path, formats: Se
 
 
 def study_figures(study: xr.Dataset, directory: Path) -> list[Path]:
-    """Write the figure of a study of one or two axes into an existing directory; return the files."""
+    """Write the figure of a study into an existing directory; return the files."""
     from tautflex import plot
 
-    if not 1 <= len(study["status"].dims) <= 2:
-        return []
     return plot.save_study(study, directory / "sweep", formats=FORMATS)

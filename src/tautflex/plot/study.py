@@ -1,10 +1,12 @@
-"""Figures of a study: lines over one axis, maps over two; the history of a design."""
+"""Figures of a study: lines over one axis, maps over two and over slices of more; the history of a design."""
 
 from __future__ import annotations
 
 import difflib
 import math
 from collections.abc import Sequence
+from itertools import product
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -25,12 +27,15 @@ _HEIGHT = 2.0  # [inch] of a row of panels
 def plot_study(study: xr.Dataset, measures: Sequence[str] | None = None) -> Figure:
     """Draw measures of a study, a panel each: lines over one axis, maps over two.
 
+    More axes give maps over the last two at values of the others, one measure after the other on a scale of its own.
+
     Parameters
     ----------
     study
-        Dataset of :func:`tautflex.sweep` with one or two axes.
+        Dataset of :func:`tautflex.sweep`.
     measures
-        Names of measures; by default those that differ from point to point, at most twelve.
+        Names of measures; by default those that differ from point to point. There are at most twelve panels: of many
+        values of the first axes some are left out, evenly.
 
     Returns
     -------
@@ -40,29 +45,33 @@ def plot_study(study: xr.Dataset, measures: Sequence[str] | None = None) -> Figu
     Raises
     ------
     InputError
-        If there are no such measures, or more than two axes.
+        If there are no such measures, or no axes.
     """
     study = dataset_of("study", study, "status", remedy="sweep(study, directory) gives one")
     axes = [str(name) for name in study["status"].dims]
-    if not 1 <= len(axes) <= 2:
-        text = f"study: expected one or two axes, got {len(axes)}"
-        raise InputError(f"{text}; choose values of the others: study.sel({{'damping.beta': 0.001}})")
+    if not axes:
+        raise InputError("study: expected one axis or more, got none; keep one: study.sel({'damping.beta': [0.001]})")
     numbers = [str(name) for name, column in study.data_vars.items() if column.dtype.kind == "f"]
     if measures is None:
-        measures = [name for name in numbers if _differs(study[name].values)][:_MOST] or numbers[:_MOST]
+        most = _MOST if len(axes) <= 2 else _MOST // _COLUMNS
+        measures = [name for name in numbers if _differs(study[name].values)][:most] or numbers[:most]
     for name in checks.several("measures", measures, str, "'surface.rms_max'"):
         if name not in numbers:
             near = difflib.get_close_matches(name, numbers, n=1) or numbers[:1] or ["none"]
             raise InputError(f"measures: expected measures of the study such as {near[0]!r}, got {shown(name)}")
     if not measures:
         raise InputError("measures: expected at least one, got none; every point failed, or the study keeps none")
-    columns = min(_COLUMNS, len(measures))
-    rows = math.ceil(len(measures) / columns)
+    slices = _slices(study, axes[:-2], max(1, _MOST // len(measures)))
+    columns = min(_COLUMNS, len(measures) * len(slices))
+    rows = math.ceil(len(measures) * len(slices) / columns)
     figure = new_figure(DOUBLE_COLUMN * columns / _COLUMNS, _HEIGHT * rows)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for panel, name in zip(panels, measures, strict=False):
-        (_lines if len(axes) == 1 else _map)(panel, study, name, axes)
-    for panel in panels[len(measures) :]:
+    for panel, (name, one) in zip(panels, product(measures, slices), strict=False):
+        if len(axes) == 1:
+            _lines(panel, one, name, axes)
+        else:
+            _map(panel, one, name, axes[-2:], study[name].values)
+    for panel in panels[len(measures) * len(slices) :]:
         panel.set_visible(False)
     return figure
 
@@ -113,6 +122,13 @@ def plot_design(design: xr.Dataset) -> Figure:
 save_design = saving(plot_design)
 
 
+def _slices(study: xr.Dataset, others: list[str], most: int) -> list[xr.Dataset]:
+    """Studies at values of all axes but the last two; of more than ``most`` some are left out, evenly."""
+    places = list(np.ndindex(*(study.sizes[name] for name in others)))
+    chosen = places[:: math.ceil(len(places) / most)]
+    return [study.isel(dict(zip(others, place, strict=True))) for place in chosen]
+
+
 def _differs(values: np.ndarray) -> bool:
     finite = values[np.isfinite(values)]
     return bool(finite.size) and float(np.ptp(finite)) > 1e-12 * float(np.abs(finite).max())
@@ -121,6 +137,10 @@ def _differs(values: np.ndarray) -> bool:
 def _label(study: xr.Dataset, name: str) -> str:
     unit = study[name].attrs.get("units", "") if name in study.variables else ""
     return f"{name} [{unit}]" if unit not in ("", "1") else name
+
+
+def _told(value: Any) -> str:
+    return str(value) if isinstance(value, str) else f"{value:.4g}"
 
 
 def _places(study: xr.Dataset, axis: str) -> tuple[np.ndarray, list[str] | None]:
@@ -136,24 +156,32 @@ def _lines(panel: Axes, study: xr.Dataset, name: str, axes: list[str]) -> None:
     order = np.argsort(places, kind="stable")
     values, failed = study[name].values[order], (study["status"].values != "completed")[order]
     panel.plot(places[order], values, "." if words else ".-", markersize=4)
-    panel.plot(places[order][failed], np.zeros(failed.sum()), "x", color=GREY, transform=panel.get_xaxis_transform(),
-               clip_on=False)  # fmt: skip
+    if failed.any():  # a line without points would stand at zero, far outside the panel
+        panel.plot(places[order][failed], np.zeros(failed.sum()), "x", color=GREY, clip_on=False,
+                   transform=panel.get_xaxis_transform())  # fmt: skip
     panel.set(xlabel=_label(study, axes[0]), ylabel=_label(study, name))
     if words is not None:
         panel.set_xticks(places, words, rotation=30)
 
 
-def _map(panel: Axes, study: xr.Dataset, name: str, axes: list[str]) -> None:
+def _map(panel: Axes, study: xr.Dataset, name: str, axes: list[str], whole: np.ndarray) -> None:
+    """Draw a measure over two axes, on the scale of its values in the whole study."""
     (down, names_down), (across, names_across) = (_places(study, axis) for axis in axes)
     down_order, across_order = np.argsort(down, kind="stable"), np.argsort(across, kind="stable")
     down, across = down[down_order], across[across_order]
     values = study[name].transpose(*axes).values[np.ix_(down_order, across_order)]
-    shades = panel.pcolormesh(across, down, np.ma.masked_invalid(values), cmap=SEQUENTIAL, shading="nearest")
+    finite = whole[np.isfinite(whole)]
+    low, high = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
+    shades = panel.pcolormesh(across, down, np.ma.masked_invalid(values), cmap=SEQUENTIAL, shading="nearest",
+                              vmin=low, vmax=high)  # fmt: skip
     failed = (study["status"].transpose(*axes).values != "completed")[np.ix_(down_order, across_order)]
     rows, columns = np.nonzero(failed)
     panel.plot(across[columns], down[rows], "x", color=GREY)
     panel.grid(visible=False)
-    panel.set(xlabel=_label(study, axes[1]), ylabel=_label(study, axes[0]), title=_label(study, name))
+    panel.set(xlabel=_label(study, axes[1]), ylabel=_label(study, axes[0]))
+    fixed = [f"{_label(study, axis)} = {_told(study[axis].values[()])}" for axis in map(str, study.coords)
+             if study[axis].ndim == 0]  # fmt: skip
+    panel.set_title("\n".join([_label(study, name), *fixed]), pad=12)  # above the power of ten of the colour bar
     if names_across is not None:
         panel.set_xticks(across, names_across, rotation=30)
     if names_down is not None:

@@ -105,8 +105,10 @@ def measures_of(case: Case, ready: Prepared, run: Run, names: Sequence[str]) -> 
 def probe_measures(data: Any, number: int, names: Sequence[str]) -> dict[str, float | None]:
     """Those of one run of a batch: of its probes."""
     end, time = float(data["maneuver_end"].values[number]), data["time"].values
+    step = float(time[-1] - time[0]) / max(1, len(time) - 1)
     after = end if len(time) >= 4 and 0.0 < end <= time[-4] else None  # as `maneuver_end` tells it of a single run
-    told = {str(name): read_probe(data["w"].isel(run=number).sel(probe=name), after) for name in data["probe"].values}
+    rows = data["w"].transpose("run", "probe", "time").values[number]
+    told = {str(name): read_probe((row, step), after) for name, row in zip(data["probe"].values, rows, strict=True)}
     flat = flattened({"probes": told})
     return {name: flat.get(name) for name in names} if names else flat
 

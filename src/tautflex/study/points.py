@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 from tautflex.case.reading import parse_case
 from tautflex.case.schema import Case
+from tautflex.case.section import Section
 from tautflex.study.axes import steps_of, with_keys
 from tautflex.study.reading import base_values
 from tautflex.study.sections import Study
@@ -52,6 +53,16 @@ class Grid:
         """Number of values of each group of axes."""
         return tuple(len(values) for values in self.steps)
 
+    @cached_property
+    def _sections(self) -> dict[str, Any]:
+        """Sections of the base that no point need check again; its prestress has defaults that depend on others."""
+        case = Case(**self.base)
+        return {
+            name: own
+            for name in self.base
+            if isinstance(own := getattr(case, name, None), Section) and name != "prestress"
+        }
+
     def __len__(self) -> int:
         return math.prod(self.shape)
 
@@ -65,7 +76,9 @@ class Grid:
 
     def case(self, number: int) -> Case:
         """Case of a point; CaseError if it is not valid."""
-        return Case(**with_keys(self.base, self.values(number)))
+        values = self.values(number)
+        same = self._sections.keys() - {key.partition(".")[0] for key in values}
+        return Case(**with_keys(self.base, values) | {name: self._sections[name] for name in same})
 
     def name(self, number: int) -> str:
         """Point in words."""

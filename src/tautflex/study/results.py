@@ -83,7 +83,8 @@ def write_table(data: xr.Dataset, path: Path) -> Path:
               if values.attrs.get("units", "1") != "1"}  # fmt: skip
     if not data.sizes:
         data = data.expand_dims("point")
-    table = data.to_dataframe().reset_index().rename(columns=titles)
+    table = data.to_dataframe().reset_index()
+    table = table[[*data.coords, *(name for name in table if name not in data.coords)]].rename(columns=titles)
     path.parent.mkdir(parents=True, exist_ok=True)
     aside = path.with_name(f".{path.name}.part")
     table.to_csv(aside, index=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from pathlib import Path
 from typing import Any
@@ -170,7 +171,7 @@ class Search:
         if path.exists():
             content = path.read_bytes()
             if not content.endswith(b"\n"):
-                path.write_bytes(content[: content.rfind(b"\n") + 1])
+                os.truncate(path, content.rfind(b"\n") + 1)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
             storage = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(path)))

@@ -62,18 +62,21 @@ def perform(task: Task, structures: Sequence[Sequence[int]], keys: Sequence[str]
             block = numbers[first : first + _BLOCK]
             if batch is None:
                 from tautflex.batch import Batch
+                from tautflex.batch.chunks import usual_chunk
 
                 batch = Batch(prepared(task.points.case(block[0])).plant)
-            yield _block(task, batch, block, keys)
+                at_once = usual_chunk(len(block), reduced=True)  # of the short last block too: it is compiled for it
+            yield _block(task, batch, block, keys, at_once)
 
 
-def _block(task: Task, batch: Any, numbers: Sequence[int], keys: Sequence[str]) -> list[Outcome]:
+def _block(task: Task, batch: Any, numbers: Sequence[int], keys: Sequence[str], at_once: int) -> list[Outcome]:
     first = task.points.case(numbers[0])
     ready = prepared(first)
     data = batch.simulate(
         _parameters(task, numbers),
         build.build_maneuver(first),
         store=("displacement",),
+        chunk=at_once,
         throw=False,
         method=first.solver.build(),
         time_step=first.solver.time_step,
