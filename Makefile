@@ -8,7 +8,7 @@ CHECKED := src tests benchmarks examples tools
 PYTEST := $(BIN)/pytest --numprocesses=auto --maxprocesses=4 --dist=loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo quick test verification lint reference format rooms benchmark benchmark-control benchmark-peers dolfinx clean
+.PHONY: help demo quick test verification lint reference format rooms benchmark benchmark-control campaign benchmark-peers dolfinx clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -50,8 +50,10 @@ benchmark: $(VENV)/installed ## measure step cost, its growth with the mesh, dir
 	$(BIN)/python benchmarks/linear_solvers.py
 	$(BIN)/python benchmarks/setup_cost.py
 
-benchmark-control: $(VENV)/tools ## control steps per second (a minute), then policies beside tuned laws and the stop under control, into docs (hours)
+benchmark-control: $(VENV)/tools ## control steps per second of plants, environments and the functional twin (minutes)
 	$(BIN)/python benchmarks/control_steps.py
+
+campaign: $(VENV)/tools ## the stop under control, then policies beside tuned laws, into docs (hours; goes on where it was interrupted)
 	$(BIN)/python benchmarks/stop_control.py
 	$(BIN)/python benchmarks/learning_campaign.py --write
 

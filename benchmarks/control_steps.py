@@ -121,7 +121,7 @@ def twin(precision: str, runs: int = 128, steps: int = 50) -> tuple[float, float
 
     made = FunctionalTwin(precision=precision)
     key, features = jax.random.PRNGKey(0), made.arena.observation.matrix.shape[1]
-    rollouts = Rollouts(made, np.zeros((made.commands, features)))
+    rollouts = Rollouts(made, np.zeros((made.commands, features)), keep=0.7)
     params = made.draw(key, runs)
     layers = start_layers(key, (made.observed, 32, 32, made.commands), made.kind)
     course, keys = rollouts.begin(key, params), jax.random.split(key, steps)

@@ -3,7 +3,8 @@
 Run ``python benchmarks/learning_campaign.py``. Laws are tuned with the same budget, policies are trained as
 ``tautflex train --iterations`` does, and all of them meet the same scenarios on the full model. Everything that is
 finished is kept in the folder, and a campaign that was interrupted goes on there. ``--write`` puts the table into
-docs/learning.md. On two quiet cores training takes 5 minutes a policy, and an episode of the full model about 30 s.
+docs/learning.md. On two quiet cores training takes 5 minutes a policy, and an episode of the full model
+about 8 s of processor time (more on a busy machine).
 """
 
 from __future__ import annotations
@@ -98,7 +99,13 @@ def main() -> None:
     parser.add_argument("--angles", type=int, default=4, help="angles of the scenarios (default %(default)s)")
     parser.add_argument("--seeds", type=int, default=2, help="seeds of their noise (default %(default)s)")
     parser.add_argument("--workers", type=int, default=None, help="processes (default: one per core)")
-    parser.add_argument("--write", action="store_true", help="write the table into docs/learning.md")
+    parser.add_argument(
+        "--write",
+        type=Path,
+        nargs="?",
+        const=PAGE,
+        help="write the table into this page (its default: docs/learning.md)",
+    )
     asked = parser.parse_args()
     folder: Path = asked.output
     folder.mkdir(parents=True, exist_ok=True)
@@ -116,9 +123,8 @@ def main() -> None:
     (folder / "table.md").write_text(text, encoding="utf-8")
     print(text)
     if asked.write:
-        page = PAGE.read_text(encoding="utf-8")
-        before, _, rest = page.partition(MARKS[0])
-        PAGE.write_text(f"{before}{MARKS[0]}{text}{MARKS[1]}{rest.partition(MARKS[1])[2]}", encoding="utf-8")
+        before, _, rest = asked.write.read_text(encoding="utf-8").partition(MARKS[0])
+        asked.write.write_text(f"{before}{MARKS[0]}{text}{MARKS[1]}{rest.partition(MARKS[1])[2]}", encoding="utf-8")
 
 
 if __name__ == "__main__":
