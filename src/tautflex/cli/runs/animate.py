@@ -9,13 +9,13 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say
-from tautflex.cli.options import Answer, Force, command, require_new_file
+from tautflex.cli.options import Answer, Force, command, require_new_file, result_file
 from tautflex.writing import write_or_keep
 
 
 @command
 def animate(
-    run: Annotated[Path, Parameter(help="Stored run with fields (run.nc).")],
+    run: Annotated[Path, Parameter(help="Folder of a run, or its run.nc.")],
     /,
     *,
     output: Annotated[Path, Parameter(name=["-o", "--output"], help="File to write: .gif, .html or .mp4.")],
@@ -27,8 +27,9 @@ def animate(
 ) -> Answer:
     """Write a film of the antenna as it turns and rings.
 
-    Example: tautflex animate m2/run.nc -o stop.gif
+    Example: tautflex animate m2 -o stop.gif
     """
+    run = result_file(run)
     require_new_file(output, force=force)
 
     from tautflex.files.netcdf import load

@@ -9,13 +9,13 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say
-from tautflex.cli.options import Answer, about, command, require_output_directory
+from tautflex.cli.options import Answer, about, command, require_output_directory, result_file
 from tautflex.files.transaction import publish, result_folder
 
 
 @command
 def export(
-    run: Annotated[Path, Parameter(help="Result file, run.nc.")],
+    run: Annotated[Path, Parameter(help="Folder of a run, or its run.nc.")],
     /,
     *,
     to: Annotated[
@@ -27,8 +27,9 @@ def export(
 ) -> Answer:
     """Write the results of a run as VTU series with PVD (ParaView) or as CSV.
 
-    Example: tautflex export m2/run.nc --to vtu -o m2/paraview
+    Example: tautflex export m2 --to vtu -o m2/paraview
     """
+    run = result_file(run)
     directory = output if output is not None else run.parent
     require_output_directory(directory)
 

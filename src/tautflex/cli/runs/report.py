@@ -9,8 +9,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say
-from tautflex.cli.options import Answer, Force, about, command, require_new_file
-from tautflex.errors import CaseError
+from tautflex.cli.options import Answer, Force, about, command, require_new_file, result_file
 from tautflex.writing import write_or_keep
 
 
@@ -33,7 +32,7 @@ def report(
 
     Example: tautflex report m2 -o m2.html
     """
-    results = [_result(path) for path in (run, other) if path is not None]
+    results = [result_file(path) for path in (run, other) if path is not None]
     target = results[0].parent / "report.html" if output is None else output
     require_new_file(target, force=force)
 
@@ -49,16 +48,6 @@ def report(
         {"file": target, "megabytes": megabytes},
         partial(say, f"Wrote {target} ({megabytes:.2g} MB); open it in a browser."),
     )
-
-
-def _result(path: Path) -> Path:
-    """File of results that a path means."""
-    found = path / "run.nc" if path.is_dir() else path
-    if not found.is_file():
-        raise CaseError(
-            f"{path}: expected the folder of a run or its run.nc, got no {found}; `tautflex run` writes one"
-        )
-    return found
 
 
 def _names(results: list[Path]) -> tuple[str, str]:
