@@ -112,13 +112,18 @@ def about(case: Path) -> Iterator[None]:
         raise type(error)(f"{case}: {error}") from None
 
 
-def result_file(path: Path) -> Path:
-    """File of results that a path means: a folder of a run, or its run.nc; raise CaseError if there is none."""
+def stored_run(path: Path) -> Path:
+    """File of results that a path means, that of a run or its folder.
+
+    Raises
+    ------
+    CaseError
+        If there is none.
+    """
     found = path / "run.nc" if path.is_dir() else path
     if not found.is_file():
-        raise CaseError(
-            f"{path}: expected the folder of a run or its run.nc, got {found}, which does not exist; `tautflex run` writes one"
-        )
+        text = f"{path}: expected the folder of a run or its run.nc, got {found}, which does not exist"
+        raise CaseError(f"{text}; `tautflex run` writes one")
     return found
 
 

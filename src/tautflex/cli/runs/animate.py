@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say
-from tautflex.cli.options import Answer, Force, command, require_new_file, result_file
+from tautflex.cli.options import Answer, Force, command, require_new_file, stored_run
 from tautflex.writing import write_or_keep
 
 
@@ -29,13 +29,13 @@ def animate(
 
     Example: tautflex animate m2 -o stop.gif
     """
-    run = result_file(run)
+    source = stored_run(run)
     require_new_file(output, force=force)
 
     from tautflex.files.netcdf import load
     from tautflex.plot.animation import animate as film
 
-    data = load(run)
+    data = load(source)
 
     def write(path: Path) -> Path:
         return film(data, path, magnification=magnification, frames=frames, rate=rate, turning=not floating)

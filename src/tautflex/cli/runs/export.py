@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say
-from tautflex.cli.options import Answer, about, command, require_output_directory, result_file
+from tautflex.cli.options import Answer, about, command, require_output_directory, stored_run
 from tautflex.files.transaction import publish, result_folder
 
 
@@ -29,7 +29,7 @@ def export(
 
     Example: tautflex export m2 --to vtu -o m2/paraview
     """
-    run = result_file(run)
+    run = stored_run(run)
     directory = output if output is not None else run.parent
     require_output_directory(directory)
 

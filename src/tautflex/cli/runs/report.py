@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say
-from tautflex.cli.options import Answer, Force, about, command, require_new_file, result_file
+from tautflex.cli.options import Answer, Force, about, command, require_new_file, stored_run
 from tautflex.writing import write_or_keep
 
 
@@ -32,7 +32,7 @@ def report(
 
     Example: tautflex report m2 -o m2.html
     """
-    results = [result_file(path) for path in (run, other) if path is not None]
+    results = [stored_run(path) for path in (run, other) if path is not None]
     target = results[0].parent / "report.html" if output is None else output
     require_new_file(target, force=force)
 
