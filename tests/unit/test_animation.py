@@ -53,6 +53,7 @@ def test_command_writes_a_page(run, tmp_path, capsys):
     tf.save(run, tmp_path / "run.nc")
     film = tmp_path / "stop.html"
     assert main(["animate", str(tmp_path / "run.nc"), "-o", str(film), "--frames", "2"]) == 0
+    assert main(["animate", str(tmp_path), "-o", str(film), "--frames", "2", "--force"]) == 0  # the run's folder
     text = film.read_text()
     assert text.count("data:image/png;base64") == 2
     assert main(["animate", str(tmp_path / "run.nc"), "-o", str(film)]) == 2

@@ -100,6 +100,8 @@ def _about_cables(case: Case) -> Iterator[str]:
 
 
 def _about_probes(case: Case, state: PrestressedState, read: Array) -> list[str]:
+    if not case.output.probes and case.task is not None:
+        return []  # an episode is judged by what its task measures
     if not case.output.probes:
         return ["output.probes is empty: a run will keep no time history; add a point to [output.probes]"]
     return doubts_about_probes(state.model, case.output.probes, read)

@@ -71,7 +71,7 @@ def report(
     data = [_framed(each, "run" if number == 0 else "other") for number, each in enumerate(given)]
     target, place = checks.path("path", path), checks.path("folder", folder)
     if target.suffix not in (".html", ".htm"):
-        raise InputError(f"path: expected a name that ends with .html, got {str(target)!r}")
+        raise InputError(f"path: expected a name that ends with .html, got {str(target)!r}; write report.html")
     if not checks.positive("size", size) >= 2.0:
         raise InputError(f"size: expected 2 MB or more, which hold the page and a picture, got {size:g}")
     checks.instance("state", state, (PrestressedState, type(None)), "a prestressed state, or None")
