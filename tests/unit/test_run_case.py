@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -66,3 +68,17 @@ def test_progress_is_told():
     tf.run_case(parse_case(FILM), lambda fraction, message: told.append((fraction, message)))
     assert told[0] == (0.0, "prestress")
     assert told[-1][0] == 1.0
+
+
+def test_a_record_that_ends_before_the_maneuver_has_nothing_after_it(tmp_path, capsys):
+    """The film is held off its plane by the maneuver then: its largest rms and a time to settle would mean nothing."""
+    path = tmp_path / "film.toml"
+    path.write_text(FILM.replace("duration = 0.1", "duration = 1.0"), encoding="utf-8")
+    assert main(["run", str(path), "-o", str(tmp_path / "out")]) == 0
+    assert "before the maneuver's end" in " ".join(capsys.readouterr().out.split())
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["surface"]["rms"] > 0.0
+    assert summary["surface"]["rms_max"] is None
+    assert summary["surface"]["settling_time"] is None
+    assert summary["probes"]["A"]["amplitude"] > 0.0
+    assert summary["probes"]["A"]["dominant_frequency"] is None

@@ -209,6 +209,7 @@ def test_no_scheduler_at_the_address(tmp_path, monkeypatch):
     monkeypatch.setattr(dask, "_PATIENCE", "1s")
     with pytest.raises(tf.InputError, match=r"expected a Dask scheduler at tcp://127\.0\.0\.1:9, got no answer"):
         tf.sweep(film_study((0.1,)), tmp_path, scheduler="tcp://127.0.0.1:9")
+    assert not list(tmp_path.iterdir())
 
 
 def test_keys_cover_the_case_its_files_and_the_code(tmp_path, monkeypatch):

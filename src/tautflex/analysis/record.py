@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -65,6 +66,13 @@ def maneuver_end(run: xr.Dataset | Run) -> float | None:
     if not moving.any() or moving[-4:].any():
         return None
     return float(data["time"].values[np.flatnonzero(moving)[-1] + 1])
+
+
+def counted_from(run: xr.Dataset | Run) -> float | None:
+    """Instant [s] that measures after the maneuver count from: inf if it outlasts the record, None if there is none."""
+    data = dataset_of("run", run, "time", remedy="simulate(state, ...) gives one")
+    end = maneuver_end(data)
+    return math.inf if end is None and "maneuver_end" in data.attrs else end
 
 
 def uniform_record(record: Record, *, samples: int = 4) -> UniformRecord:

@@ -10,7 +10,7 @@ from typing import Any
 import xarray as xr
 
 from tautflex import checks
-from tautflex.analysis import maneuver_end
+from tautflex.analysis.record import counted_from
 from tautflex.case import build
 from tautflex.case.options import within
 from tautflex.case.run import (
@@ -252,7 +252,7 @@ def _write_loop(
 
 def loop_summary(case: Case, run: Run) -> dict[str, Any]:
     """What ``summary.json`` says of a closed loop beside `summary_of` its run."""
-    data, end = run.data, maneuver_end(run)
+    data, end = run.data, counted_from(run)
     settled: dict[str, float | None] = {"attitude": None}
     if "attitude_error" in data:
         off = data["attitude_error"].rename(sample_time="time")

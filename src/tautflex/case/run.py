@@ -15,7 +15,8 @@ import xarray as xr
 
 from tautflex import checks
 from tautflex._version import __version__
-from tautflex.analysis import Record, amplitude, dominant_frequency, maneuver_end, settling_time, surface
+from tautflex.analysis import Record, amplitude, dominant_frequency, settling_time, surface
+from tautflex.analysis.record import counted_from
 from tautflex.case import build
 from tautflex.case.prepared import MODE_COUNT, Prepared, prepare
 from tautflex.case.schema import Case
@@ -175,7 +176,7 @@ def write_results(
 
 def summary_of(case: Case, state: PrestressedState, run: Run, frequencies: Iterable[float]) -> dict[str, Any]:
     """What ``summary.json`` says of a run, but its files; natural ``frequencies`` [Hz] are those of the state."""
-    data, end = run.data, maneuver_end(run)
+    data, end = run.data, counted_from(run)
     return {
         "status": run.status.value,
         "message": run.status.message,
@@ -246,16 +247,16 @@ def labelled(case: Case, run: Run) -> Run:
     return replace(run, data=run.data.assign_attrs(attributes, surface_tolerance=tolerance))
 
 
-def read_probe(record: Record, maneuver_end: float | None) -> dict[str, float | None]:
+def read_probe(record: Record, start: float | None) -> dict[str, float | None]:
     """Measure one probe's displacement [m]; None where the record is too short, or never moved.
 
-    The dominant frequency is that of the motion after the maneuver: during it the inertial load holds the film off its
-    plane, and that offset would win.
+    The dominant frequency is that of the motion from ``start`` [s] on, after the maneuver (`counted_from`): during it
+    the inertial load holds the film off its plane, and that offset would win.
     """
     answer: dict[str, float | None] = dict.fromkeys(("amplitude", "dominant_frequency", "bin_width"))
     try:
         answer["amplitude"] = float(amplitude(record))
-        peak = dominant_frequency(record, after=maneuver_end)
+        peak = dominant_frequency(record, after=start)
         answer["bin_width"] = float(peak.bin_width)
         answer["dominant_frequency"] = float(peak.frequency) if math.isfinite(peak.frequency) else None
     except InputError:
@@ -263,10 +264,11 @@ def read_probe(record: Record, maneuver_end: float | None) -> dict[str, float | 
     return answer
 
 
-def read_surface(data: xr.Dataset, maneuver_end: float | None, tolerance: float) -> dict[str, Any]:
+def read_surface(data: xr.Dataset, start: float | None, tolerance: float) -> dict[str, Any]:
     """Measures of the film at the end [m, rad], its largest rms after the maneuver, and its time to settle [s].
 
-    None without a film, for a record that is too short, and for a film that does not settle to the tolerance [m].
+    None without a film, for a record that ends before the maneuver does, for a film that does not settle to the
+    tolerance [m].
     """
     answer: dict[str, Any] = {"rms": None, "rms_max": None, "tilt": [None, None], "settling_time": None}
     try:
@@ -275,15 +277,16 @@ def read_surface(data: xr.Dataset, maneuver_end: float | None, tolerance: float)
         return answer
     last = film.isel(time=-1)
     answer |= {"rms": float(last["rms"]), "tilt": [float(last["tilt_x"]), float(last["tilt_y"])]}
-    answer["rms_max"] = float(film["rms"].where(film["time"] >= (maneuver_end or 0.0)).max())
-    answer["settling_time"] = read_settling(film["rms"], tolerance, maneuver_end)
+    after = film["rms"][film["time"].values >= (start or 0.0)]
+    answer["rms_max"] = float(after.max()) if after.size else None
+    answer["settling_time"] = read_settling(film["rms"], tolerance, start)
     return answer
 
 
-def read_settling(record: xr.DataArray, tolerance: float, maneuver_end: float | None) -> float | None:
+def read_settling(record: xr.DataArray, tolerance: float, start: float | None) -> float | None:
     """Time to settle after the maneuver [s]; None where the record does not, or is too short."""
     with suppress(InputError):
-        settled = settling_time(record, tolerance, after=maneuver_end)
+        settled = settling_time(record, tolerance, after=start)
         return settled if math.isfinite(settled) else None
     return None
 

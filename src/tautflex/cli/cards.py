@@ -169,8 +169,11 @@ def _reading(reading: Mapping[str, Any]) -> str:
 
 
 def _surface(measures: Mapping[str, Any]) -> str:
-    text = f"rms {measures['rms'] * 1e6:.3g} µm at the end, up to {measures['rms_max'] * 1e6:.3g} µm after the maneuver"
+    text = f"rms {measures['rms'] * 1e6:.3g} µm at the end"
+    if measures["rms_max"] is None:
+        return f"{text}, before the maneuver's end"
     settled = measures["settling_time"]
+    text = f"{text}, up to {measures['rms_max'] * 1e6:.3g} µm after the maneuver"
     return f"{text}, {'not settled' if settled is None else f'settled after {settled:.3g} s'}"
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import xarray as xr
 
-from tautflex.analysis import maneuver_end
+from tautflex.analysis.record import counted_from
 from tautflex.case.run import read_probe, read_surface
 from tautflex.solvers.modal.natural import Modes
 
@@ -19,7 +19,7 @@ _LONG = re.compile(r"\d+\.\d{5,}(?:e[+-]?\d+)?")
 
 def numbers_of(run: xr.Dataset, modes: Modes | None) -> list[tuple[str, str]]:
     """Name and value of what a run found, a row each."""
-    found, attributes, end = list[tuple[str, str]](), run.attrs, maneuver_end(run)
+    found, attributes, end = list[tuple[str, str]](), run.attrs, counted_from(run)
     found.append(("Status", attributes.get("status_message", "")))
     found.append(("Maneuver", str(attributes.get("maneuver", ""))))
     for name in run["probe"].values if run.sizes.get("probe", 0) else ():
@@ -32,8 +32,10 @@ def numbers_of(run: xr.Dataset, modes: Modes | None) -> list[tuple[str, str]]:
     film = read_surface(run, end, float(attributes.get("surface_tolerance", 2e-5)))
     if film["rms"] is not None:
         settled = film["settling_time"]
-        words = [f"{1e3 * film['rms']:.4g} mm at the end, up to {1e3 * film['rms_max']:.4g} mm after the maneuver"]
-        words.append("not settled" if settled is None else f"settled {settled:.4g} s after it")
+        words = [f"{1e3 * film['rms']:.4g} mm at the end"]
+        if film["rms_max"] is not None:
+            words.append(f"up to {1e3 * film['rms_max']:.4g} mm after the maneuver")
+            words.append("not settled" if settled is None else f"settled {settled:.4g} s after it")
         found.append(("Surface, rms", ", ".join(words)))
     if modes is not None:
         found.append(("Natural frequencies", ", ".join(f"{f:.4g}" for f in modes.frequencies) + " Hz"))

@@ -17,6 +17,7 @@ from tautflex.study.search import Search
 from tautflex.study.sections import Study
 from tautflex.study.sweep import mark, require_own_folder, with_workers, workforce
 from tautflex.study.work import Task
+from tautflex.writing import written
 
 Progress = Callable[[float, str], None]
 
@@ -76,8 +77,8 @@ def design(
     assert given.design is not None
     require_own_folder(folder, force)
     search = Search(given, given.design, folder)
-    mark(folder)
     with workforce(given.engine, given.design.together) as engine:
+        mark(folder)
         while len(search.finished) < asked:
             chosen = search.next_trials(asked)
             points = Grid(search.base, [[search.keys_of(trial) for trial in chosen]])
@@ -91,5 +92,6 @@ def design(
     write_table(data.drop_dims("measure"), folder / "trials.csv")
     if data.attrs["best"]:
         text = search.case_of(data.attrs["best"][0]).to_toml()
-        (folder / "best.toml").write_text(text, encoding="utf-8")
+        with written(folder / "best.toml") as place:
+            place.write_text(text, encoding="utf-8")
     return data

@@ -106,7 +106,8 @@ def probe_measures(data: Any, number: int, names: Sequence[str]) -> dict[str, fl
     """Those of one run of a batch: of its probes."""
     end, time = float(data["maneuver_end"].values[number]), data["time"].values
     step = float(time[-1] - time[0]) / max(1, len(time) - 1)
-    after = end if len(time) >= 4 and 0.0 < end <= time[-4] else None  # as `maneuver_end` tells it of a single run
+    ended = len(time) >= 4 and end <= time[-4]
+    after = None if end == 0.0 else end if ended else math.inf  # as `counted_from` tells it of a single run
     rows = data["w"].transpose("run", "probe", "time").values[number]
     told = {str(name): read_probe((row, step), after) for name, row in zip(data["probe"].values, rows, strict=True)}
     flat = flattened({"probes": told})

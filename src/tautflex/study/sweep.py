@@ -89,7 +89,6 @@ def sweep(
     """
     started, folder, tell = time.perf_counter(), checks.path("directory", directory), progress or (lambda *_: None)
     plan = make_plan(study, folder, workers=workers, scheduler=scheduler, force=force)
-    mark(folder)
     plan.task.store.sweep_leftovers()
     unkept = {number: (INVALID, message) for number, message in plan.invalid.items()}
     done, failed, count = len(plan.points) - len(plan.todo), len(unkept), len(plan.points)
@@ -227,11 +226,13 @@ def _with_engine(plan: Plan, base: Case, processes: bool) -> Plan:
 
 def perform_plan(plan: Plan) -> Generator[Sequence[Outcome], None, None]:
     """Perform what a plan lacks, by its engine."""
-    chosen = plan.study.engine
+    chosen, folder = plan.study.engine, plan.task.store.directory.parent
     if plan.todo and chosen.kind == "batch":
+        mark(folder)
         yield from batch.perform(plan.task, plan.structures(), plan.keys)
     elif plan.todo:
         with workforce(chosen, len(plan.todo)) as engine:
+            mark(folder)
             yield from engine.perform(plan.task, plan.chunks(chosen.workers or os.cpu_count() or 1))
 
 

@@ -183,7 +183,9 @@ class Policy(ControlLaw):
             source = Path(str(files("tautflex").joinpath("data", "policies", shipped)))
         expected = "a policy, a file of arrays (.npz) as `tautflex train` writes it"
         if not source.is_file():
-            raise InputError(f"{source}: expected {expected}, got no such file; train one, or correct the name")
+            raise InputError(
+                f"{source}: expected {expected}, got no such file; train one, or take {' or '.join(SHIPPED)}"
+            )
         if source.stat().st_size > _LARGEST_FILE:
             raise InputError(f"{source}: expected {expected}, got a file of more than 100 MB; choose another one")
         try:
