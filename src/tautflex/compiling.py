@@ -32,7 +32,7 @@ def watch() -> None:
             global announced
             if not announced:
                 announced = True
-                tell("compiling once, about 20 s ...")
+                tell("compiling once, a minute or two ...")
 
         def on_end(self, event: Any) -> None:
             pass
