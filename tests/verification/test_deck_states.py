@@ -17,16 +17,6 @@ NO_REFERENCE = HOT.replace(",20.", "")
 HINGED = "SPC1,1,1234,1,11\n"
 
 
-@pytest.fixture
-def read(tmp_path):
-    def from_text(suffix, text, **options):
-        path = tmp_path / f"deck{suffix}"
-        path.write_text(text, encoding="utf-8")
-        return tf.read_mesh(path, **options)
-
-    return from_text
-
-
 def cooled(control, bulk, properties=HOT):
     """Hinged mast as a deck whose case control selects more than its supports."""
     return decks.nastran(HINGED + bulk, control=f"SPC = 1\n{control}\n", properties=properties)

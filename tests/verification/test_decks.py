@@ -5,23 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import tautflex as tf
 from regression import mesh_files
 from tautflex import MeshError
 from verification import decks
 from verification.decks import CLAMPED_CLAMPED, CLAMPED_FREE, TUBE, beam_frequency, frequencies, tip_mass_frequency
 
 EULER = "Euler-Bernoulli beam"
-
-
-@pytest.fixture
-def read(tmp_path):
-    def from_text(suffix, text, **options):
-        path = tmp_path / f"mast{suffix}"
-        path.write_text(text, encoding="utf-8")
-        return tf.read_mesh(path, **options)
-
-    return from_text
 
 
 REPLICATED = "GRID,1,,0.,0.,0.\nGRID,2,,.1,0.,0.\n=,*(1),=,*(.1),==\n=(8)\n"

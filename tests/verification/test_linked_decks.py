@@ -17,16 +17,6 @@ COUPLED = "*Surface, type=NODE, name=s\ntip\n*Coupling, constraint name=c, ref n
 RIGID, JOINED, ACROSS = 8.438, 8.43358, 19.72604
 
 
-@pytest.fixture
-def read(tmp_path):
-    def from_text(suffix: str, text: str, **given) -> tf.MeshData:
-        path = tmp_path / f"mast{suffix}"
-        path.write_text(text)
-        return tf.read_mesh(path, **given)
-
-    return from_text
-
-
 LINKS = {
     "RBE2": (".bdf", f"RBE2,90,6,123456,{OUTER}\n", RIGID),
     "RBE2 with a range": (".bdf", "RBE2,90,6,123456,7,THRU,11,1.-5\n", RIGID),

@@ -57,8 +57,8 @@ def maneuver_end(run: xr.Dataset | Run) -> float | None:
     if data.sizes["time"] < 4:
         return None
     if "maneuver_end" in data.attrs:
-        end = float(data.attrs["maneuver_end"])
-        return end if end <= float(data["time"].values[-4]) else None
+        end = outlasting(float(data.attrs["maneuver_end"]), data["time"].values)
+        return end if math.isfinite(end) else None
     if "angular_velocity" not in data:
         return None
     rate = data["angular_velocity"].transpose("time", ...).values.reshape(data.sizes["time"], -1)
@@ -71,8 +71,14 @@ def maneuver_end(run: xr.Dataset | Run) -> float | None:
 def counted_from(run: xr.Dataset | Run) -> float | None:
     """Instant [s] that measures after the maneuver count from: inf if it outlasts the record, None if there is none."""
     data = dataset_of("run", run, "time", remedy="simulate(state, ...) gives one")
-    end = maneuver_end(data)
-    return math.inf if end is None and "maneuver_end" in data.attrs else end
+    if "maneuver_end" in data.attrs:
+        return outlasting(float(data.attrs["maneuver_end"]), data["time"].values)
+    return maneuver_end(data)
+
+
+def outlasting(end: float, time: Array) -> float:
+    """End of a maneuver [s], inf where fewer than four samples follow it."""
+    return end if len(time) >= 4 and end <= time[-4] else math.inf
 
 
 def uniform_record(record: Record, *, samples: int = 4) -> UniformRecord:

@@ -14,6 +14,7 @@ from tautflex.case.schema import Case
 from tautflex.case.sections.inputs import nearest_node
 from tautflex.case.sections.structural import EdgeCords, Membrane
 from tautflex.control.actuators.actuator import Actuator
+from tautflex.control.actuators.drive import Drive
 from tautflex.control.actuators.hub_torque import HubTorque
 from tautflex.errors import CaseError, InputError, MeshError
 from tautflex.files.mesh import read_mesh
@@ -284,4 +285,15 @@ def build_inputs(case: Case, state: PrestressedState) -> list[TimeInput]:
             tried.stress(0.0)
     if case.reduction is not None:
         require_linear(InputSet(state.system, found))
+    return found
+
+
+def build_actuators(case: Case, state: PrestressedState) -> dict[str, Drive]:
+    """Build the actuators of a case for its structure; CaseError if one does not fit."""
+    found = dict[str, Drive]()
+    for name, given in case.actuators.items():
+        with within(f"actuators.{name}"):
+            drive = found[name] = given.placed(state.model)
+            if isinstance(drive, Actuator):
+                drive.effect.prepare(state.system)
     return found

@@ -13,6 +13,7 @@ from tautflex import checks
 from tautflex.analysis.record import counted_from
 from tautflex.case import build
 from tautflex.case.options import within
+from tautflex.case.prepared import reduced_model
 from tautflex.case.run import (
     Figures,
     Progress,
@@ -25,7 +26,6 @@ from tautflex.case.run import (
 )
 from tautflex.case.schema import Case
 from tautflex.control.actuators.actuator import Actuator
-from tautflex.control.actuators.drive import Drive
 from tautflex.control.authority import authority
 from tautflex.control.law import ControlLaw, added
 from tautflex.control.loop import close_loop, start_law
@@ -34,20 +34,9 @@ from tautflex.control.sensors.sensor import Sensor
 from tautflex.errors import CaseError, NotConvergedError
 from tautflex.interrupts import deferred
 from tautflex.motion.hub import FreeHub
-from tautflex.reduction.polynomial.model import ReducedModel, reduce
+from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.status import Run
-
-
-def build_actuators(case: Case, state: PrestressedState) -> dict[str, Drive]:
-    """Build the actuators of a case for its structure; CaseError if one does not fit."""
-    found = dict[str, Drive]()
-    for name, given in case.actuators.items():
-        with within(f"actuators.{name}"):
-            drive = found[name] = given.placed(state.model)
-            if isinstance(drive, Actuator):
-                drive.effect.prepare(state.system)
-    return found
 
 
 def build_sensors(case: Case, state: PrestressedState, hub: FreeHub | None) -> dict[str, Sensor]:
@@ -71,11 +60,10 @@ def build_plant(case: Case, state: PrestressedState, reduced: ReducedModel | Non
         If a part does not fit the structure, or the loop.
     """
     hub = None if case.hub is None else case.hub.build()
-    actuators, inputs = build_actuators(case, state), build.build_inputs(case, state)
+    actuators, inputs = build.build_actuators(case, state), build.build_inputs(case, state)
     effects = [drive.effect for drive in actuators.values() if isinstance(drive, Actuator)]
-    if case.reduction is not None and reduced is None:
-        with within("reduction"):
-            reduced = reduce(state, case.reduction.build(), inputs=[*inputs, *effects])
+    if reduced is None:
+        reduced = reduced_model(case, state, [*inputs, *effects])
     return Plant(
         reduced or state,
         hub,
@@ -130,7 +118,7 @@ def check_loop(case: Case, state: PrestressedState) -> list[str]:
         plant.reset()
         return said
     hub = None if case.hub is None else case.hub.build()
-    build_actuators(case, state)
+    build.build_actuators(case, state)
     build_sensors(case, state, hub)
     return []
 
@@ -145,7 +133,7 @@ def authority_of_case(case: Case, modes: int = 10) -> xr.Dataset:
     """
     maneuver, state = prestressed(case, silent)
     effects, limits = dict[str, Any](), dict[str, Any]()
-    for name, drive in build_actuators(case, state).items():
+    for name, drive in build.build_actuators(case, state).items():
         if isinstance(drive, Actuator):
             effects[name] = drive.effect.prepare(state.system)
             limits |= {} if drive.limit is None else {name: drive.limit}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +16,7 @@ from tautflex.case.schema import Case
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.reduction.polynomial.model import ReducedModel, reduce
-from tautflex.solvers.modal.natural import solve_modes
+from tautflex.solvers.modal.natural import Modes, solve_modes
 from tautflex.solvers.static.prestress import PrestressedState
 
 MODE_COUNT = 10
@@ -44,9 +44,8 @@ class Prepared:
 
     @cached_property
     def frequencies(self) -> tuple[float, ...]:
-        """Lowest natural frequencies of the state [Hz], at most `MODE_COUNT`."""
-        modes = solve_modes(self.state, n=min(MODE_COUNT, len(self.state.model.free_dofs) - 1))
-        return tuple(map(float, modes.frequencies))
+        """Natural frequencies of the `lowest_modes` [Hz]."""
+        return tuple(map(float, lowest_modes(self.state).frequencies))
 
     @property
     def plant(self) -> PrestressedState | ReducedModel:
@@ -70,13 +69,22 @@ def prepare(
         return Prepared(state, tuple(inputs), None)
     if progress is not None:
         progress(0.0, "reduced model")
-    loads = list(inputs)
-    for name, given in case.actuators.items() if case.controller is not None else ():
-        with within(f"actuators.{name}"):
-            drive = given.placed(state.model)
-        loads += [drive.effect] if isinstance(drive, Actuator) else []
+    drives = build.build_actuators(case, state) if case.controller is not None else {}
+    effects = [drive.effect for drive in drives.values() if isinstance(drive, Actuator)]
+    return Prepared(state, tuple(inputs), reduced_model(case, state, [*inputs, *effects]))
+
+
+def reduced_model(case: Case, state: PrestressedState, loads: Sequence[TimeInput]) -> ReducedModel | None:
+    """Reduced model that a case asks for, which knows some inputs and effects; None without [reduction]."""
+    if case.reduction is None:
+        return None
     with within("reduction"):
-        return Prepared(state, tuple(inputs), reduce(state, case.reduction.build(), inputs=loads))
+        return reduce(state, case.reduction.build(), inputs=loads)
+
+
+def lowest_modes(state: PrestressedState) -> Modes:
+    """Natural modes that go with the results of a run, `MODE_COUNT` at most."""
+    return solve_modes(state, n=min(MODE_COUNT, len(state.model.free_dofs) - 1))
 
 
 def structure_key(case: Case) -> str:

@@ -18,16 +18,15 @@ from tautflex._version import __version__
 from tautflex.analysis import Record, amplitude, dominant_frequency, settling_time, surface
 from tautflex.analysis.record import counted_from
 from tautflex.case import build
-from tautflex.case.prepared import MODE_COUNT, Prepared, prepare
+from tautflex.case.prepared import Prepared, lowest_modes, prepare
 from tautflex.case.schema import Case
 from tautflex.errors import CaseError, InputError
 from tautflex.files import netcdf
-from tautflex.files.checkpoints import FOLDER, run_folder
+from tautflex.files.checkpoints import FOLDER, RunFolder, run_folder
 from tautflex.files.earlier import read_summary, remove_left_files
 from tautflex.files.transaction import publish
 from tautflex.interrupts import deferred
 from tautflex.motion.kinematics import Maneuver
-from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.simulate import simulate
 from tautflex.solvers.transient.status import Run, Status
@@ -88,9 +87,7 @@ def run_case(
     if folder is None:
         return labelled(case, simulate(**question, throw=throw))
     with run_folder(folder, _owner(case), seconds, resume=True) as keeper:
-        run = labelled(case, simulate(**question, throw=throw, keeper=keeper))
-        if keeper.trouble:
-            run = replace(run, data=run.data.assign_attrs(warnings=[*run.warnings, keeper.trouble]))
+        run = _kept_run(case, question, keeper, throw=throw)
         if run.status is Status.INTERRUPTED:
             return run
     # Its record, which is mapped into memory, outlives the files.
@@ -125,14 +122,20 @@ def write_case_run(
     maneuver, state = prestressed(case, tell)
     question = _question(case, state, maneuver, tell)
     with deferred(), run_folder(directory / FOLDER, _owner(case), seconds, resume) as keeper:
-        run = labelled(case, simulate(**question, throw=False, keeper=keeper))
+        run = _kept_run(case, question, keeper, throw=False)
         more = {"resumed_from": keeper.resumed_from}
-        if keeper.trouble:
-            run = replace(run, data=run.data.assign_attrs(warnings=[*run.warnings, keeper.trouble]))
         found = write_results(case, state, run, directory, tell, figures, title, more)
         if run.status is not Status.INTERRUPTED:
             keeper.remove()
         return found
+
+
+def _kept_run(case: Case, question: Mapping[str, Any], keeper: RunFolder, *, throw: bool) -> Run:
+    """Run of a case that a folder keeps, with what there was to say about checkpoints."""
+    run = labelled(case, simulate(**question, throw=throw, keeper=keeper))
+    if not keeper.trouble:
+        return run
+    return replace(run, data=run.data.assign_attrs(warnings=[*run.warnings, keeper.trouble]))
 
 
 def _owner(case: Case) -> dict[str, str]:
@@ -152,7 +155,7 @@ def write_results(
 ) -> dict[str, Any]:
     """Write a run of a case as `write_case_run` says; ``more`` joins the summary, or replaces what it says."""
     tell(1.0, "modes")
-    modes = solve_modes(state, n=min(MODE_COUNT, len(state.model.free_dofs) - 1))
+    modes = lowest_modes(state)
     run = replace(run, data=run.data.assign_attrs(title=title))
     data = run.data
     tell(1.0, "writing")

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from tautflex import checks
-from tautflex.case.build import build_damping, build_state
-from tautflex.case.loop import build_actuators, build_sensors
+from tautflex.case.build import build_actuators, build_damping, build_state
+from tautflex.case.loop import build_sensors
 from tautflex.case.schema import Case
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.bank import checked_actuators

@@ -10,12 +10,13 @@ import numpy as np
 import xarray as xr
 
 from tautflex.analysis.turning import recorded_attitude
+from tautflex.case.prepared import lowest_modes
 from tautflex.errors import TautflexError
 from tautflex.numeric import Array
 from tautflex.pages.curves import curves_of, frequencies_of
 from tautflex.pages.encode import packed, plain, quantised
 from tautflex.pages.numbers import numbers_of
-from tautflex.pages.rebuilt import Structure, modes_of, stresses_over_time, structure_of
+from tautflex.pages.rebuilt import Structure, stresses_over_time, structure_of
 from tautflex.pages.thinning import Drawing, chosen_frames, drawing_of
 from tautflex.plot.shapes import drawn_factor
 from tautflex.solvers.modal.natural import Modes
@@ -32,7 +33,7 @@ def content_of(
     drawing, modes, structure, why = drawing_of(run), None, None, ""
     try:
         structure = structure_of(run, folder) if state is None else Structure(state, _no_inputs(run))
-        modes = modes_of(structure)
+        modes = lowest_modes(structure.state)
     except TautflexError as error:
         why = str(error)
     found: dict[str, Any] = {

@@ -16,10 +16,8 @@ from tautflex.errors import TautflexError
 from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.mechanics.membrane import StressSurvey
 from tautflex.numeric import Array
-from tautflex.solvers.modal.natural import Modes, solve_modes
 from tautflex.solvers.static.prestress import PrestressedState
 
-MODES = 10
 # Part of the largest displacement by which a node may stand elsewhere in the structure than in the record.
 _SAME = 1e-4
 
@@ -44,12 +42,6 @@ def structure_of(run: xr.Dataset, folder: Path) -> Structure:
         raise TautflexError("the case text now gives another mesh")
     pulls = any(isinstance(given.placed(state.model), Actuator) for given in case.actuators.values())
     return Structure(state, None if pulls and "command" in run else build.build_inputs(case, state))
-
-
-def modes_of(structure: Structure) -> Modes:
-    """The lowest natural modes."""
-    state = structure.state
-    return solve_modes(state, n=min(MODES, len(state.model.free_dofs) - 1))
 
 
 def stresses_over_time(structure: Structure, times: Array, frames: Array) -> tuple[Array, NDArray[np.int8]]:

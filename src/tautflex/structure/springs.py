@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -17,7 +16,7 @@ from tautflex.structure.links.tie import rotation
 from tautflex.text import brief
 
 
-class Joint(ABC):
+class Joint:
     """Base of springs and dampers: what they give is linear in differences of displacements or of velocities."""
 
     nodes: Sequence[int]
@@ -26,9 +25,10 @@ class Joint(ABC):
     quantity: ClassVar[str]
 
     @property
-    @abstractmethod
     def given(self) -> ArrayLike:
         """Number along the line, or three or six along and about the axes, as they were given."""
+        found: ArrayLike = getattr(self, self.quantity)
+        return found
 
     def __post_init__(self) -> None:
         name, nodes = self.quantity, checks.indices("nodes", self.nodes, np.iinfo(np.int64).max).tolist()
@@ -122,11 +122,6 @@ class Spring(Joint):
     __repr__ = brief
 
     @property
-    def given(self) -> ArrayLike:
-        """Stiffness as it was given."""
-        return self.stiffness
-
-    @property
     def stiffnesses(self) -> Array:
         """Along and about the axes [N/m, N m/rad], shape (6,)."""
         return self.values
@@ -163,8 +158,3 @@ class Damper(Joint):
     place: float | None = None
     quantity: ClassVar[str] = "damping"
     __repr__ = brief
-
-    @property
-    def given(self) -> ArrayLike:
-        """Damping as it was given."""
-        return self.damping

@@ -17,7 +17,7 @@ from tautflex.study.search import Search
 from tautflex.study.sections import Study
 from tautflex.study.sweep import mark, require_own_folder, with_workers, workforce
 from tautflex.study.work import Task
-from tautflex.writing import written
+from tautflex.writing import write_text
 
 Progress = Callable[[float, str], None]
 
@@ -70,14 +70,14 @@ def design(
     """
     given = study if isinstance(study, Study) else load_study(study)
     folder, tell = checks.path("directory", directory), progress or (lambda *_: None)
-    if given.design is None:
+    wanted = given.design
+    if wanted is None:
         raise CaseError("design: missing, expected a [design] section; `tautflex init --template study` shows one")
-    asked = given.design.trials if trials is None else checks.whole("trials", trials, 1)
+    asked = wanted.trials if trials is None else checks.whole("trials", trials, 1)
     given = with_workers(given, workers, scheduler)
-    assert given.design is not None
     require_own_folder(folder, force)
-    search = Search(given, given.design, folder)
-    with workforce(given.engine, given.design.together) as engine:
+    search = Search(given, wanted, folder)
+    with workforce(given.engine, wanted.together) as engine:
         mark(folder)
         while len(search.finished) < asked:
             chosen = search.next_trials(asked)
@@ -92,6 +92,5 @@ def design(
     write_table(data.drop_dims("measure"), folder / "trials.csv")
     if data.attrs["best"]:
         text = search.case_of(data.attrs["best"][0]).to_toml()
-        with written(folder / "best.toml") as place:
-            place.write_text(text, encoding="utf-8")
+        write_text(folder / "best.toml", text)
     return data

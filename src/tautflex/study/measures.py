@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from tautflex.analysis.record import outlasting
 from tautflex.case.loop import loop_summary
 from tautflex.case.messages import show
 from tautflex.case.prepared import Prepared
@@ -50,6 +51,11 @@ _NOT_KEPT = ("seconds",)
 def unit_of(name: str) -> str:
     """Unit of a measure."""
     return next((unit for pattern, unit in UNITS.items() if fnmatchcase(name, pattern)), "")
+
+
+def words(name: str, unit: str) -> dict[str, str]:
+    """Attributes of a variable of a study; "" is no unit."""
+    return {"long_name": name} | ({"units": unit} if unit else {})
 
 
 def check_names(names: Sequence[str], case: Case, where: str = "measures.names") -> None:
@@ -106,8 +112,7 @@ def probe_measures(data: Any, number: int, names: Sequence[str]) -> dict[str, fl
     """Those of one run of a batch: of its probes."""
     end, time = float(data["maneuver_end"].values[number]), data["time"].values
     step = float(time[-1] - time[0]) / max(1, len(time) - 1)
-    ended = len(time) >= 4 and end <= time[-4]
-    after = None if end == 0.0 else end if ended else math.inf  # as `counted_from` tells it of a single run
+    after = None if end == 0.0 else outlasting(end, time)
     rows = data["w"].transpose("run", "probe", "time").values[number]
     told = {str(name): read_probe((row, step), after) for name, row in zip(data["probe"].values, rows, strict=True)}
     flat = flattened({"probes": told})

@@ -54,9 +54,14 @@ class Grid:
         return tuple(len(values) for values in self.steps)
 
     @cached_property
+    def start(self) -> Case:
+        """Case that the study starts from."""
+        return Case(**self.base)
+
+    @cached_property
     def _sections(self) -> dict[str, Any]:
         """Sections of the base that no point need check again; its prestress has defaults that depend on others."""
-        case = Case(**self.base)
+        case = self.start
         return {
             name: own
             for name in self.base

@@ -17,6 +17,7 @@ from tautflex.study.axes import unit_of
 from tautflex.study.points import Grid
 from tautflex.study.sections import Study
 from tautflex.study.store import Store
+from tautflex.writing import written
 
 MISSING = "missing"
 """Status of a point that is not there yet."""
@@ -58,12 +59,11 @@ def study_dataset(
     for group, steps in zip(study.groups, points.steps, strict=True):
         dims.append(group[0])
         for name in group:
-            values, words = _coordinate([step[name] for step in steps]), {"long_name": name}
-            coordinates[name] = (group[0], values, words | ({"units": unit} if (unit := unit_of(name)) else {}))
+            values = _coordinate([step[name] for step in steps])
+            coordinates[name] = (group[0], values, measures.words(name, unit_of(name)))
     found: dict[str, Any] = {}
     for name, column in columns.items():
-        unit = measures.unit_of(name)
-        found[name] = (dims, column.reshape(points.shape), {"long_name": name} | ({"units": unit} if unit else {}))
+        found[name] = (dims, column.reshape(points.shape), measures.words(name, measures.unit_of(name)))
     found["status"] = (dims, np.array(status, dtype=str).reshape(points.shape), {"long_name": "how the point ended"})
     found["message"] = (dims, np.array(message, dtype=str).reshape(points.shape), {"long_name": "why it failed"})
     about: dict[str, Any] = {"title": "study", "axes": list(study.axes), "versions": json.dumps(netcdf.versions())}
@@ -85,10 +85,8 @@ def write_table(data: xr.Dataset, path: Path) -> Path:
         data = data.expand_dims("point")
     table = data.to_dataframe().reset_index()
     table = table[[*data.coords, *(name for name in table if name not in data.coords)]].rename(columns=titles)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(f".{path.name}.part")
-    table.to_csv(aside, index=False)
-    aside.replace(path)
+    with written(path) as place:
+        table.to_csv(place, index=False)
     return path
 
 

@@ -93,7 +93,7 @@ class Search:
 
     def case_of(self, number: int) -> Case:
         """Case of a trial."""
-        return Case(**with_keys(self.base, self.keys_of(self._study.get_trials(deepcopy=False)[number])))
+        return self._case(self.keys_of(self._study.get_trials(deepcopy=False)[number]))
 
     def tell(self, trial: Any, status: str, message: str) -> None:
         """Put the result of a trial into the journal."""
@@ -123,28 +123,35 @@ class Search:
             feasible &= np.array([_excess(limit, value) < 0.0 for value in columns[name]])
         found: dict[str, Any] = {}
         for name in self.names:
-            unit = measures.unit_of(name)
-            found[name] = ("trial", columns[name], {"long_name": name} | ({"units": unit} if unit else {}))
+            found[name] = ("trial", columns[name], measures.words(name, measures.unit_of(name)))
         for name in design.variables:
-            unit = axes.unit_of(name)
             values = np.array([trial.params.get(name, "") for trial in trials])
-            found[name] = ("trial", values, {"long_name": name} | ({"units": unit} if unit else {}))
+            found[name] = ("trial", values, measures.words(name, axes.unit_of(name)))
         objective = np.stack([columns[name] for name in wanted], axis=1)
         found |= {
             "objective": (("trial", "measure"), objective),
             "feasible": ("trial", feasible),
             "status": ("trial", status),
             "message": ("trial", np.array([trial.user_attrs.get("message", "") for trial in trials], dtype=str)),
-            "direction": ("measure", ["minimize"] * len(design.minimize) + ["maximize"] * len(design.maximize)),
+            "direction": ("measure", self._directions),
         }
-        signs = np.array([1.0] * len(design.minimize) + [-1.0] * len(design.maximize))
+        signs = np.array([1.0 if each == "minimize" else -1.0 for each in self._directions])
         numbers = [trial.number for trial in trials]
         best = [numbers[place] for place in _unbeaten(objective * signs, feasible)]
         return xr.Dataset(found, {"trial": numbers, "measure": list(wanted)}, {"title": "design", "best": best})
 
+    @property
+    def _directions(self) -> list[str]:
+        """Where each objective is to go."""
+        return ["minimize"] * len(self._design.minimize) + ["maximize"] * len(self._design.maximize)
+
+    def _case(self, keys: dict[str, Any]) -> Case:
+        """Case with some keys set; CaseError if it is not valid."""
+        return Case(**with_keys(self.base, keys))
+
     def _measures(self, trial: Any) -> dict[str, float | None]:
         try:
-            kept = self.store.read(case_key(Case(**with_keys(self.base, self.keys_of(trial)))))
+            kept = self.store.read(case_key(self._case(self.keys_of(trial))))
         except (CaseError, KeyError):
             return {}
         return dict(kept["measures"]) if kept is not None else {}
@@ -158,7 +165,7 @@ class Search:
                 ends = variable.choices or ((int if variable.whole else float)(end) for end in _ends(variable))
                 keys |= dict.fromkeys((name, *variable.also), list(ends)[-1 if last else 0])
             try:
-                Case(**with_keys(self.base, keys))
+                self._case(keys)
             except CaseError as error:
                 problems.append(str(error))
         if len(problems) == 2 or any("unknown key" in text for text in problems):
@@ -176,8 +183,8 @@ class Search:
             warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
             storage = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(path)))
         design = self._design
-        directions = ["minimize"] * len(design.minimize) + ["maximize"] * len(design.maximize)
-        found = optuna.create_study(storage=storage, study_name=_NAME, directions=directions, load_if_exists=True)
+        about = {"study_name": _NAME, "directions": self._directions, "load_if_exists": True}
+        found = optuna.create_study(storage=storage, **about)
         asked = design.model_dump(mode="json", exclude={"trials"}) | {"base": case_key(Case(**self.base))}
         if found.user_attrs.setdefault("asked", asked) != asked:
             text = f"{path}: expected the journal of this search, got that of another [design] or case"

@@ -17,7 +17,6 @@ import xarray as xr
 from tautflex import checks
 from tautflex._version import __version__
 from tautflex.case.prepared import structure_key
-from tautflex.case.schema import Case
 from tautflex.errors import CaseError, InputError
 from tautflex.files import netcdf
 from tautflex.study.axes import values_of
@@ -168,8 +167,8 @@ def make_plan(
             "axes: missing, expected at least one; add for example [axes] with 'maneuver.duration' = [1, 2]"
         )
     require_own_folder(directory, force)
-    points, base = Grid.of(given), base_case(given)
-    check_names(given.measures.names, base)
+    points = Grid.of(given)
+    check_names(given.measures.names, points.start)
     task = Task.of(points, Store(directory / "points", given.measures.records), given.measures.names)
     keys, todo, invalid = list[str](), list[tuple[str, int]](), dict[int, str]()
     for number in range(len(points)):
@@ -190,12 +189,7 @@ def make_plan(
     for key, number in todo:
         order.setdefault(key, number)
     todo.sort(key=lambda one: (order[one[0]], one[1]))
-    return _with_engine(Plan(given, points, task, keys, todo, invalid), base, workers is not None)
-
-
-def base_case(study: Study) -> Case:
-    """Case that a study starts from."""
-    return study.base if isinstance(study.base, Case) else Grid.of(study.model_copy(update={"axes": {}})).case(0)
+    return _with_engine(Plan(given, points, task, keys, todo, invalid), workers is not None)
 
 
 def with_workers(study: Study, workers: int | None, scheduler: str | None) -> Study:
@@ -211,12 +205,14 @@ def with_workers(study: Study, workers: int | None, scheduler: str | None) -> St
     return study.model_copy(update={"engine": engine})
 
 
-def _with_engine(plan: Plan, base: Case, processes: bool) -> Plan:
+def _with_engine(plan: Plan, processes: bool) -> Plan:
     """Plan with its engine chosen; ``processes`` tells whether a number of them was asked for."""
     kind = plan.study.engine.kind
     if kind not in ("auto", "batch"):
         return plan
-    reason = batch.refusal(base, {name: values_of(axis) for name, axis in plan.study.axes.items()}, plan.task)
+    reason = batch.refusal(
+        plan.points.start, {name: values_of(axis) for name, axis in plan.study.axes.items()}, plan.task
+    )
     if kind == "batch" and reason is not None:
         raise CaseError(f"engine.kind: {reason}")
     many = reason is None and not processes and len(plan.todo) >= _WORTH_A_BATCH * max(1, len(plan.structures()))

@@ -50,6 +50,11 @@ _DEFAULTS = {"CBAR": "BAROR", "CBEAM": "BEAMOR"}
 ORIENTATION = (5, 6, 7, 8)
 
 
+def section_kind(role: str) -> str:
+    """Kind of section that elements of a role have: shells, where they are taken, are membranes."""
+    return "membrane" if role == "shell" else role
+
+
 @dataclass
 class Elements(Gathered):
     """What the cards of elements and properties have brought."""

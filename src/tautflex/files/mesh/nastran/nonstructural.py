@@ -9,7 +9,7 @@ import numpy as np
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.nastran.case_control import Selection
-from tautflex.files.mesh.nastran.elements import Elements
+from tautflex.files.mesh.nastran.elements import Elements, section_kind
 from tautflex.files.mesh.nastran.properties import KINDS
 from tautflex.files.mesh.nastran.ranges import ranges
 from tautflex.files.mesh.nastran.text import Card
@@ -102,9 +102,7 @@ def _owners(elements: Elements, kind: str) -> dict[str, list[tuple[int, int]]]:
         return found
     for number, shapes in elements.properties.items():
         for shape, rows in shapes.items():
-            own_role = [
-                {"shell": "membrane"}.get(elements.roles[shape][row], elements.roles[shape][row]) for row in rows
-            ]
+            own_role = [section_kind(elements.roles[shape][row]) for row in rows]
             found.setdefault(shape, []).extend(
                 (number, row) for row, one in zip(rows, own_role, strict=True) if number and one == role
             )

@@ -9,7 +9,7 @@ import numpy as np
 
 from tautflex.errors import MeshError
 from tautflex.files.mesh.nastran.case_control import Selection
-from tautflex.files.mesh.nastran.elements import Elements
+from tautflex.files.mesh.nastran.elements import Elements, section_kind
 from tautflex.files.mesh.nastran.properties import Properties
 from tautflex.files.mesh.nastran.ranges import ranges
 from tautflex.files.mesh.nastran.text import Card
@@ -17,7 +17,6 @@ from tautflex.files.mesh.numerals import finite, natural
 from tautflex.numeric import Array
 
 TEMPERATURES = ("TEMP", "TEMPD", "TEMPP1", "TEMPRB", "DEFORM", "MATT1", "MATT2", "MATT8", "MATT9")
-_KINDS = {"shell": "membrane"}
 _LARGEST = 1e9
 
 
@@ -54,7 +53,7 @@ class Temperatures:
             for shape, row, kind, number in elements.owners():
                 line = elements.elements[shape][row]
                 where = f"element {line[0]}"
-                expansion, reference = properties.expansion(number, _KINDS.get(kind, kind), where)
+                expansion, reference = properties.expansion(number, section_kind(kind), where)
                 if expansion:
                     if before is not None and reference:
                         raise MeshError(
