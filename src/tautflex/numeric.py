@@ -20,10 +20,6 @@ Places: TypeAlias = NDArray[np.uint32]
 """Positions in vectors and patterns as kernels read them: half the memory of `Indices`."""
 Mask: TypeAlias = NDArray[np.bool_]
 
-# Re-association lets reductions vectorise; NaN and infinity keep their meaning.
-FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
-
-
 _OWN = "tautflex", "numpy", "scipy", "numba"
 
 
@@ -62,30 +58,21 @@ def one_thread() -> AbstractContextManager[object]:
 
 
 def jit(function: Callable[..., Any]) -> Any:
-    """Compile a kernel, which may add up in any order; the machine code is kept on disk."""
-    return _compiled(function, fastmath=FASTMATH)
+    """Compile a kernel; the machine code is kept on disk.
 
-
-def jit_lanes(function: Callable[..., Any]) -> Any:
-    """Compile a kernel of runs side by side, whose sums keep their order: a run is the same in any company."""
-    return _compiled(function, fastmath={"contract", "nsz"})
-
-
-def jit_in_order(function: Callable[..., Any]) -> Any:
-    """Compile a function that keeps the order of its sums, or has none; the machine code is kept on disk."""
-    return _compiled(function)
-
-
-def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    Sums keep their order and products are not fused: compilers inline as they like, and linkers take the first loaded
+    of several copies, so that anything else has other last bits from one process to the next. Long sums are written
+    out in several parts where their speed counts.
+    """
     # Here, because it takes longer to import than all that needs nothing but the types above.
     import numba
 
     watch()
     try:
-        return numba.njit(cache=True, error_model="numpy", **options)(function)
+        return numba.njit(cache=True, error_model="numpy")(function)
     except RuntimeError:  # no place to keep code in
         numba.config.CACHE_DIR = temporary_place()  # type: ignore[attr-defined]
-        return numba.njit(cache=bool(temporary_place()), error_model="numpy", **options)(function)
+        return numba.njit(cache=bool(temporary_place()), error_model="numpy")(function)
 
 
 def cross(a: Array, b: Array) -> Array:

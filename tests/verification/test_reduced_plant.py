@@ -93,7 +93,10 @@ def test_the_compiled_loop_is_the_same_loop(hub, left_out, verification_row):
     table = commands(40)
     slow = np.array([plant.reset(seed=3), *(plant.step(row) for row in table)])
     quick = np.array([fast.reset(seed=3), *(fast.step(row).copy() for row in table)])
-    off = np.abs(quick - slow).max(axis=0) / np.abs(slow).max(axis=0)
+    # Of each sensor's largest reading: coordinates of modes that stay still are round-off.
+    ends = np.cumsum([sensor.size for sensor in plant.outputs])[:-1]
+    off = np.array([np.abs(own).max() for own in np.split(quick - slow, ends, 1)])
+    off /= [np.abs(own).max() for own in np.split(slow, ends, 1)]
     assert off.max() < 1e-9
     work = np.array(list(plant.energy_by_source.values()))
     np.testing.assert_allclose(fast.work[0], work, rtol=1e-9)

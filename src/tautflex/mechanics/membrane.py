@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tautflex import checks
 from tautflex.mechanics.system import HasSystem, StructuralSystem, system_of
 from tautflex.mechanics.workspace import Workspace
-from tautflex.numeric import Array, jit_in_order
+from tautflex.numeric import Array, jit
 
 MEMBRANE_STATES = ("taut", "wrinkled", "slack")
 # Numbers that `survey_stresses` fills in, of which the first few are stored with every sample of a run.
@@ -127,7 +127,7 @@ def principal_values(stress: Array) -> Array:
     return np.stack([mean - radius, mean + radius], axis=1)
 
 
-@jit_in_order
+@jit
 def membrane_state(sx: float, sy: float, txy: float, poisson_ratio: float) -> int:
     """Index in `MEMBRANE_STATES` of a plane stress, elastic trial or tension-field alike (mixed criterion)."""
     mean = 0.5 * (sx + sy)
@@ -139,7 +139,7 @@ def membrane_state(sx: float, sy: float, txy: float, poisson_ratio: float) -> in
     return 1 if mean + radius - poisson_ratio * (mean - radius) > 0.0 else 2
 
 
-@jit_in_order
+@jit
 def _states(stress: Array, poisson_ratio: float) -> NDArray[np.int8]:
     states = np.empty(stress.shape[1], dtype=np.int8)
     for e in range(states.size):
@@ -147,7 +147,7 @@ def _states(stress: Array, poisson_ratio: float) -> NDArray[np.int8]:
     return states
 
 
-@jit_in_order
+@jit
 def survey_stresses(table: Any, stresses: Array, found: Array) -> None:
     """Fill in what the stresses of an evaluation tell, shape (8,); ``table`` is that of a `StressSurvey`.
 

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array, eye_array
 
-from tautflex.numeric import Array, Indices, Places, jit_in_order
+from tautflex.numeric import Array, Indices, Places, jit
 
 _ROUND_OFF = 1e-12
 
 
-@jit_in_order
+@jit
 def find_slots(start: Any, rows: Any, row: Any, column: Any, slots: Any) -> None:
     """Place of every entry (row, column) in compressed columns with sorted rows; their number where either is none."""
     size = start.size - 1

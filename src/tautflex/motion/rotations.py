@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from tautflex.errors import InputError
-from tautflex.numeric import Array, jit_in_order
+from tautflex.numeric import Array, jit
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-@jit_in_order
+@jit
 def product(left: Array, right: Array) -> Array:
     """Quaternion product, shape (4,): the rotation ``right`` followed by ``left``."""
     result = np.empty(4)
@@ -24,7 +24,7 @@ def product(left: Array, right: Array) -> Array:
     return result
 
 
-@jit_in_order
+@jit
 def exponential(turn: Array) -> Array:
     """Quaternion of a rotation vector [rad], shape (3,) -> (4,)."""
     half = 0.5 * np.sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2])
@@ -41,7 +41,7 @@ def rotation_vector(quaternion: Array) -> Array:
     return np.asarray(share * q[1:])
 
 
-@jit_in_order
+@jit
 def matrix(quaternion: Array) -> Array:
     """Rotation matrix A of a unit quaternion, shape (3, 3)."""
     w, x, y, z = quaternion[0], quaternion[1], quaternion[2], quaternion[3]

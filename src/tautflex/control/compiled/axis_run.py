@@ -19,7 +19,7 @@ from tautflex.control.compiled.parts import (
     LoopState,
     Sensing,
 )
-from tautflex.numeric import Array, Indices, Mask, jit, jit_lanes
+from tautflex.numeric import Array, Indices, Mask, jit
 from tautflex.reduction.marching.free_hub.hub_inertia import RATES, TWIST
 from tautflex.reduction.marching.steps import CHECK_INTERVAL
 
@@ -30,7 +30,7 @@ _SPACE = width(AxisState)
 _LOOP = _SPACE + width(AxisSpace)
 
 
-@jit_lanes
+@jit
 def _pull(c: AxisModel, q: Array, y: Array, pull: Array, found: Array) -> None:
     """Fill the energy that a unit of each number has where the structure is, shape (n, c)."""
     times(c.pull_load, q, pull)
@@ -40,7 +40,7 @@ def _pull(c: AxisModel, q: Array, y: Array, pull: Array, found: Array) -> None:
             found[n, k] = pull[k, n]
 
 
-@jit_lanes
+@jit
 def _read(fixed: Indices, own: Indices) -> None:
     """Fill exact readings of all runs, shape (o, n)."""
     c, s = part_at(AxisModel, fixed, 0), part_at(Sensing, fixed, _SENSING)

@@ -16,7 +16,7 @@ from tautflex.control.compiled.axis_parts import (
     AxisState,
 )
 from tautflex.control.compiled.lanes import add, add_slopes, add_through, monomials, sum_of, times
-from tautflex.numeric import Array, Indices, Mask, jit, jit_lanes
+from tautflex.numeric import Array, Indices, Mask, jit
 from tautflex.reduction.marching.steps import STABLE_SHARE
 
 _SPACE = width(AxisState)
@@ -27,7 +27,7 @@ Y, RATES, STRESS, ON_Y = range(4)
 _INERTIA, _SHARE, _PUSH, _MOMENTUM, _RATE, _ACCELERATION, _LEFT, _FELT, _MOVING, _REACHED, _BENT, _KEPT = range(12)
 
 
-@jit_lanes
+@jit
 def _place(fixed: Indices, own: Indices) -> None:
     """Fill forces and the hub's inertia at coordinates and rates in the space."""
     c, at, s = part_at(AxisModel, fixed, 0), part_at(AxisState, own, 0), part_at(AxisSpace, own, _SPACE)
@@ -76,7 +76,7 @@ def _place(fixed: Indices, own: Indices) -> None:
         push[n] = push[n] + at.torque[0, n]
 
 
-@jit_lanes
+@jit
 def _frame(slope: Array, v: Array, rate: Array, frame: Array) -> None:
     """Fill ``w (D - D') v``, the Coriolis forces of the monomials."""
     r, lanes = v.shape
@@ -89,7 +89,7 @@ def _frame(slope: Array, v: Array, rate: Array, frame: Array) -> None:
             frame[i, n] = rate[n] * frame[i, n]
 
 
-@jit_lanes
+@jit
 def _bend(slope: Array, v: Array, result: Array) -> None:
     """Fill ``v' D v``, what the monomials' curvature adds to the rate of a momentum."""
     r, lanes = v.shape
@@ -100,7 +100,7 @@ def _bend(slope: Array, v: Array, result: Array) -> None:
                 result[n] = result[n] + slope[r * i + j, n] * v[j, n] * v[i, n]
 
 
-@jit_lanes
+@jit
 def axis_step(fixed: Indices, own: Indices, step: float, failed: Indices) -> None:
     """One step of central differences of all runs; those where it is not stable fail and stay.
 
@@ -189,7 +189,7 @@ def axis_step(fixed: Indices, own: Indices, step: float, failed: Indices) -> Non
         at.counts[n] += 1
 
 
-@jit_lanes
+@jit
 def axis_balance(fixed: Indices, own: Indices, fresh: Mask) -> None:
     """Momentum and accelerations of runs that begin, at their coordinates, rates and hubs; see `hub_steps.balance`."""
     c, at, s = part_at(AxisModel, fixed, 0), part_at(AxisState, own, 0), part_at(AxisSpace, own, _SPACE)
@@ -227,7 +227,7 @@ def axis_balance(fixed: Indices, own: Indices, fresh: Mask) -> None:
                 at.forces[i, n], at.coupling[i, n] = parts[i, n], coupling[i, n]
 
 
-@jit_lanes
+@jit
 def axis_give(fixed: Indices, own: Indices) -> None:
     """Fill what acts, from what does so without commands and the values in the space."""
     c, at, s = part_at(AxisModel, fixed, 0), part_at(AxisState, own, 0), part_at(AxisSpace, own, _SPACE)
@@ -237,7 +237,7 @@ def axis_give(fixed: Indices, own: Indices) -> None:
     times(c.arms, s.value, at.arms)
 
 
-@jit_lanes
+@jit
 def axis_jump(fixed: Indices, own: Indices) -> None:
     """Let what acts jump to the values in the space; accelerations take up the change, see `hub_steps.jump`."""
     c, at, s = part_at(AxisModel, fixed, 0), part_at(AxisState, own, 0), part_at(AxisSpace, own, _SPACE)

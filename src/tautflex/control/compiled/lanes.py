@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from tautflex.numeric import Array, Indices, jit_lanes
+from tautflex.numeric import Array, Indices, jit
 
 
-@jit_lanes
+@jit
 def times(columns: Array, x: Array, result: Array) -> None:
     """Fill ``result`` with a matrix times x, shapes (from, to), (from, n) and (to, n)."""
     result[:] = 0.0
     add(columns, x, result)
 
 
-@jit_lanes
+@jit
 def add(columns: Array, x: Array, result: Array) -> None:
     """Add a matrix times x; four columns at a time, one behind the other, save memory traffic."""
     count, rows, lanes = columns.shape[0], columns.shape[1], x.shape[1]
@@ -46,7 +46,7 @@ def add(columns: Array, x: Array, result: Array) -> None:
                 result[k, n] = result[k, n] + p * x[m, n]
 
 
-@jit_lanes
+@jit
 def add_through(columns: Array, back: Array, x: Array, between: Array, result: Array) -> None:
     """Add a product in one or two parts, see `AxisModel`."""
     if back.shape[0]:
@@ -57,7 +57,7 @@ def add_through(columns: Array, back: Array, x: Array, between: Array, result: A
         add(columns, x, result)
 
 
-@jit_lanes
+@jit
 def sum_of(x: Array, y: Array, result: Array) -> None:
     """Fill sums of products, shape (n,)."""
     result[:] = 0.0
@@ -66,7 +66,7 @@ def sum_of(x: Array, y: Array, result: Array) -> None:
             result[n] = result[n] + x[i, n] * y[i, n]
 
 
-@jit_lanes
+@jit
 def add_slopes(first: Indices, second: Indices, stress: Array, q: Array, force: Array) -> None:
     """Add ``Y' stress``."""
     for k in range(first.size):
@@ -77,7 +77,7 @@ def add_slopes(first: Indices, second: Indices, stress: Array, q: Array, force: 
             force[j, n] = force[j, n] + stress[k, n] * q[i, n]
 
 
-@jit_lanes
+@jit
 def monomials(first: Indices, second: Indices, q: Array, v: Array, y: Array, rates: Array) -> None:
     """Fill monomials and their rates."""
     for k in range(first.size):

@@ -20,7 +20,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from tautflex.errors import InputError
-from tautflex.numeric import FASTMATH, Array
+from tautflex.numeric import Array
 from tautflex.structure.materials import LAW_NAMES, Material, Section
 
 _STRESS, _TANGENT, _VECTOR = types.float64[:, ::1], types.float64[:, :, ::1], types.float64[::1]
@@ -49,7 +49,7 @@ class LawFunction:
 
     @cached_property
     def _compiled(self) -> Any:
-        options: dict[str, Any] = {"fastmath": FASTMATH, "error_model": "numpy"}
+        options: dict[str, Any] = {"error_model": "numpy"}
         try:
             return numba.cfunc(_SIGNATURE, cache=True, **options)(self.function)
         except RuntimeError:  # written in a session: no file to keep the compiled function beside

@@ -8,7 +8,7 @@ import numpy as np
 
 from tautflex.control.compiled.addresses import FIELDS, part_at, width
 from tautflex.learning.arena import Arena
-from tautflex.numeric import Array, Indices, Mask, jit_in_order
+from tautflex.numeric import Array, Indices, Mask, jit
 
 
 class Rules(NamedTuple):
@@ -73,7 +73,7 @@ FIELDS[Episodes] = "22223i2i12bb33322"
 _EPISODES = width(Rules)
 
 
-@jit_in_order
+@jit
 def command_rows(table: Indices) -> bool:
     """Fill commands; actions are clipped to [-1, 1]. Whether one of those that count is no number."""
     e = part_at(Episodes, table, _EPISODES)
@@ -90,7 +90,7 @@ def command_rows(table: Indices) -> bool:
     return False
 
 
-@jit_in_order
+@jit
 def judge_rows(table: Indices) -> None:
     """Fill rewards and ends of the interval that was done; episodes that are over stay."""
     n, e = part_at(Rules, table, 0).numbers, part_at(Episodes, table, _EPISODES)
@@ -119,7 +119,7 @@ def judge_rows(table: Indices) -> None:
             e.truncated[row] = True
 
 
-@jit_in_order
+@jit
 def look_rows(table: Indices, first: int, end: int, starting: bool) -> None:
     """Fill noisy readings of some rows, and what is seen of them on a straight scale."""
     rules, e = part_at(Rules, table, 0), part_at(Episodes, table, _EPISODES)
@@ -145,7 +145,7 @@ def look_rows(table: Indices, first: int, end: int, starting: bool) -> None:
             raw[i] /= rules.knee[i]
 
 
-@jit_in_order
+@jit
 def show_rows(table: Indices, first: int, end: int) -> None:
     """Fill observations of some rows from what was looked at, whose scale is bent by now."""
     rules, e = part_at(Rules, table, 0), part_at(Episodes, table, _EPISODES)

@@ -12,7 +12,7 @@ import qdldl
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from tautflex.numeric import Indices, Places, jit_in_order
+from tautflex.numeric import Indices, Places, jit
 
 
 def order_and_fill(
@@ -52,7 +52,7 @@ def order_and_fill(
     return fine_order, fine_start, fine_rows
 
 
-@jit_in_order
+@jit
 def _pairs(group: Indices, row: NDArray[np.int32], column: NDArray[np.int32], count: int) -> Indices:
     """Keys of the group pairs of all entries, upper triangle, repeated neighbours left out."""
     keys, used = np.empty(row.size, dtype=np.int64), 0
@@ -65,7 +65,7 @@ def _pairs(group: Indices, row: NDArray[np.int32], column: NDArray[np.int32], co
     return keys[:used].copy()
 
 
-@jit_in_order
+@jit
 def _same_neighbours(start: NDArray[np.int32], rows: NDArray[np.int32]) -> Indices:
     """Number of the group of each unknown; groups are numbered by their first member.
 
@@ -93,7 +93,7 @@ def _same_neighbours(start: NDArray[np.int32], rows: NDArray[np.int32]) -> Indic
     return group
 
 
-@jit_in_order
+@jit
 def _column_starts(start: Indices, rows: NDArray[np.int32], begin: Indices) -> Indices:
     """Column starts of L with every group written out; ``begin`` holds the first unknown of each group."""
     result = np.zeros(begin[-1] + 1, dtype=np.int64)
@@ -106,7 +106,7 @@ def _column_starts(start: Indices, rows: NDArray[np.int32], begin: Indices) -> I
     return result
 
 
-@jit_in_order
+@jit
 def _write_rows(
     start: Indices, rows: NDArray[np.int32], begin: Indices, fine_start: Indices, fine_rows: Places
 ) -> None:

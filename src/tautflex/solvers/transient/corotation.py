@@ -19,7 +19,7 @@ from scipy.sparse import csr_array
 
 from tautflex.mechanics.products import product
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.numeric import Array, Indices, Places, cross_matrix, jit_in_order
+from tautflex.numeric import Array, Indices, Places, cross_matrix, jit
 from tautflex.solvers.remembering import Remembering
 
 # Directions in which the neighbours of a node say nothing about its rotation: along a straight cable or beam.
@@ -27,7 +27,7 @@ _SINGULAR = 1e-6
 _CROSS_MATRICES = np.array([cross_matrix(axis) for axis in np.eye(3)])
 
 
-@jit_in_order
+@jit
 def turn(places: Places, owner: Places, angle: Array, sign: float, vector: Array) -> None:
     """Rotate every vector of three unknowns by ``sign angle``, in place.
 
@@ -45,7 +45,7 @@ def turn(places: Places, owner: Places, angle: Array, sign: float, vector: Array
         vector[m] = c + share * (r + 0.5 * (x * q - y * p))
 
 
-@jit_in_order
+@jit
 def node_angles(start: Indices, column: Places, value: Array, q: Array, then: Array, share: float) -> Array:
     """Rotations of all nodes from ``then`` to ``q``, shape (node, 3)."""
     moved = np.empty(q.size)

@@ -27,7 +27,7 @@ import numpy as np
 from tautflex.mechanics.kernel import add_forces
 from tautflex.mechanics.products import quadratic_form
 from tautflex.motion.kinematics import Segment
-from tautflex.numeric import Array, Indices, Places, jit, jit_in_order
+from tautflex.numeric import Array, Indices, Places, jit
 from tautflex.solvers.remembering import Remembering
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.state import MotionState
@@ -49,7 +49,7 @@ _NONE = np.zeros(0)
 NOTABLE = 0.05
 
 
-@jit_in_order
+@jit
 def _travel(state: Array, local: float, time: float, size: float, decay: float, growth: float) -> None:
     state[0] = state[0] * np.exp(-decay * size) + local
     state[1] = max(state[1], state[0])
@@ -102,14 +102,14 @@ def _sum_of_squares(weights: Array, x: Array) -> float:
     return total
 
 
-@jit_in_order
+@jit
 def is_sampled(when: Indices) -> bool:
     """Count a step; whether it is to be sampled."""
     when[0] -= 1
     return bool(when[0] < 0)
 
 
-@jit_in_order
+@jit
 def _look(parts: Any, q: Array, v: Array, a: Array, change: Array, error: Array, size: float) -> None:
     """Sample a step of a size [s] from its end, the change of its acceleration and the part of it that is resolved.
 
@@ -157,7 +157,7 @@ def _look(parts: Any, q: Array, v: Array, a: Array, change: Array, error: Array,
     rates[2] = fastest - lost
 
 
-@jit_in_order
+@jit
 def see_step(parts: Any, q: Array, v: Array, a: Array, before: Array, error: Array, time: float, size: float) -> None:
     """Take in a step of a size [s] from its end and the acceleration at its start; ``error`` is for `_look`."""
     state, rates, measured = parts[0]

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tautflex.motion import rotations
-from tautflex.numeric import Array, cross, jit, jit_in_order
+from tautflex.numeric import Array, cross, jit
 from tautflex.solvers.transient.free_hub.momentum import Momenta, add_frame_forces, held_apart, momenta_of
 
-_cross = jit_in_order(cross)
+_cross = jit(cross)
 _matrix, _product, _exponential = rotations.matrix, rotations.product, rotations.exponential
 _ROUND_OFF = float(np.finfo(float).eps)
 _MOST_TURNS = 50
@@ -48,10 +48,10 @@ def rigid_parts(rigid: Array) -> RigidState:
     return RigidState(rigid[:4], rigid[4:7], rigid[7:13], rigid[13:19], rigid[19:25], rigid[25:])
 
 
-_parts = jit_in_order(rigid_parts)
+_parts = jit(rigid_parts)
 
 
-@jit_in_order
+@jit
 def cholesky(matrix: Array) -> Array:
     """Lower factor L of ``L L'``."""
     size = matrix.shape[0]
@@ -65,7 +65,7 @@ def cholesky(matrix: Array) -> Array:
     return lower
 
 
-@jit_in_order
+@jit
 def solve(lower: Array, right: Array) -> Array:
     """Solve ``L L' x = right``."""
     size, x = lower.shape[0], right.copy()
@@ -80,7 +80,7 @@ def solve(lower: Array, right: Array) -> Array:
     return x
 
 
-@jit_in_order
+@jit
 def _turned(axes: Array, vector: Array) -> Array:
     """``axes vector`` for both halves of a vector of shape (6,)."""
     result = np.zeros(6)
@@ -91,7 +91,7 @@ def _turned(axes: Array, vector: Array) -> Array:
     return result
 
 
-@jit_in_order
+@jit
 def inertial(attitude: Array, position: Array, vector: Array) -> Array:
     """Force and moment about O in hub axes as force and moment about the inertial origin in inertial axes, (6,)."""
     result = _turned(_matrix(attitude), vector)
@@ -99,7 +99,7 @@ def inertial(attitude: Array, position: Array, vector: Array) -> Array:
     return result
 
 
-@jit_in_order
+@jit
 def advance(momenta: Momenta, freedom: Array, start: Array, reach: float, wrench: Array, twist: Array) -> Array:
     """Hub at ``reach`` [s] after ``start`` from the balance of momenta, with the accelerations that keep it.
 
@@ -136,7 +136,7 @@ def advance(momenta: Momenta, freedom: Array, start: Array, reach: float, wrench
     return end
 
 
-@jit_in_order
+@jit
 def rate_forces(momenta: Momenta, wrench: Array, twist: Array) -> Array:
     """What the rigid accelerations have to balance, ``R (a0, dw)``, shape (6,)."""
     spin, flow, mass = twist[3:], momenta.flow, momenta.mass

@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 
 from tautflex.mechanics.products import product
-from tautflex.numeric import Array, Indices, jit_in_order
+from tautflex.numeric import Array, Indices, jit
 from tautflex.solvers.linear.substitution import substitute
 from tautflex.solvers.nonlinear.anderson import propose_step
 from tautflex.solvers.nonlinear.newton import PATIENCE, SLOPE_ACCEPTED
@@ -46,7 +46,7 @@ from tautflex.solvers.transient.step_kernel import begin_step, end_of_step, firs
 LEARNED, FEWEST, LOST, ITERATIONS, EVALUATIONS, SOLVES = range(6)
 
 
-@jit_in_order
+@jit
 def _left(
     x: Array, q: Array, matrices: Any, elements: Any, weight: float, begun: Any, limits: Any, lost: float, floor: float
 ) -> tuple[Array, Array, float, float]:
@@ -64,7 +64,7 @@ def _left(
     return force, residual, error, scale
 
 
-@jit_in_order
+@jit
 def _given_up(before: float, after: float, tolerance: float, iterations: int) -> bool:
     """Whether the tangent is too slow, see `solve_newton`."""
     if after <= tolerance or not np.isfinite(after):
@@ -74,7 +74,7 @@ def _given_up(before: float, after: float, tolerance: float, iterations: int) ->
     return iterations > 1 and np.log(after / tolerance) / np.log(before / after) > PATIENCE
 
 
-@jit_in_order
+@jit
 def _restore(pairs: Any, kept: Any, first: int, count: int) -> None:
     """Forget the pairs that were learned after the first ones."""
     changes, shifts, gram, _ = pairs
@@ -84,7 +84,7 @@ def _restore(pairs: Any, kept: Any, first: int, count: int) -> None:
     gram[:] = kept[2]
 
 
-@jit_in_order
+@jit
 def _solve(
     x: Array, q: Array, matrices: Any, elements: Any, weight: float, begun: Any, tangent: Any, axes: Any, pairs: Any,
     kept: Any, limits: Any, lost: float, counts: Indices, scales: Array,
@@ -127,7 +127,7 @@ def _solve(
     return True, x, residual, force
 
 
-@jit_in_order
+@jit
 def take_steps(
     times: Array, matrices: Any, elements: Any, scheme: Any, tangent: Any, axes: Any, pairs: Any, frame: Any,
     limits: Any, counts: Indices, scales: Array, begin: Any, watched: bool, watch: Any, samples: Any, rows: Indices,
