@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 
 import tautflex as tf
@@ -212,3 +213,42 @@ def test_parameters_without_effect(tmp_path):
     path = tmp_path / "boom.bdf"
     path.write_text(PATRAN.replace("PARAM    POST    0", "PARAM,CM1,1.\nPARAM,CK1,1.,0."), encoding="utf-8")
     assert tf.read_mesh(path).model().mass == pytest.approx(0.27)
+
+
+def test_what_is_said_twice(tmp_path):
+    """Of two temperatures, dampings or lists of dimensions none is passed over."""
+    path = tmp_path / "boom.bdf"
+    warm = PATRAN.replace("   SPC = 2", "   SPC = 2\n   TEMP(LOAD) = 3").replace("2700.\n", "2700.   1.-5\n")
+    bush = "GRID,9,,0.,1.,0.\nCBUSH,9,9,3,9,1.,0.,0.\nPBUSH,9,K,1.+10\n"
+    for text, words in (
+        (warm.replace("PARAM    POST", "TEMPD,3,1.,3,2.\nPARAM    POST"), "one temperature of 3 in a set, got 1 and 2"),
+        (
+            warm.replace("PARAM    POST", "TEMP,3,1,1.,1,2.\nPARAM    POST"),
+            "one temperature of 1 in a set, got 1 and 2",
+        ),
+        (PATRAN.replace("PARAM    POST", f"{bush},K,2.\nPARAM    POST"), "expected K once, got it twice"),
+    ):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(MeshError, match=re.escape(words)):
+            tf.read_mesh(path)
+    path.write_text(PATRAN.replace("PARAM    POST", f"{bush}PARAM    POST"), encoding="utf-8")
+    assert np.array(tf.read_mesh(path).springs[0].stiffness)[0] == 1e10
+    path.write_text(
+        PATRAN.replace("         .01     .01\n", "         .01     .01             .02\n"), encoding="utf-8"
+    )
+    assert "more" in tf.read_mesh(path).sections["pid1"].doubt
+
+
+def test_density_of_a_general_section(tmp_path):
+    text = PREPOMAX.replace(
+        "*Beam section, Elset=Internal-1_Section-1, Material=Aluminium, Section=Rect\n0.01, 0.01\n",
+        "*Beam general section, Elset=Internal-1_Section-1, Section=General, Density=2700\n1e-4, 1e-9, 0, 1e-9, 1e-9\n",
+    ).replace("0, 1, 0\n", "0, 1, 0\n7e10, 2.6e10\n")
+    path = tmp_path / "boom.inp"
+    path.write_text(text, encoding="utf-8")
+    assert tf.read_mesh(path).model().mass == pytest.approx(0.27)
+    path.write_text(PREPOMAX.replace("0.01, 0.01\n", "0.01, 0.01\n0, 1, 0\n"), encoding="utf-8")
+    assert tf.read_mesh(path).model().mass == pytest.approx(0.27)  # counts of points of integration
+    path.write_text(PREPOMAX.replace("0, 1, 0\n", "0, 1, 0\n0.5, 1\n"), encoding="utf-8")
+    with pytest.raises(tf.InputError, match="it has lines that are not read here"):
+        tf.read_mesh(path).model()

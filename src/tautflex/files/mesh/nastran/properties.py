@@ -204,6 +204,8 @@ def _profiled(card: Card) -> tuple[dict[str, float], str]:
     if card.name == "PBEAML" and (flanges or name in _ONE_SIDED):
         return {}, f"its centroid is beside its shear centre ({name}), which is not read here; write it as PBARL"
     rest = card.fields[9 + count :]
+    if card.name == "PBARL" and any(rest):
+        return {}, f"{name} has {count} dimensions and a mass, got more"
     for start in range(0, len(rest), count + 3) if card.name == "PBEAML" else ():
         other = rest[start + 2 : start + 3 + count]
         if any(
