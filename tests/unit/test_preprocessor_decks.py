@@ -252,3 +252,26 @@ def test_density_of_a_general_section(tmp_path):
     path.write_text(PREPOMAX.replace("0, 1, 0\n", "0, 1, 0\n0.5, 1\n"), encoding="utf-8")
     with pytest.raises(tf.InputError, match="it has lines that are not read here"):
         tf.read_mesh(path).model()
+
+
+@pytest.mark.parametrize(
+    ("fields", "z"),
+    [
+        ("0.      0.      1.      1", [0.0, -1.0, 0.0]),
+        ("9                       2", [0.0, 0.0, 1.0]),
+        ("0       0       1       1", [0.0, -1.0, 0.0]),
+    ],
+)
+def test_orientation_flags_of_old_decks(fields, z, tmp_path):
+    path = tmp_path / "boom.bdf"
+    bars = re.sub(r"(?m)^(CBAR.{36}).*$", rf"\g<1>{fields}", PATRAN)
+    path.write_text(bars.replace("PARAM    POST", "GRID,9,,0.,1.,0.\nPARAM    POST"), encoding="utf-8")
+    found = tf.read_mesh(path).beam_orientation
+    np.testing.assert_allclose(found / np.linalg.norm(found, axis=1)[:, None], [z, z], atol=1e-12)
+
+
+def test_offsets_in_axes_that_are_not_read(tmp_path):
+    path = tmp_path / "boom.bdf"
+    path.write_text(PATRAN.replace("PARAM    POST", "BAROR,,,,,,,,GOG\nPARAM    POST"), encoding="utf-8")
+    with pytest.raises(MeshError, match="expected GGG or BGG in field 9, got 'GOG'"):
+        tf.read_mesh(path)
