@@ -115,6 +115,8 @@ def test_spectrum_marks_the_peak_and_natural_frequencies(antenna_run, antenna_mo
         plot.plot_spectrum(antenna_run, ["A"], natural_frequencies=antenna_modes)
     still = antenna_run.assign(w=0 * antenna_run["w"])
     assert "point A" in drawn(plot.plot_spectrum(still, ["A"]))
+    turning = drawn(plot.plot_spectrum(antenna_run.assign_attrs(maneuver_end=1e3), ["A"]))
+    assert {"point A", "during the maneuver"} <= set(turning)
 
 
 def test_scalogram(antenna_run):
