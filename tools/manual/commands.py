@@ -1,0 +1,35 @@
+"""Page of all commands, from what `--help` of each says."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from tautflex.cli import app as commands
+
+INTRODUCTION = """# Commands
+
+What `tautflex COMMAND --help` says, on one page. Exit codes: 0 done, 1 not converged or failures in a study, 2 bad input, 130 interrupted.
+"""
+
+
+def text() -> str:
+    """The page; the title, the summary and the library's own table of contents give way to ours."""
+    whole = commands.generate_docs(output_format="markdown")
+    start = whole.index("## tautflex ")
+    return INTRODUCTION + "\n" + re.sub(r"^Example: (.*)$", r"Example: `\1`", whole[start:], flags=re.M) + "\n"
+
+
+def write(folder: Path) -> None:
+    """Write the page where it has changed."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path, written = folder / "commands.md", text()
+    if not path.exists() or path.read_text("utf-8") != written:
+        path.write_text(written, encoding="utf-8")
+
+
+def setup(app: Any) -> dict[str, bool]:
+    """Sphinx calls this."""
+    app.connect("builder-inited", lambda app: write(Path(app.srcdir) / "generated"))
+    return {"parallel_read_safe": True}
