@@ -26,8 +26,15 @@ extensions = [
     "manual.api",
     "manual.commands",
     "manual.links",
+    "manual.variables",
 ]
-exclude_patterns = ["_build", "generated/gallery/*.ipynb", "generated/gallery/*.py", "generated/gallery/*.json"]
+exclude_patterns = [
+    "_build",
+    "generated/variables.md",
+    "generated/gallery/*.ipynb",
+    "generated/gallery/*.py",
+    "generated/gallery/*.json",
+]
 
 # Pages: Markdown, with cells that run where a page asks for it.
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence"]
@@ -53,6 +60,7 @@ sphinx_gallery_conf = {
     "gallery_dirs": ["generated/gallery"],
     "filename_pattern": r"\.py$",
     "image_scrapers": "manual.pictures.figures",
+    "within_subsection_order": "FileNameSortKey",
     "reset_modules": (),  # figures carry their own style, and compiled code shall stay loaded
     "abort_on_example_error": True,
     "download_all_examples": False,

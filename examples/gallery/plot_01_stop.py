@@ -2,8 +2,8 @@ r"""
 The stop of the antenna M2
 ==========================
 
-A spacecraft that turns at :math:`\pi/5` rad/s stops within a second. The film goes on moving: the record at point A, its
-spectrum beside the natural frequencies, and the deflected antenna.
+A spacecraft that turns at :math:`\pi/5` rad/s stops within a second. The film goes on moving: the record at point A,
+its spectrum beside the natural frequencies, and the deflected antenna.
 """
 
 import math

@@ -47,13 +47,20 @@ table = tf.campbell(state, rates, axis=(0.0, 0.0, 1.0), n=8)
 
 # %%
 # Against the closed form: in the frame of the disc, where a pair of equal frequencies belongs to each m > 0.
-exact = {(m, n): np.sqrt(((s := m + 2 * n) * (s + 2) * (3 + POISSON) - m**2 * (1 + 3 * POISSON)) / 8) for m, n in
-         ((2, 0), (0, 1), (3, 0), (1, 1))}
+exact = {
+    (m, n): np.sqrt(((s := m + 2 * n) * (s + 2) * (3 + POISSON) - m**2 * (1 + 3 * POISSON)) / 8)
+    for m, n in ((2, 0), (0, 1), (3, 0), (1, 1))
+}
 with styled:
     figure, axes = plt.subplots(figsize=(6.0, 3.4), layout="constrained")
     for (m, n), factor in exact.items():
         axes.plot(rates, factor * rates / (2 * np.pi), "-", color="0.6", linewidth=1)
-        axes.annotate(f"m = {m}, n = {n}", (rates[-1], factor * rates[-1] / (2 * np.pi)), (4, 0), textcoords="offset points",
-                      va="center")
+        axes.annotate(
+            f"m = {m}, n = {n}",
+            (rates[-1], factor * rates[-1] / (2 * np.pi)),
+            (4, 0),
+            textcoords="offset points",
+            va="center",
+        )
     axes.plot(rates, table.frequency, "o", markersize=4, color="#0072B2")
     axes.set(xlabel="spin rate [rad/s]", ylabel="frequency in the disc's frame [Hz]", xlim=(0.4, 1.85), ylim=(0, None))

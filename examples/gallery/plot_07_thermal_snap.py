@@ -2,7 +2,8 @@
 Thermal snap
 ============
 
-A spacecraft leaves the shadow: the sunlit side of its frame warms within a second, the frame bends, and the hub feels it.
+A spacecraft leaves the shadow: the sunlit side of its frame warms within a second, the frame bends, and the
+hub feels it.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 A reduced model with exact forces
 =================================
 
-A few modes and the in-plane fields that they excite; the cubic forces are projected exactly, once. The run is the
-full model's, hundreds of times faster.
+A few modes and the in-plane fields that they excite; the cubic forces are projected exactly, once. The run is the full
+model's. On this coarse mesh it takes a part of the time; on 40 x 20 cells it is hundreds of times faster.
 """
 
 import math
@@ -28,7 +28,7 @@ question = {
 runs = {}
 for name, plant, method in (("full", state, tf.GeneralizedAlpha()), ("reduced", rom, tf.CentralDifference())):
     tf.simulate(plant, method=method, **question | {"end_time": 0.02})  # loads what is compiled
-    start = time.perf_counter()
+    start = time.process_time()
     runs[name] = tf.simulate(plant, method=method, **question)
-    print(f"{name}: {time.perf_counter() - start:.3f} s")
+    print(f"{name}: {time.process_time() - start:.2f} s of processor time")
 record = tf.plot.plot_time_history(runs)

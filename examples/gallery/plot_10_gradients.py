@@ -45,5 +45,7 @@ with styled:
     axes.semilogy(durations, energy, color="#0072B2")
     for k in range(0, len(durations), 5):
         ends = durations[k] + np.array([-0.06, 0.06])
-        axes.semilogy(ends, energy[k] * np.exp(slope[k] / energy[k] * (ends - durations[k])), color="#D55E00", linewidth=2)
+        axes.semilogy(
+            ends, energy[k] * np.exp(slope[k] / energy[k] * (ends - durations[k])), color="#D55E00", linewidth=2
+        )
     axes.set(xlabel="duration of the stop [s]", ylabel="energy left [J]")

@@ -34,7 +34,8 @@ turn = {"angle": math.radians(10.0), "duration": 3.0, "axis": (1.0, 0.0, 0.0)}
 runs = {name: turned(tf.Slew(**turn, profile=name)) for name in ("bang-bang", "versine")}
 heard = tf.dominant_frequency(runs["bang-bang"].data.w.sel(probe="A"), after=3.0).frequency
 shaped = tf.Slew(**turn, profile="input-shaped", frequency=heard, shaper="ZVD", base="bang-bang")
-runs[f"shaped for {heard:.2f} Hz (ZVD)"] = turned(shaped)
+runs["ZVD"] = turned(shaped)
+print(f"shaped for {heard:.2f} Hz")
 record = tf.plot.plot_time_history(runs)
 
 # %%

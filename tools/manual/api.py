@@ -7,8 +7,17 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import tautflex
+from manual.pages import write as save
 
 SOURCE = Path(tautflex.__file__).parent
+INDEX = (
+    "# Python",
+    "",
+    "All public names, as `import tautflex as tf` gives them.",
+    "",
+    "| page | about |",
+    "|---|---|",
+)
 
 
 class Topic(NamedTuple):
@@ -22,26 +31,40 @@ class Topic(NamedTuple):
 TOPICS = {
     "cases": Topic("Cases", "Case files, and what they become.", ("case",)),
     "structure": Topic(
-        "Structures", "Sections, groups of elements, supports, links, bodies: what a `Model` is made of.", ("structure",)
+        "Structures",
+        "Sections, groups of elements, supports, links, bodies: what a `Model` is made of.",
+        ("structure",),
     ),
     "elements": Topic("Elements and laws", "What elements of your own are made of.", ("elements",)),
     "prestress": Topic("Prestress and statics", "From a model to a state in equilibrium.", ("solvers.static",)),
-    "modes": Topic("Modes", "Natural frequencies, at rest and spinning; tuning; data for attitude control.", ("solvers.modal",)),
+    "modes": Topic(
+        "Modes", "Natural frequencies, at rest and spinning; tuning; data for attitude control.", ("solvers.modal",)
+    ),
     "maneuvers": Topic("Maneuvers", "How the spacecraft moves: prescribed, or free.", ("motion",)),
     "inputs": Topic("Inputs in time", "Forces, tensions, temperatures, pressures.", ("mechanics.loads",)),
     "damping": Topic("Damping", "What takes energy out.", ("mechanics.dampings",)),
     "runs": Topic("Runs", "The response in time.", ("solvers.transient", "solvers.linear")),
-    "methods": Topic("Methods of integration", "And what methods of your own are made of.", ("solvers.transient.methods",)),
+    "methods": Topic(
+        "Methods of integration", "And what methods of your own are made of.", ("solvers.transient.methods",)
+    ),
     "analysis": Topic("Measures", "What is read from a record.", ("analysis", "mechanics.membrane")),
     "reduction": Topic("Reduced models", "A dozen coordinates with exact forces.", ("reduction",)),
     "batch": Topic("Batches", "Many runs at once, and gradients.", ("batch",)),
     "loops": Topic("Plants and loops", "The linear view, and closed loops on any plant.", ("control",)),
-    "actuators": Topic("Actuators and sensors", "", ("control.actuators", "control.sensors")),
-    "laws": Topic("Control laws", "", ("control.law", "control.laws")),
-    "tasks": Topic("Tasks, policies, judging", "", ("control.tasks", "learning")),
+    "actuators": Topic(
+        "Actuators and sensors", "What laws command, and what they are told.", ("control.actuators", "control.sensors")
+    ),
+    "laws": Topic("Control laws", "From readings to commands.", ("control.law", "control.laws")),
+    "tasks": Topic(
+        "Tasks, policies, judging",
+        "What laws are asked to do, learned ones too, and how they are judged.",
+        ("control.tasks", "learning"),
+    ),
     "studies": Topic("Studies and design", "A case at many values of its keys.", ("study",)),
     "files": Topic("Files", "Meshes in, results out.", ("files",)),
-    "pictures": Topic("Figures, films, reports", "", ("plot", "pages")),
+    "pictures": Topic(
+        "Figures, films, reports", "Matplotlib figures, films, and pages for a browser.", ("plot", "pages")
+    ),
     "errors": Topic("Errors and warnings", "All errors that tautflex raises on purpose.", ("errors", "_version")),
 }
 """Pages by file name; a name stands on the page with the longest module that it comes from."""
@@ -71,7 +94,9 @@ def pages() -> dict[str, list[str]]:
         if page is None:
             raise LookupError(f"{name} of tautflex.{module} stands on no page: give the module a topic in {__file__}")
         found[page].append(name)
-    found["pictures"] += [f"plot.{name}" for name in public_names(SOURCE / "plot" / "__init__.pyi") if name != "animate"]
+    found["pictures"] += [
+        f"plot.{name}" for name in public_names(SOURCE / "plot" / "__init__.pyi") if name != "animate"
+    ]
     return found
 
 
@@ -93,24 +118,27 @@ def text(page: str, names: list[str]) -> str:
     """The page: a table of its names, then each with what its docstring says."""
     topic, names = TOPICS[page], sorted(names, key=str.lower)
     listed = [name for name in names if name not in {"errors", "plot", "__version__"}]
-    table = ["```{eval-rst}", ".. currentmodule:: tautflex", "", ".. autosummary::", "   :nosignatures:", "", *(f"   {n}" for n in listed), "```"]
+    table = [
+        "```{eval-rst}",
+        ".. currentmodule:: tautflex",
+        "",
+        ".. autosummary::",
+        "   :nosignatures:",
+        "",
+        *(f"   {n}" for n in listed),
+        "```",
+    ]
     entries = [f"```{{eval-rst}}\n{entry(name)}```\n" for name in names]
     return "\n".join([f"# {topic.title}", "", topic.about, "", *table, "", *entries])
 
 
 def write(folder: Path) -> None:
-    """Write the pages and the list of them; what has not changed is left alone, so that Sphinx need not read it."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Write the pages and the list of them."""
     texts = {page: text(page, names) for page, names in pages().items()}
     lines = [f"| [{TOPICS[page].title}]({page}.md) | {TOPICS[page].about} |" for page in texts]
-    texts["index"] = "\n".join(
-        ["# Python", "", "All public names, as `import tautflex as tf` gives them.", "", "| page | about |", "|---|---|", *lines]
-        + ["", "```{toctree}", ":hidden:", "", *texts, "```", ""]
-    )
+    texts["index"] = "\n".join([*INDEX, *lines, "", "```{toctree}", ":hidden:", "", *texts, "```", ""])
     for page, written in texts.items():
-        path = folder / f"{page}.md"
-        if not path.exists() or path.read_text("utf-8") != written:
-            path.write_text(written, encoding="utf-8")
+        save(folder / f"{page}.md", written)
 
 
 def setup(app: Any) -> dict[str, bool]:

@@ -6,11 +6,13 @@ import re
 from pathlib import Path
 from typing import Any
 
+from manual.pages import write
 from tautflex.cli import app as commands
 
 INTRODUCTION = """# Commands
 
-What `tautflex COMMAND --help` says, on one page. Exit codes: 0 done, 1 not converged or failures in a study, 2 bad input, 130 interrupted.
+What `tautflex COMMAND --help` says, on one page. Exit codes: 0 done, 1 not converged or
+failures in a study, 2 bad input, 130 interrupted.
 """
 
 
@@ -21,15 +23,7 @@ def text() -> str:
     return INTRODUCTION + "\n" + re.sub(r"^Example: (.*)$", r"Example: `\1`", whole[start:], flags=re.M) + "\n"
 
 
-def write(folder: Path) -> None:
-    """Write the page where it has changed."""
-    folder.mkdir(parents=True, exist_ok=True)
-    path, written = folder / "commands.md", text()
-    if not path.exists() or path.read_text("utf-8") != written:
-        path.write_text(written, encoding="utf-8")
-
-
 def setup(app: Any) -> dict[str, bool]:
     """Sphinx calls this."""
-    app.connect("builder-inited", lambda app: write(Path(app.srcdir) / "generated"))
+    app.connect("builder-inited", lambda app: write(Path(app.srcdir) / "generated" / "commands.md", text()))
     return {"parallel_read_safe": True}

@@ -1,4 +1,4 @@
-"""Looks at every link of the finished pages: a place within the manual that is not there is a warning, thus an error."""
+"""Looks at every link of the finished pages: a place in the manual that is not there is a warning, thus an error."""
 
 from __future__ import annotations
 
