@@ -36,6 +36,5 @@ record = tf.plot.plot_time_history(runs)
 for profile, run in runs.items():
     film = tf.surface(run)
     settled = tf.settling_time(film.rms, 1e-4, after=tf.maneuver_end(run))
-    print(
-        f"{profile}: rms after the slew {1e6 * float(film.rms.sel(time=slice(4.0, None)).max()):.1f} µm, {settled:.2f} s"
-    )
+    left = float(film.rms.sel(time=slice(4.0, None)).max())
+    print(f"{profile}: largest rms after the slew {1e6 * left:.1f} µm, settled after {settled:.2f} s")

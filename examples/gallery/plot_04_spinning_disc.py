@@ -30,7 +30,7 @@ for ring in range(2, RINGS + 1):
 nodes = np.pad(np.array(points), ((0, 0), (0, 1)))
 
 # %%
-# The centre is held in the plane, one node of the rim against turning; a spring far softer than the spin holds the heave.
+# The centre is held in the plane, one node of the rim against turning; a spring far softer than the spin holds it.
 rim = int(np.argmax(nodes[:, 0]))
 mass = DENSITY * THICKNESS * np.pi
 model = tf.Model.from_mesh(
@@ -45,22 +45,20 @@ state = tf.solve_prestress(model)
 rates = np.array([0.5, 1.0, 1.5])
 table = tf.campbell(state, rates, axis=(0.0, 0.0, 1.0), n=8)
 
+
 # %%
 # Against the closed form: in the frame of the disc, where a pair of equal frequencies belongs to each m > 0.
-exact = {
-    (m, n): np.sqrt(((s := m + 2 * n) * (s + 2) * (3 + POISSON) - m**2 * (1 + 3 * POISSON)) / 8)
-    for m, n in ((2, 0), (0, 1), (3, 0), (1, 1))
-}
+def factor(m: int, n: int) -> float:
+    """Frequency over spin rate with m nodal diameters and n circles."""
+    s = m + 2 * n
+    return float(np.sqrt((s * (s + 2) * (3 + POISSON) - m**2 * (1 + 3 * POISSON)) / 8))
+
+
 with styled:
     figure, axes = plt.subplots(figsize=(6.0, 3.4), layout="constrained")
-    for (m, n), factor in exact.items():
-        axes.plot(rates, factor * rates / (2 * np.pi), "-", color="0.6", linewidth=1)
-        axes.annotate(
-            f"m = {m}, n = {n}",
-            (rates[-1], factor * rates[-1] / (2 * np.pi)),
-            (4, 0),
-            textcoords="offset points",
-            va="center",
-        )
+    for m, n in ((2, 0), (0, 1), (3, 0), (1, 1)):
+        line = factor(m, n) * rates / (2 * np.pi)
+        axes.plot(rates, line, color="0.6", linewidth=1)
+        axes.annotate(f"m = {m}, n = {n}", (rates[-1], line[-1]), (6, 0), textcoords="offset points", va="center")
     axes.plot(rates, table.frequency, "o", markersize=4, color="#0072B2")
     axes.set(xlabel="spin rate [rad/s]", ylabel="frequency in the disc's frame [Hz]", xlim=(0.4, 1.85), ylim=(0, None))
