@@ -56,7 +56,7 @@ def factor(m: int, n: int) -> float:
 
 with styled:
     figure, axes = plt.subplots(figsize=(6.0, 3.4), layout="constrained")
-    for m, n in ((2, 0), (0, 1), (3, 0), (1, 1)):
+    for m, n in ((1, 0), (2, 0), (0, 1), (3, 0)):
         line = factor(m, n) * rates / (2 * np.pi)
         axes.plot(rates, line, color="0.6", linewidth=1)
         axes.annotate(f"m = {m}, n = {n}", (rates[-1], line[-1]), (6, 0), textcoords="offset points", va="center")
