@@ -1,4 +1,4 @@
-"""The manual without building it: every page is in a contents list, every public name on a page, examples are current."""
+"""The manual without building it: every page is in a contents list, every name on a page, examples are current."""
 
 from __future__ import annotations
 
