@@ -19,12 +19,12 @@ version = release = __version__
 extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
-    "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
     "myst_nb",
     "sphinx_gallery.gen_gallery",
     "manual.api",
     "manual.commands",
+    "manual.equations",
     "manual.links",
     "manual.variables",
 ]
@@ -72,6 +72,7 @@ sphinx_gallery_conf = {
     "copyfile_regex": r".*\.inp",
 }
 
+html_math_renderer = "mathml"
 html_theme = "pydata_sphinx_theme"
 html_title = f"tautflex {release}"
 html_static_path = ["_static"]
