@@ -248,3 +248,5 @@ def test_what_has_no_functional_form_is_refused():
         train(case=case(), horizon=20)
     with pytest.raises(tf.InputError, match="law: expected a linear law without memory"):
         linear_gain(lambda time, y: 0.0 * y[:3] + 1.0, arena())
+    with pytest.raises(tf.InputError, match=r"law: expected a linear law without memory.*'lqg'.*take 'pd'"):
+        linear_gain("lqg", arena())

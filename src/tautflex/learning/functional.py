@@ -9,11 +9,10 @@ from __future__ import annotations
 from os import PathLike
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
 from tautflex import checks
-from tautflex.batch.library import jax
+from tautflex.batch.library import jax, jnp
 from tautflex.case.schema import Case
 from tautflex.learning.arena import Arena
 from tautflex.learning.cases import case_of
