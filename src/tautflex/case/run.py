@@ -80,7 +80,7 @@ def run_case(
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
     require_open_loop(case)
-    checks.non_negative("seconds", seconds)
+    checks.positive("seconds", seconds)
     folder = None if checkpoint is None else checks.path("checkpoint", checkpoint)
     maneuver, state = prestressed(case, progress or silent)
     question = _question(case, state, maneuver, progress or silent)

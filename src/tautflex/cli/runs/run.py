@@ -60,8 +60,9 @@ def run(
     loaded = load(case, override)
     if force and resume:
         raise CaseError("--force, --resume: expected one of them, got both; --force starts anew, --resume goes on")
-    if not 0.0 <= checkpoint < math.inf:
-        raise CaseError(f"--checkpoint: expected seconds >= 0, got {checkpoint:g}; ask for example --checkpoint 60")
+    if not 0.0 < checkpoint < math.inf:
+        text = f"--checkpoint: expected seconds > 0, got {checkpoint:g}; ask for example --checkpoint 60"
+        raise CaseError(f"{text}, or --checkpoint 1e9 for none but where the run is ended")
     directory = output if output is not None else default_directory(case)
     require_output_directory(directory)
 

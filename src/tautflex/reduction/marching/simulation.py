@@ -48,9 +48,6 @@ def solve_reduced(
     with deferred():
         try:
             if keeper is not None and keeper.kept is not None:
-                first = new_run(rom, problem)  # loads compiled functions in the order in which the run had them
-                first.start()
-                first.advance(problem.begin + 1)
                 began -= go_on(run, keeper.kept)
             elif not resume(run):
                 run.start()
