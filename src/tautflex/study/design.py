@@ -102,6 +102,7 @@ def write_design(
         search = Search(given, wanted, folder)
         with workforce(given.engine, wanted.together) as engine:
             mark(folder)
+            search.store.sweep_leftovers()
             while len(search.finished) < asked:
                 chosen = search.next_trials(asked)
                 points = Grid(search.base, [[search.keys_of(trial) for trial in chosen]])

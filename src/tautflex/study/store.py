@@ -89,7 +89,7 @@ class Store:
 
     def sweep_leftovers(self) -> None:
         """Remove what a killed process left half written."""
-        for path in self.directory.glob("*/.*.part"):
+        for path in self.directory.rglob(".*.part"):
             with contextlib.suppress(OSError):
                 path.unlink()
 
