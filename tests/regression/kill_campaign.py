@@ -1,6 +1,6 @@
 """Kills commands at random instants and looks at what they leave: ``python tests/regression/kill_campaign.py 200``.
 
-A seed and the most seconds may follow; the kills that came about are counted, by command, signal and exit code.
+A seed, the most seconds and names of commands may follow; kills are counted, by command, signal and exit code.
 Children are forked from a process that has imported everything, so that signals meet the work and not the imports.
 """
 
@@ -23,7 +23,6 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent)]
 
 import matplotlib.pyplot  # noqa: E402
-import optuna  # noqa: E402
 import xarray as xr  # noqa: E402
 
 import tautflex as tf  # noqa: E402
@@ -154,7 +153,7 @@ def commands(folder: Path) -> dict[str, Command]:
 
 
 def campaign(
-    count: int, seed: int = 0, most: float = math.inf, work: Path | None = None, tell: Callable[[str], None] = print
+    count: int, seed: int = 0, most: float = math.inf, *only: str, tell: Callable[[str], None] = print
 ) -> dict[str, int]:
     """Kill commands, which are repeated until they end; how often each came to what end.
 
@@ -162,9 +161,10 @@ def campaign(
     """
     last = time.monotonic() + most
     chance, seen = random.Random(seed), dict[str, int]()
-    with tempfile.TemporaryDirectory(dir=work) as name:
+    with tempfile.TemporaryDirectory() as name:
         folder, loaded = Path(name), set[tuple[str, ...]]()
         log, known = folder / "log", commands(folder)
+        known = {kind: known[kind] for kind in only or known}
         for kind, command in known.items():
             # Children find here what they would load and compile: it is the work that is to be killed.
             if command.arguments[:2] not in loaded:
@@ -207,7 +207,6 @@ def campaign(
 
 if __name__ == "__main__":
     matplotlib.pyplot.close("all")
-    optuna.logging.set_verbosity(optuna.logging.WARNING)
     asked = [kind(text) for kind, text in zip((int, int, float), sys.argv[1:], strict=False)]
-    found = campaign(*asked or [200])
+    found = campaign(*asked or [200], *sys.argv[4:])
     print(json.dumps(found, indent=1))  # noqa: T201

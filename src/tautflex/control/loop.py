@@ -76,7 +76,7 @@ def close_loop(
     asked = law_of("law", law)
     count = max(1, int(np.ceil(checks.positive("end_time", end_time) / plant.interval - 1e-6)))
     kept = np.linspace(0, count, min(checks.whole("frames", frames, 0), count + 1)).round()
-    options = {"frames": plant.interval * kept}
+    options: dict[str, Any] = {"frames": plant.interval * kept}
     options |= {} if maneuver is None else {"maneuver": maneuver}
     measured = [plant.reset(seed, options)]
     times = np.asarray(plant.interval * np.arange(count + 1), dtype=np.float64)
