@@ -69,7 +69,7 @@ def design(
     >>> found = tf.design("study.toml", "best")  # doctest: +SKIP
     """
     given = study if isinstance(study, Study) else load_study(study)
-    folder, tell = checks.path("directory", directory), progress or (lambda *_: None)
+    folder, tell = checks.path("directory", directory), checks.teller(progress)
     wanted = given.design
     if wanted is None:
         raise CaseError("design: missing, expected a [design] section; `tautflex init --template study` shows one")

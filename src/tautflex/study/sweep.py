@@ -86,7 +86,7 @@ def sweep(
     >>> import tautflex as tf
     >>> data = tf.sweep("study.toml", "study")  # doctest: +SKIP
     """
-    started, folder, tell = time.perf_counter(), checks.path("directory", directory), progress or (lambda *_: None)
+    started, folder, tell = time.perf_counter(), checks.path("directory", directory), checks.teller(progress)
     plan = make_plan(study, folder, workers=workers, scheduler=scheduler, force=force)
     plan.task.store.sweep_leftovers()
     unkept = {number: (INVALID, message) for number, message in plan.invalid.items()}
