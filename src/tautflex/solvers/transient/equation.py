@@ -220,8 +220,7 @@ class EquationOfMotion:
         """Forces at the start of a step by kind, shape (5, size), if it weighs them; else empty."""
         if numbers.scheme.weight == 1.0 or at.books.now.size:
             return at.books.now
-        if at.forces is None:
-            raise RuntimeError("the method needs the forces at the start of the step")
+        assert at.forces is not None  # the method needs them
         self.set_time(at.time)
         rows = np.zeros((5, at.q.size))
         beside = self.frame_forces(at.q, at.v, self.motion_terms(segment.motion(at.time)))

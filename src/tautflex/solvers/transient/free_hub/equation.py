@@ -149,7 +149,8 @@ class HubEquation(EquationOfMotion):
         mass, coupling = self._mobilize(at.q)
         push = self.hub.freedom * push
         moved = self._mobile.solve(-change - coupling.T @ np.linalg.solve(mass, push))
-        return self._behind(at, wrench, moved, np.linalg.solve(mass, push - coupling @ moved), stored, resolved)
+        rates: Array = np.linalg.solve(mass, push - coupling @ moved)
+        return self._behind(at, wrench, moved, rates, stored, resolved)
 
     def _given(self) -> Array:
         """The hub with its given attitude and velocities, shape (31,)."""
