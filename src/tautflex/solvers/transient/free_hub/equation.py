@@ -149,7 +149,7 @@ class HubEquation(EquationOfMotion):
         mass, coupling = self._mobilize(at.q)
         push = self.hub.freedom * push
         moved = self._mobile.solve(-change - coupling.T @ np.linalg.solve(mass, push))
-        rates: Array = np.linalg.solve(mass, push - coupling @ moved)
+        rates = np.asarray(np.linalg.solve(mass, push - coupling @ moved), dtype=np.float64)
         return self._behind(at, wrench, moved, rates, stored, resolved)
 
     def _given(self) -> Array:
