@@ -215,8 +215,8 @@ class ReducedInputs:
             first += item.count
             if (part := float(missed[own].max(initial=0.0))) > _MISSED:
                 said.append(
-                    f"inputs: the chosen elements miss {part:.0%} of what {name} does to the stiffness, as they were "
-                    "chosen without it; hyper_reduce(..., tolerance=0) keeps all elements"
+                    f"inputs: the chosen elements miss {part:.0%} of what {name} does to the stiffness; give it to "
+                    "hyper_reduce(..., inputs=[...]), and a smaller tolerance if that has it already"
                 )
             change = np.abs(numbers[1:, own] - numbers[:-1, own]).max(initial=0.0)
             motion = (numbers[:, own] - numbers[:1, own]) @ self.answers[own]
