@@ -10,7 +10,7 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.control.actuators.actuator import Actuator
-from tautflex.control.actuators.drive import Drive, DriveMemory, memory_copy
+from tautflex.control.actuators.drive import Drive, DriveMemory
 from tautflex.control.actuators.hub_torque import HubTorque
 from tautflex.control.actuators.monitor import Monitor, Watch
 from tautflex.control.runs.run_of_plant import Place, RunOfPlant
@@ -23,6 +23,7 @@ from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion import rotations
 from tautflex.motion.hub import FreeHub
 from tautflex.numeric import Array
+from tautflex.solvers.remembering import Memory, copied
 from tautflex.solvers.transient.free_hub.balance import rigid_parts
 from tautflex.text import shown
 
@@ -239,13 +240,15 @@ class Bank:
         """Work of each since the reset [J]."""
         return {item.channel.name: item.work for item in self.items}
 
-    def memory(self) -> list[tuple[Any, ...]]:
-        """What the next interval depends on."""
-        return [(memory_copy(i.memory), i.value.copy(), i.stored.copy(), i.work, i.watch) for i in self.items]
+    def memory(self) -> Memory:
+        """What the next interval depends on, by number of the actuator."""
+        parts = "memory", "value", "stored", "work", "watch"
+        return {str(n): {name: copied(getattr(i, name)) for name in parts} for n, i in enumerate(self.items)}
 
-    def recall(self, memory: list[tuple[Any, ...]]) -> None:
+    def recall(self, memory: Memory) -> None:
         """Go on where another bank stood."""
-        for item, (drive, value, stored, work, watch) in zip(self.items, memory, strict=True):
-            item.memory, item.value, item.stored, item.work = memory_copy(drive), value.copy(), stored.copy(), work
-            item.watch = watch
-            item.held = Held(value)
+        for number, item in enumerate(self.items):
+            then = copied(memory[str(number)])
+            item.memory, item.watch = DriveMemory(**then["memory"]), Watch(**then["watch"])
+            item.value, item.stored, item.work = then["value"], then["stored"], then["work"]
+            item.held = Held(item.value)

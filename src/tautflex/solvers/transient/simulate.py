@@ -41,8 +41,6 @@ from tautflex.solvers.transient.restart.keeper import Keeper, counted, in_memory
 from tautflex.solvers.transient.state import MotionState, recalled_state
 from tautflex.solvers.transient.status import Run, Statistics, Status
 
-_FIRST_STEPS = 5
-
 
 @within_arithmetic()
 def simulate(
@@ -268,11 +266,6 @@ class FullRun:
     def _go_on(self, kept: Mapping[str, Array]) -> None:
         """Go on where another process kept this run."""
         memory = nested(kept)
-        # Compiled functions share parts: those of the first that is loaded serve all, and how parts were optimised
-        # shows in the last bit. So they are loaded in the order in which the run had them, by its first steps.
-        first = FullRun(self.problem)
-        first.start()
-        first.advance(min(first.problem.begin + _FIRST_STEPS, int(memory["number"])))
         recalled = self._recall(memory["steps"])
         assert recalled
         self._recorder.recall(memory["record"])
