@@ -218,7 +218,7 @@ class EquationOfMotion:
         return StepForces(self, numbers, terms, at, size, diagonal, segment.end, then)
 
     def then(self, numbers: StepNumbers, at: MotionState, segment: Segment) -> Array:
-        """Forces at the start of a step by kind, shape (5, size), if it weighs them; else empty."""
+        """Forces at a step's start by kind, what is unresolved as internal, (5, size), if it weighs them; else empty."""
         if numbers.scheme.weight == 1.0 or at.books.now.size:
             return at.books.now
         assert at.forces is not None  # the method needs them
@@ -226,10 +226,7 @@ class EquationOfMotion:
         rows, terms = np.zeros((5, at.q.size)), self.motion_terms(segment.motion(at.time))
         beside = self.frame_forces(at.q, at.v, terms)
         rows[DAMPING], rows[LOAD] = self.products.damping_product(at.v), -self.applied(at.q)
-        rows[FRAME], rows[INTERNAL] = (
-            beside - rows[DAMPING] - rows[LOAD],
-            at.forces - beside,
-        )  # with what was unresolved
+        rows[FRAME], rows[INTERNAL] = beside - rows[DAMPING] - rows[LOAD], at.forces - beside
         return rows
 
     def correction(self, q: Array, scheme: StepScheme) -> tuple[Array, Array]:
