@@ -218,7 +218,7 @@ class EquationOfMotion:
         return StepForces(self, numbers, terms, at, size, diagonal, segment.end, then)
 
     def then(self, numbers: StepNumbers, at: MotionState, segment: Segment) -> Array:
-        """Forces at a step's start by kind, what is unresolved as internal, (5, size), if it weighs them; else empty."""
+        """Forces at a step's start by kind, unresolved ones as internal, (5, size), if it weighs them; else empty."""
         if numbers.scheme.weight == 1.0 or at.books.now.size:
             return at.books.now
         assert at.forces is not None  # the method needs them
