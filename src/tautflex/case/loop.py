@@ -24,7 +24,6 @@ from tautflex.case.run import (
     prestressed,
     read_settling,
     read_surface,
-    silent,
     with_trouble,
     write_results,
 )
@@ -136,7 +135,7 @@ def authority_of_case(case: Case, modes: int = 10) -> xr.Dataset:
     InputError
         If the case cannot be built, or has no actuator that acts on the structure.
     """
-    maneuver, state = prestressed(case, silent)
+    maneuver, state = prestressed(case, checks.teller(None))
     effects, limits = dict[str, Any](), dict[str, Any]()
     for name, drive in build.build_actuators(case, state).items():
         if isinstance(drive, Actuator):
@@ -184,13 +183,14 @@ def control_case(
     >>> run = tf.control_case(tf.load_case("slew.toml"))  # doctest: +SKIP
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('slew.toml') gives one")
-    plant, law = build_loop(case, prestressed(case, progress or silent)[1], progress or silent)
+    tell = checks.teller(progress)
+    plant, law = build_loop(case, prestressed(case, tell)[1], tell)
     checks.positive("seconds", seconds)
     if checkpoint is None:
-        return close_case(case, plant, law, progress or silent)
+        return close_case(case, plant, law, tell)
     place = checks.path("checkpoint", checkpoint)
     with run_folder(LoopFolder, place, owner_of(case), seconds, resume=True) as keeper:
-        run = close_case(case, plant, law, progress or silent, keeper)
+        run = close_case(case, plant, law, tell, keeper)
         if run.status is not Status.INTERRUPTED:
             keeper.remove()
         return run
@@ -240,7 +240,7 @@ def write_case_loop(
         The content of ``summary.json``: that of a run, ``settling_time`` after the maneuver [s] of ``attitude`` and
         ``surface``, None where they do not settle, and ``energy_by_source`` [J].
     """
-    tell = progress or silent
+    tell = checks.teller(progress)
     _, state = prestressed(case, tell)
     plant, law = build_loop(case, state, tell)
     with deferred(), run_folder(LoopFolder, directory / FOLDER, owner_of(case), seconds, resume) as keeper:

@@ -82,8 +82,9 @@ def run_case(
     require_open_loop(case)
     checks.positive("seconds", seconds)
     folder = None if checkpoint is None else checks.path("checkpoint", checkpoint)
-    maneuver, state = prestressed(case, progress or silent)
-    question = _question(case, state, maneuver, progress or silent)
+    tell = checks.teller(progress)
+    maneuver, state = prestressed(case, tell)
+    question = _question(case, state, maneuver, tell)
     if folder is None:
         return labelled(case, simulate(**question, throw=throw))
     with run_folder(RunFolder, folder, owner_of(case), seconds, resume=True) as keeper:
@@ -118,7 +119,7 @@ def write_case_run(
         The content of ``summary.json``, SI units; the dominant frequency of a probe is that after the maneuver.
     """
     require_open_loop(case)
-    tell = progress or silent
+    tell = checks.teller(progress)
     maneuver, state = prestressed(case, tell)
     question = _question(case, state, maneuver, tell)
     with deferred(), run_folder(RunFolder, directory / FOLDER, owner_of(case), seconds, resume) as keeper:
@@ -304,7 +305,3 @@ def _named(paths: list[Path]) -> dict[str, Path]:
     for path in paths:
         named[path.name if path.stem in named else path.stem] = path
     return named
-
-
-def silent(fraction: float, message: str) -> None:
-    """Report nothing."""

@@ -73,7 +73,7 @@ def close_loop(
         then.
     """
     checks.instance("plant", plant, Plant, "a plant", remedy="Plant(state, ...) makes one")
-    asked = law_of("law", law)
+    asked, tell = law_of("law", law), checks.teller(progress)
     count = max(1, int(np.ceil(checks.positive("end_time", end_time) / plant.interval - 1e-6)))
     kept = np.linspace(0, count, min(checks.whole("frames", frames, 0), count + 1)).round()
     options: dict[str, Any] = {"frames": plant.interval * kept}
@@ -100,8 +100,8 @@ def close_loop(
             measured.append(plant.step(command))
             commands.append(command)
             work.append(plant.energy_by_source)
-            if progress is not None and number % max(1, count // 100) == 0:
-                progress((number + 1) / count, f"t = {plant.time:.3g} s")
+            if number % max(1, count // 100) == 0:
+                tell((number + 1) / count, f"t = {plant.time:.3g} s")
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
     except NotConvergedError as error:

@@ -171,6 +171,7 @@ def train(
     MissingExtraError
         If JAX or optax is not installed.
     """
+    checks.teller(progress)
     arena = Arena(case_of(case, task))
     own = arena.task.coordinates
     arena, finer = (

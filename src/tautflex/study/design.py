@@ -91,7 +91,7 @@ def write_design(
 ) -> tuple[xr.Dataset, dict[str, Path]]:
     """Search as `design` says, no other command in the folder; the trials, and files by name, figures too."""
     given = study if isinstance(study, Study) else load_study(study)
-    folder, tell = checks.path("directory", directory), progress or (lambda *_: None)
+    folder, tell = checks.path("directory", directory), checks.teller(progress)
     wanted = given.design
     if wanted is None:
         raise CaseError("design: missing, expected a [design] section; `tautflex init --template study` shows one")

@@ -91,9 +91,9 @@ def sweep(
     >>> import tautflex as tf
     >>> data = tf.sweep("study.toml", "study")  # doctest: +SKIP
     """
-    folder = checks.path("directory", directory)
+    folder, tell = checks.path("directory", directory), checks.teller(progress)
     plan = make_plan(study, folder, workers=workers, scheduler=scheduler, force=force)
-    return write_sweep(plan, folder, progress)[0]
+    return write_sweep(plan, folder, tell)[0]
 
 
 def write_sweep(
@@ -101,7 +101,7 @@ def write_sweep(
 ) -> tuple[xr.Dataset, dict[str, Path]]:
     """Perform a plan as `sweep` says, no other command in its folder; the Dataset, and files by name, figures too."""
     with result_folder(directory):
-        data = _performed(plan, progress or (lambda *_: None))
+        data = _performed(plan, checks.teller(progress))
         files = {"study.nc": partial(netcdf.save, data), "table.csv": partial(write_table, data)}
         return data, write_together(directory, files, None if figures is None else partial(figures, data))
 

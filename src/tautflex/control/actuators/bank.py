@@ -172,6 +172,7 @@ class Bank:
     def command(self, run: RunOfPlant, place: Place, numbers: Array) -> None:
         """Let a command act from the present place of a run on."""
         first, changed, time = 0, False, place.time
+        energies: list[float] = []
         for item in self.items:
             own = np.zeros(item.channel.size) if item.watch.off else numbers[first : first + item.channel.size]
             first, pumped = first + item.channel.size, 0.0
@@ -182,14 +183,16 @@ class Bank:
                 value = np.maximum(value, item.bound.lowest)
             if not np.array_equal(value, item.value):
                 stressed, last, vibration = isinstance(item.bound, StressChange), item.value, self._monitor.vibration
-                before = run.strain_energy() if stressed else 0.0
+                if stressed and not energies:
+                    energies.append(run.strain_energy())
                 if item.drive.monitor and vibration is not None:
                     acting = {each.channel.name: each.value for each in self.items}
                     pumped = vibration.pumped(item.channel.name, place.q, value - last, acting)
                 item.value, changed = value, True
                 item.held.hold(value, time)
                 if stressed:
-                    work = run.strain_energy() - before
+                    energies.append(run.strain_energy())
+                    work = energies[-1] - energies[-2]
                     item.work += work
                     if vibration is None:
                         pumped = work - self._stored(run, item, last, value - last)
