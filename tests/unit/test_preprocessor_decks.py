@@ -275,3 +275,27 @@ def test_offsets_in_axes_that_are_not_read(tmp_path):
     path.write_text(PATRAN.replace("PARAM    POST", "BAROR,,,,,,,,GOG\nPARAM    POST"), encoding="utf-8")
     with pytest.raises(MeshError, match="expected GGG or BGG in field 9, got 'GOG'"):
         tf.read_mesh(path)
+
+
+TWICE = {
+    "CONM2": (PATRAN, "PARAM    POST    0", "CONM2,7,3,,1.", "CONM2 7 is defined twice"),
+    "RBE2": (PATRAN, "PARAM    POST    0", "GRID,9,,1.,1.,0.\nRBE2,7,3,123456,9", "defined twice"),
+    "CELAS2": (PATRAN, "PARAM    POST    0", "CELAS2,7,1.,3,1", "CELAS2 7 is defined twice"),
+    "MASS": (PREPOMAX, "*Step", "*Mass, Elset=tip\n1.", "expected elements without a MASS, got some"),
+    "SPRING": (PREPOMAX, "*Step", "*Spring, Elset=soft\n1\n1.", "expected elements without a SPRING, got one"),
+}
+POINTS = "*Element, Type=MASS, Elset=tip\n7, 3\n*Element, Type=SPRING1, Elset=soft\n8, 3\n"
+OTHERS = {"MASS": "*Spring, Elset=soft\n1\n1.\n", "SPRING": "*Mass, Elset=tip\n1.\n"}
+
+
+@pytest.mark.parametrize("name", TWICE)
+def test_what_counts_twice(name, tmp_path):
+    """A file of masses that is included twice would double them."""
+    text, place, lines, words = TWICE[name]
+    path = tmp_path / ("boom.inp" if name in OTHERS else "boom.bdf")
+    before = POINTS + OTHERS[name] if name in OTHERS else ""
+    path.write_text(text.replace(f"{place}\n", f"{before}{lines}\n{place}\n", 1), encoding="utf-8")
+    tf.read_mesh(path)
+    path.write_text(text.replace(f"{place}\n", f"{before}{lines}\n{lines}\n{place}\n", 1), encoding="utf-8")
+    with pytest.raises(MeshError, match=words):
+        tf.read_mesh(path)

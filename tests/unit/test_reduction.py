@@ -154,6 +154,25 @@ def test_snapshots_recover_rotations_and_know_what_is_transverse(antenna):
     assert np.abs(found - mode.vectors[0]).max() < 0.02 * np.abs(mode.vectors[0]).max()
 
 
+def test_proper_orthogonal_modes_of_several_runs(antenna):
+    """They hold the fields of both runs, those of one run hold its own."""
+    maneuvers = (tf.Stop(rate=0.05, duration=0.1), tf.BaseAcceleration(0.1, axis=(0.0, 0.0, 1.0)))
+    runs = [tf.simulate(antenna, each, fields="all", every=10, **STOP).data for each in maneuvers]
+    mass = antenna.system.inertia.mass_matrix
+
+    def lost(data, run):
+        fields = full_snapshots(antenna, run) * transverse_unknowns(antenna)
+        kept = tf.PodBasis(data, count=6, derivatives="none").vectors(antenna).kept
+        rest = fields - (fields @ (mass @ kept.T)) @ kept
+        return np.sum(rest * (mass @ rest.T).T) / np.sum(fields * (mass @ fields.T).T)
+
+    assert lost(runs[0], runs[0]) < 0.01
+    assert lost(runs[0], runs[1]) > 0.9  # a turn has nothing of a push across
+    assert max(lost(runs, run) for run in runs) < 0.01
+    with pytest.raises(tf.InputError, match="data: expected at least one run, got none"):
+        tf.PodBasis([])
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [

@@ -406,6 +406,7 @@ def doors(t):
                 "lost": (1e-3, 1e-3),
                 "tolerance": 0.1,
                 "training_states": 5,
+                "inputs": (),
             },
         ),
         "linear_solver": (lambda name: tf.linear_solver(name).__enter__(), {"name": "auto"}),

@@ -119,9 +119,14 @@ def test_a_hyper_reduced_plant_is_the_full_one(verification_row):
         state(), tf.Stop(rate=0.3, duration=0.2), time_step=5e-3, end_time=1.0, fields="all", every=4,
         damping=DAMPING, inputs=[switched], method=tf.Bathe(),
     )  # fmt: skip
-    few, hyper = (tf.hyper_reduce(state(), trained, tolerance=tolerance) for tolerance in (1e-2, 0.0))
+    few, told, hyper = (
+        tf.hyper_reduce(state(), trained, tolerance=tolerance, inputs=inputs)
+        for tolerance, inputs in ((1e-2, []), (1e-2, [PULL["y"]]), (0.0, []))
+    )
     bound = PULL["y"].prepare(state().system)
     assert few.missed(bound.columns)[0] > 0.05  # which runs tell: elements are chosen without the stress
+    assert told.missed(bound.columns)[0] < 0.02
+    assert told.weights.chosen < len(told.weights.values)
     assert hyper.missed(bound.columns)[0] == 0.0
     plant = tf.Plant(few, HUB, {"y": PULL["y"]}, {}, **ASKED | {"method": tf.Bathe()})
     plant.reset()

@@ -9,7 +9,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import tautflex as tf
-from tautflex.case import parse_case, template
 from tautflex.motion.rotations import matrix
 from verification.dynamic_cases import small_antenna, soft_film
 from verification.test_reduced_inputs import antenna as softened_antenna
@@ -206,48 +205,6 @@ def test_a_hub_that_is_held_is_the_full_one(axes, verification_row):
     verification_row(f"reduced model, hub with axes = {axes}: attitude, relative", 0, error, "full model")
     gap = float(np.sqrt(np.mean((full.w - reduced.w) ** 2) / np.mean(full.w**2)))
     assert gap < 1e-3
-
-
-@pytest.mark.slow
-def test_slews_and_tumbling_follow_the_full_model(verification_row):
-    """Antenna of 20 x 10 cells: a bang-bang torque about x, and tumbling about all three axes."""
-    case = parse_case(template("m2"))
-    case = case.replaced(
-        mesh={"divisions": [20, 10]},
-        cables={
-            "per_long_edge": 21,
-            "per_short_edge": 11,
-            "area": 1.57e-6,
-            "pretension_x": 0.058941,
-            "pretension_y": 0.11,
-        },
-    )
-    state = tf.solve_prestress(tf.build_model(case))
-    reduced = tf.reduce(state, tf.ModalBasis(count=16, candidates=80))
-    bang = tf.FreeHub(
-        20.0,
-        (5.0, 5.0, 8.0),
-        axes="x",
-        breaks=(1.0, 2.0),
-        torque=lambda time, _: (1.0 * (time < 1.0) - 1.0 * (1.0 <= time < 2.0), 0.0, 0.0),
-    )
-    tumble = tf.FreeHub(20.0, (5.0, 4.0, 8.0), (0.05, 0.02, 0.1), angular_velocity=(0.2, 0.3, 0.05))
-    for name, hub, angle, record in (("bang-bang", bang, 1e-3, 0.05), ("tumbling", tumble, 1e-2, 0.05)):
-        given = {
-            "time_step": 4e-3,
-            "end_time": 3.0,
-            "damping": tf.Rayleigh(1e-3, 1e-3),
-            "probes": {"A": (0.7036, 0.4267)},
-        }
-        full = tf.simulate(state, hub, method=tf.GeneralizedAlpha(0.8), **given).data
-        for method in (tf.GeneralizedAlpha(0.8), tf.CentralDifference()):
-            data = tf.simulate(reduced, hub, method=method, **given).data
-            error = float(turned(full.attitude.values, data.attitude.values).max())
-            assert error < angle * 0.1
-            gap = float(np.sqrt(np.mean((full.w - data.w) ** 2) / np.mean(full.w**2)))
-            assert gap < record
-            verification_row(f"reduced model, {name}, {method.name}: attitude [rad]", 0, error, "full model")
-            verification_row(f"reduced model, {name}, {method.name}: rms of the record", 0, gap, "full model")
 
 
 def test_a_force_on_the_structure_moves_the_spacecraft(verification_row):

@@ -77,6 +77,13 @@ class Workspace:
         energy = add_forces(self.store, self._extend(q), force, self.stresses, True, True, False)
         return force[:-1], energy
 
+    def added_force(self, q: Array, change: dict[int, Array]) -> Array:
+        """What a change of initial stresses, which then stands, adds to the internal force, shape (size,)."""
+        self.change_initial_stress({})
+        alone = self.force(q)[0]
+        self.change_initial_stress(change)
+        return self.force(q)[0] - alone
+
     def strain_energy(self, q: Array) -> float:
         """Work of the stresses from zero unknowns [J]; the stresses of all elements are then in ``stress``."""
         return float(add_forces(self.store, self._extend(q), self._extended, self.stresses, False, True, False))

@@ -19,7 +19,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
@@ -181,9 +180,9 @@ class ReducedInputs:
             if (film := item.follower(time)) is not None:
                 yield self._pressure(film)
 
-    def answer(self, times: Array, look: csr_array | None = None) -> Array:
-        """What the structure answers at once to stresses at instants [s], shape (time, size), or readings of it."""
-        return self.stresses(times) @ (self.answers if look is None else (look @ self.answers.T).T)
+    def answer(self, times: Array) -> Array:
+        """What the structure answers at once to stresses at instants [s], shape (time, size)."""
+        return self.stresses(times) @ self.answers
 
     def stored(self, arrays: Any, q: Array, times: Array, before: float = np.inf) -> Array:
         """What stresses add to the strain energy of coordinates (time, r) at instants [J], shape (time,)."""
@@ -216,8 +215,8 @@ class ReducedInputs:
             first += item.count
             if (part := float(missed[own].max(initial=0.0))) > _MISSED:
                 said.append(
-                    f"inputs: the chosen elements miss {part:.0%} of what {name} does to the stiffness, as they were "
-                    "chosen without it; hyper_reduce(..., tolerance=0) keeps all elements"
+                    f"inputs: the chosen elements miss {part:.0%} of what {name} does to the stiffness; give it to "
+                    "hyper_reduce(..., inputs=[...]), and a smaller tolerance if that has it already"
                 )
             change = np.abs(numbers[1:, own] - numbers[:-1, own]).max(initial=0.0)
             motion = (numbers[:, own] - numbers[:1, own]) @ self.answers[own]

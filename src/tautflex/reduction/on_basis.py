@@ -133,14 +133,21 @@ class OnBasis(SteppingModel):
         v = rate @ kept + self._following(monomial_rates(eta, rate))
         return self.displacement(eta, offset), v, acceleration @ kept + self._following(bend)
 
-    def seen(self, look: csr_array, eta: Array, rate: Array, offset: Array) -> tuple[Array, Array]:
-        """Readings ``look @ q`` of displacement and velocity at instants, shapes (time, reading)."""
-        kept = (look @ self.basis.kept.T).T
+    def looked(self, look: csr_array, answers: Array) -> tuple[Array, ...]:
+        """Readings ``look @ q`` of vectors, static derivatives, what follows monomials, and answers to stresses."""
+        kept, derivatives, beside = ((look @ each.T).T for each in (self.basis.kept, self.basis.derivatives, answers))
+        return kept, derivatives, self.coefficients.follow_quadratic.T @ derivatives, beside
+
+    def seen(
+        self, looked: tuple[Array, ...], eta: Array, rate: Array, offset: Array, stresses: Array
+    ) -> tuple[Array, Array]:
+        """Readings of displacement and velocity at instants, shapes (time, reading)."""
+        kept, derivatives, follow, beside = looked
         place, speed = eta @ kept, rate @ kept
-        if not len(self.basis.derivatives):
-            return place, speed
-        derivatives, follow = ((look @ vectors.T).T for vectors in (self.basis.derivatives, self.monomial_vectors))
-        return place + monomials(eta) @ follow + offset @ derivatives, speed + monomial_rates(eta, rate) @ follow
+        if len(derivatives):
+            place = place + monomials(eta) @ follow + offset @ derivatives
+            speed = speed + monomial_rates(eta, rate) @ follow
+        return place + stresses @ beside, speed
 
     def surface(self, eta: Array, offset: Array) -> Array:
         """Measures of the film, as `FilmSurface.measure` has them, at instants, shape (time, 4)."""

@@ -1,7 +1,8 @@
-"""Proper orthogonal modes of a run as basis of a reduced model."""
+"""Proper orthogonal modes of training runs as basis of a reduced model."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,23 +11,22 @@ import xarray as xr
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.numeric import Array
-from tautflex.reduction.bases.snapshots import full_snapshots, transverse_unknowns
+from tautflex.reduction.bases.snapshots import training_runs, training_snapshots, transverse_unknowns
 from tautflex.reduction.bases.static_derivatives import TREATMENTS, add_static_derivatives
 from tautflex.reduction.bases.vectors import Basis, BasisVectors, ReferenceSolver, ritz
 from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.variables import dataset_of
 from tautflex.text import brief
 
 
 @dataclass(frozen=True)
 class PodBasis(Basis):
-    """Proper orthogonal modes of a training run, in the inner product of the mass matrix, and static modal derivatives.
+    """Proper orthogonal modes of training runs, in the inner product of the mass matrix, and static modal derivatives.
 
     Parameters
     ----------
     data
-        Result of a full run (``run.data``) with stored fields, ``simulate(..., fields="all", every=...)``.
+        Result of a full run (``run.data``) with stored fields, ``simulate(..., fields="all", every=...)``, or several.
     count
         Number of modes; None takes as many as hold all but ``lost`` of the kinetic-energy norm.
     lost
@@ -37,10 +37,10 @@ class PodBasis(Basis):
     Raises
     ------
     InputError
-        If an argument is out of range or the run has no fields.
+        If an argument is out of range or a run has no fields.
     """
 
-    data: xr.Dataset
+    data: xr.Dataset | Sequence[xr.Dataset]
     count: int | None = None
     lost: float = 1e-5
     derivatives: str = "condensed"
@@ -50,13 +50,12 @@ class PodBasis(Basis):
         if self.count is not None:
             checks.whole("count", self.count, 1)
         checks.between("lost", self.lost, 0.0, 1.0)
-        remedy = "simulate(..., fields='all') stores it"
-        object.__setattr__(self, "data", dataset_of("data", self.data, "displacement", remedy=remedy))
+        object.__setattr__(self, "data", training_runs(self.data))
         checks.one_of("derivatives", self.derivatives, TREATMENTS)
 
     def vectors(self, state: PrestressedState) -> BasisVectors:
         """Find the vectors for a prestressed state."""
-        snapshots = full_snapshots(state, self.data) * transverse_unknowns(state)
+        snapshots = training_snapshots(state, self.data) * transverse_unknowns(state)
         mass = state.system.inertia.mass_matrix
         modes = orthogonal_modes(snapshots, (mass @ snapshots.T).T, self.count, self.lost, "count")
         solver, kept = ReferenceSolver(state), ritz(state, modes)

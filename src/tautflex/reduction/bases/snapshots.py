@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from scipy.sparse.csgraph import connected_components
@@ -10,6 +12,21 @@ from tautflex.errors import InputError
 from tautflex.numeric import Array, Indices, Mask
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.prestress import PrestressedState
+from tautflex.solvers.variables import dataset_of
+
+
+def training_runs(data: xr.Dataset | Sequence[xr.Dataset]) -> tuple[xr.Dataset, ...]:
+    """Datasets of one training run or of several; InputError if there is none, or one has no fields."""
+    each = data if isinstance(data, list | tuple) else (data,)
+    if not each:
+        raise InputError("data: expected at least one run, got none; simulate with fields='all'")
+    remedy = "simulate(..., fields='all') stores it"
+    return tuple(dataset_of("data", run, "displacement", remedy=remedy) for run in each)
+
+
+def training_snapshots(state: PrestressedState, data: xr.Dataset | Sequence[xr.Dataset]) -> Array:
+    """Free unknowns of the stored fields of training runs, one after the other, shape (field, size)."""
+    return np.concatenate([full_snapshots(state, run) for run in training_runs(data)])
 
 
 def full_snapshots(state: PrestressedState, data: xr.Dataset) -> Array:

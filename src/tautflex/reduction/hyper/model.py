@@ -6,24 +6,25 @@ import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 
 from tautflex import checks
 from tautflex.elements.block import ElementBlock
-from tautflex.errors import InputError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.mechanics.kernel import add_forces
+from tautflex.mechanics.loads.inputs import InputSet, TimeInput
 from tautflex.numeric import Array
-from tautflex.reduction.bases.snapshots import full_snapshots
+from tautflex.reduction.bases.snapshots import training_snapshots
 from tautflex.reduction.bases.vectors import BasisVectors
 from tautflex.reduction.hyper.basis import two_part_basis
 from tautflex.reduction.hyper.blocks import basis_blocks, blocks_store, chosen_blocks, rows_of
 from tautflex.reduction.hyper.forces import HyperArrays
-from tautflex.reduction.hyper.weights import ElementWeights, element_forces, train_weights
+from tautflex.reduction.hyper.weights import ElementWeights, element_forces, stress_forces, train_weights
+from tautflex.reduction.inputs import require_linear
 from tautflex.reduction.marching.simulation import solve_reduced
 from tautflex.reduction.on_basis import OnBasis, refuse_drifting, refuse_turning
 from tautflex.reduction.polynomial.condensation import CondensedModel, FrameMoments, even
@@ -32,7 +33,6 @@ from tautflex.solvers.static.prestress import PrestressedState, require_state
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.restart.keeper import Keeper
 from tautflex.solvers.transient.status import Run
-from tautflex.solvers.variables import dataset_of
 
 
 @dataclass(frozen=True)
@@ -133,19 +133,11 @@ class HyperReducedModel(OnBasis):
 
     def missed(self, columns: Mapping[int, Array]) -> Array:
         """Part of the stiffness by each of n stresses (row, strain, n) that chosen elements have wrong, shape (n,)."""
-        blocks = basis_blocks(self.state.system, self.basis.kept)
-        states, root = np.diag(self.basis.amplitude), np.sqrt(np.diag(self.coefficients.linear))
-        plain, found = element_forces(blocks, states), list[float]()
-        for k in range(next(iter(columns.values())).shape[2] if columns else 0):
-            changed = [
-                replace(block, initial_stress=block.initial_stress + columns[number][..., k])
-                if number in columns
-                else block
-                for number, block in enumerate(blocks)
-            ]
-            forces = (element_forces(changed, states) - plain) / root
-            whole = np.linalg.norm(forces.sum(axis=1))
-            wrong = np.linalg.norm(np.einsum("e,ner->nr", self.weights.values - 1.0, forces))
+        blocks, root = basis_blocks(self.state.system, self.basis.kept), np.sqrt(np.diag(self.coefficients.linear))
+        found = list[float]()
+        for forces in stress_forces(blocks, np.diag(self.basis.amplitude), columns):
+            whole = np.linalg.norm(forces.sum(axis=1) / root)
+            wrong = np.linalg.norm(np.einsum("e,ner->nr", self.weights.values - 1.0, forces) / root)
             found.append(float(wrong / whole) if whole > 0.0 else 0.0)
         return np.array(found)
 
@@ -177,6 +169,7 @@ def hyper_reduce(
     lost: tuple[float, float] = (1e-5, 1e-7),
     tolerance: float = 1e-2,
     training_states: int = 50,
+    inputs: Sequence[TimeInput] = (),
 ) -> HyperReducedModel:
     """Reduce a structure of any law, wrinkling film included, to a few coordinates and a few weighted elements.
 
@@ -197,6 +190,9 @@ def hyper_reduce(
         Error of the training forces at which no more elements are added; 0 keeps all elements, unweighted.
     training_states
         Number of fields at most on which elements are chosen.
+    inputs
+        Inputs of the runs to come: elements are also to have what tension and temperature do to the stiffness. Runs
+        may have others, and say by how much the elements miss them.
 
     Returns
     -------
@@ -205,9 +201,10 @@ def hyper_reduce(
     Raises
     ------
     InputError
-        If an argument is out of range, or the run has no fields, or those of another mesh.
+        If an argument is out of range, or the run has no fields, or those of another mesh, or an input does not fit
+        the structure.
     UnsupportedError
-        If the structure can drift away as a rigid body.
+        If the structure can drift away as a rigid body, or an input is not linear in few numbers.
     """
     began = clock.perf_counter()
     for name, count in (("transverse", transverse), ("in_plane", in_plane)):
@@ -218,16 +215,14 @@ def hyper_reduce(
         checks.between("lost", share, 0.0, 1.0)
     checks.between("tolerance", tolerance, 0.0, 1.0)
     checks.whole("training_states", training_states, 2)
-    each: list[Any] = list(data) if isinstance(data, list | tuple) else [data]
-    runs = [dataset_of("data", run, "displacement", remedy="simulate with fields='all'") for run in each]
-    if not runs:
-        raise InputError("data: expected at least one run, got none; simulate with fields='all'")
     refuse_turning(state)
     refuse_drifting(state)
-    snapshots = np.concatenate([full_snapshots(state, run) for run in runs])
+    given = InputSet(state.system, inputs)
+    require_linear(given)
+    snapshots = training_snapshots(state, data)
     basis = two_part_basis(state, snapshots, (transverse, in_plane), lost)
     blocks = basis_blocks(state.system, basis.kept)
-    weights = _train(state, basis, blocks, snapshots, tolerance, training_states)
+    weights = _train(state, basis, blocks, snapshots, tolerance, training_states, given.columns)
     chosen = tuple(chosen_blocks(blocks, weights.values))
     return HyperReducedModel(state, basis, chosen, weights, clock.perf_counter() - began)
 
@@ -239,8 +234,9 @@ def _train(
     snapshots: Array,
     tolerance: float,
     most: int,
+    columns: Mapping[int, Array],
 ) -> ElementWeights:
-    """Weights from the states of the basis nearest to some of the snapshots."""
+    """Weights from the states of the basis nearest to some snapshots, and from what stresses do at each vector."""
     if tolerance == 0.0:
         return ElementWeights(np.ones(sum(len(block.measure) for block in blocks)), 0.0)
     mass = state.system.inertia.mass_matrix
@@ -249,4 +245,5 @@ def _train(
     moving = np.linalg.norm(states, axis=1) > 1e-9 * np.linalg.norm(states, axis=1).max()
     stiffness = state.system.pattern.symmetric_matrix(state.tangent_entries)
     frequencies = np.sqrt(np.einsum("ri,ri->r", basis.kept, (stiffness @ basis.kept.T).T))
-    return train_weights(element_forces(blocks, states[moving]), frequencies, tolerance)
+    stressed = stress_forces(blocks, np.diag(basis.amplitude), columns)
+    return train_weights(np.concatenate([element_forces(blocks, states[moving]), *stressed]), frequencies, tolerance)

@@ -13,7 +13,8 @@ Own least squares, because scipy's nnls cannot stop at an error: it goes on to e
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -58,6 +59,19 @@ def element_forces(blocks: list[ElementBlock], states: Array) -> Array:
 
     rest = forces(np.zeros(r))
     return np.array([forces(eta) - rest for eta in states])
+
+
+def stress_forces(blocks: list[ElementBlock], states: Array, columns: Mapping[int, Array]) -> Iterator[Array]:
+    """What each of n stresses, by block (row, strain, n), adds to forces of rows at states, shapes (state, row, r)."""
+    plain = element_forces(blocks, states)
+    for k in range(next(iter(columns.values())).shape[2] if columns else 0):
+        changed = [
+            replace(block, initial_stress=block.initial_stress + columns[number][..., k])
+            if number in columns
+            else block
+            for number, block in enumerate(blocks)
+        ]
+        yield element_forces(changed, states) - plain
 
 
 def train_weights(forces: Array, scale: Array, tolerance: float) -> ElementWeights:

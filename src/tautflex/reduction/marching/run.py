@@ -56,6 +56,7 @@ class ReducedRun:
         # Of a scheme, an explicit step needs its size and that its forces are those at its end.
         self._method = method if isinstance(method, Method) else Newmark()
         self.inputs = ReducedInputs(rom, InputSet(rom.state.system, problem.inputs))
+        self._looked = rom.looked(problem.placed.map, self.inputs.answers)
         self.arrays, kinds = self.inputs.arrays(problem.damping), problem.coupling.load_by_kind
         c = rom.coefficients if kinds is None else rom.weighed(kinds)
         self.moments = WeighedMoments(np.concatenate([c.load, c.load_stress], axis=1))
@@ -382,13 +383,10 @@ class ReducedRun:
         spin, turn = cross_matrices(motions[:, :3]), cross_matrices(motions[:, 3:6])
         return factor * self._offsets.load(turn + spin @ spin, motions[:, 6:])
 
-    def read(self, probes: Any, times: Array, eta: Array, rate: Array, motions: Array) -> Array:
+    def read(self, times: Array, eta: Array, rate: Array, motions: Array) -> Array:
         """Displacements and velocities of probes, shape (time, 2, probe, 3)."""
-        if not probes.names:
-            return np.zeros((len(eta), 2, 0, 3))
-        place, speed = self.rom.seen(probes.map, eta, rate, self.prescribed_offset(motions))
-        place = place + self.inputs.answer(times, probes.map)
-        return np.stack([place, speed], axis=1).reshape(len(eta), 2, -1, 3)
+        seen = self.rom.seen(self._looked, eta, rate, self.prescribed_offset(motions), self.inputs.stresses(times))
+        return np.stack(seen, axis=1).reshape(len(eta), 2, len(self.problem.placed.names), 3)
 
     def complete(self, data: xr.Dataset, place: Indices) -> xr.Dataset:
         """The record with what else is known of samples with these places among the stored ones."""

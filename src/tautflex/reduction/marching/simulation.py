@@ -104,7 +104,7 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
         scalars[name][checked.samples] = values
     fields = [_field(run, row) for row in sorted(problem.field_steps) if row <= run.reached]
     spin = motions[:, :6].reshape(-1, 2, 3)
-    probe = in_blocks(lambda *states: run.read(problem.placed, *states), before, times, eta, rate, motions)
+    probe = in_blocks(run.read, before, times, eta, rate, motions)
     samples = Samples(times, probe, spin, scalars, fields, *_frames(run))
     said = [*run.idle, *run.warnings, *checked.warnings]
     attributes = problem.attributes | {"reduced_model": repr(rom), "warnings": said}

@@ -171,9 +171,10 @@ class EquationOfMotion:
         forces = None if at.forces is None else at.forces - self.products.mass_product(change)
         return MotionState(at.time, at.q, at.v, at.a + change, forces, books=self.books_behind_jump(at, stored))
 
-    def settled(self, at: MotionState, resolved: Resolved) -> MotionState:
-        """A start with what steps resolve of its acceleration, where inputs change stresses; see `jump`."""
-        return self._pushed_by(at, resolved(at, at.a) - at.a, self._stored(at.q))
+    def settled(self, at: MotionState, pull: Array, resolved: Resolved) -> MotionState:
+        """A start with what steps resolve of the acceleration by a force of stresses, shape (size,); see `jump`."""
+        pushed = self.mass_solve(-pull)
+        return self._pushed_by(at, resolved(at, pushed) - pushed, self._stored(at.q))
 
     def strain_energy(self, q: Array) -> float:
         """Strain energy above the reference at the instant that is set [J]."""
@@ -217,15 +218,14 @@ class EquationOfMotion:
         return StepForces(self, numbers, terms, at, size, diagonal, segment.end, then)
 
     def then(self, numbers: StepNumbers, at: MotionState, segment: Segment) -> Array:
-        """Forces at the start of a step by kind, shape (5, size), if it weighs them; else empty."""
+        """Forces at a step's start by kind, unresolved ones as internal, (5, size), if it weighs them; else empty."""
         if numbers.scheme.weight == 1.0 or at.books.now.size:
             return at.books.now
         assert at.forces is not None  # the method needs them
         self.set_time(at.time)
-        rows = np.zeros((5, at.q.size))
-        beside = self.frame_forces(at.q, at.v, self.motion_terms(segment.motion(at.time)))
+        rows, terms = np.zeros((5, at.q.size)), self.motion_terms(segment.motion(at.time))
+        beside = self.frame_forces(at.q, at.v, terms)
         rows[DAMPING], rows[LOAD] = self.products.damping_product(at.v), -self.applied(at.q)
-        # What a jump left unresolved is the method's, so that it counts among internal forces.
         rows[FRAME], rows[INTERNAL] = beside - rows[DAMPING] - rows[LOAD], at.forces - beside
         return rows
 

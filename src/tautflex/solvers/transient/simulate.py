@@ -181,10 +181,11 @@ class FullRun:
         if problem.initial is None:
             self.at, found = begin(equation, problem.maneuver, problem.velocity, problem.initial_imperfection)
             self.said += found
-            if equation.restressed:
+            stress = equation.inputs.stress(self.at.time) if equation.inputs else {}
+            if stress and (pull := equation.workspace.added_force(self.at.q, stress)).any():
                 self._stepper.prepare(self.at, problem.time_step, self._driver.segment)
                 equation.set_time(self.at.time)
-                self.at = equation.settled(self.at, self._stepper.resolved)
+                self.at = equation.settled(self.at, pull, self._stepper.resolved)
         elif not (problem.initial.remembers(problem.memory_of) and self._recall(nested(problem.initial.memory))):
             self.at = self._from_motion(problem.initial)
         if self._first is None:
@@ -217,10 +218,9 @@ class FullRun:
 
     def renew(self) -> None:
         """Meet a change of inputs that were set anew at the present instant: a jump as at the end of a segment."""
-        segment = self._driver.segment
-        motion = segment.motion(self.at.time)
+        motion = self._driver.segment.motion(self.at.time)
         if self.equation.restressed:
-            self._stepper.prepare(self.at, self.problem.time_step, segment)
+            self._stepper.prepare(self.at, self.problem.time_step, self._driver.segment)
         self.at = self.equation.jump(self.at, motion, motion, self._stepper.resolved)
 
     def strain_energy(self) -> float:

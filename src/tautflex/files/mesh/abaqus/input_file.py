@@ -302,7 +302,11 @@ class _Whole:
                     if not name or not self.roles[name][k].startswith(block.keyword.lower()):
                         kind = block.keyword.lower()
                         raise MeshError(f"{block.where}: expected {kind} elements, got others; correct the set")
-                    left.discard((name, k))
+                    if (name, k) not in left:
+                        raise MeshError(
+                            f"{block.where}: expected elements without a {block.keyword}, got one; remove it"
+                        )
+                    left.remove((name, k))
                     found = spring(block, self.roles[name][k], elements[name][k])
                     if found is not None:
                         yield found
@@ -319,6 +323,8 @@ class _Whole:
                 if (shape[found] != point).any() or any(self.roles["point1"][k] != role for k in own):
                     kind = "MASS" if role == "mass" else "ROTARYI"
                     raise MeshError(f"{block.where}: expected elements of TYPE={kind}, got others; correct the set")
+                if not left.issuperset(own.tolist()):
+                    raise MeshError(f"{block.where}: expected elements without a {block.keyword}, got some; remove one")
                 left -= set(own.tolist())
                 for k in own:
                     yield replace(body(block, placement), node=int(points[k, 0]))

@@ -25,8 +25,11 @@ from tautflex.files.mesh.raw import RawMesh, integers
 from tautflex.files.mesh.second_order import simplified
 from tautflex.numeric import Array, Indices
 
-# Fields of GRID that a GRDSET fills where they are blank.
-_POINT_DEFAULTS = (2, 6, 7, 8)
+# Cards that would count twice if a file is included twice; of other elements it is found with their numbering.
+_NUMBERED = (
+    *("CONM1", "CONM2", "CMASS1", "CMASS2", "RBE1", "RBE2", "RBE3", "RBAR"),
+    *("CELAS1", "CELAS2", "CBUSH", "CDAMP1", "CDAMP2", "CVISC"),
+)
 
 
 def read_nastran(text: str, folder: Folder | None = None, step: int | None = None) -> RawMesh:
@@ -97,12 +100,18 @@ class _Deck:
     temperatures: Temperatures = field(default_factory=Temperatures)
     grid: dict[int, Card] = field(default_factory=dict)
     point_defaults: Card | None = None
+    numbered: set[tuple[str, int]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.systems = Systems(self.point)
         self._positions: dict[int, Array] = {}
 
     def read(self, card: Card) -> None:
+        if card.name in _NUMBERED:
+            label = card.name, natural(card.get(1), card.where)
+            if label in self.numbered:
+                raise MeshError(f"{card.where}: {card.name} {label[1]} is defined twice; give it its own number")
+            self.numbered.add(label)
         if card.name == "GRID":
             card.require_only(*range(1, 8))
             number = natural(card.get(1), card.where)

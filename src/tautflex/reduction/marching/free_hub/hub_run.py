@@ -150,7 +150,7 @@ class HubRun(ReducedRun):
         reading = np.zeros((2, 0, 3))
         if probes.names:
             motion = np.concatenate([hub.twist[3:], hub.rates[3:], hub.rates[:3]])[None]
-            reading = self.read(probes, np.array([time]), q[None], v[None], motion)[0]
+            reading = self.read(np.array([time]), q[None], v[None], motion)[0]
         velocity = rotations.matrix(hub.attitude) @ hub.twist[:3]
         return self.free.wrench(
             HubState(time, hub.attitude.copy(), hub.twist[3:].copy(), hub.position.copy(), velocity, *reading)

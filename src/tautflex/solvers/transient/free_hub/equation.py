@@ -191,11 +191,12 @@ class HubEquation(EquationOfMotion):
             change, rates = self._resolved(at, change, rates, resolved)
         return self._shifted(at, wrench, change, rates, stored)
 
-    def settled(self, at: MotionState, resolved: Resolved) -> MotionState:
-        """A start with what steps resolve of its acceleration, where inputs change stresses; see `jump`."""
+    def settled(self, at: MotionState, pull: Array, resolved: Resolved) -> MotionState:
+        """A start with what steps resolve of the acceleration by a force of stresses, shape (size,); see `jump`."""
         assert isinstance(at, HubMotion)
-        change, rates = self._resolved(at, at.a, np.zeros(6), resolved)
-        return self._shifted(at, at.hub.wrench, change - at.a, rates, self._stored(at.q))
+        pushed = self._mobile.solve(-pull)
+        change, rates = self._resolved(at, pushed, np.zeros(6), resolved)
+        return self._shifted(at, at.hub.wrench, change - pushed, rates, self._stored(at.q))
 
     def _resolved(self, at: HubMotion, change: Array, rates: Array, resolved: Resolved) -> tuple[Array, Array]:
         """What steps resolve of a change of the elastic acceleration, and the hub's that goes with it."""
