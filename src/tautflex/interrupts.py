@@ -1,7 +1,7 @@
 """Ctrl-C and the signals that end a process: noted while a run is under way, and met between two of its steps.
 
 An exception that a signal's handler raises inside compiled code loses the run; where C code calls Python back it is
-dropped, and LLVM, which gets code from a cache that way, crashes without it.
+dropped, as in what weak references call, and LLVM, which gets code from a cache that way, crashes without it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from types import FrameType
 _noted: list[int] = []
 _met: list[int] = []
 _deferring: list[bool] = []
-_CALLED_BACK = "llvmlite", "threadpoolctl"
+_CALLED_BACK = "llvmlite", "threadpoolctl", "weakref"
 _SOON = 0.02  # [s]
 _ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 

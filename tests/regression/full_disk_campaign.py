@@ -1,4 +1,5 @@
-"""Commands on a disk that fills up: ``python tests/regression/full_disk_campaign.py 20``, as root, for small disks.
+"""Commands on a disk that fills up: ``python tests/regression/full_disk_campaign.py 20``, as root, who may make
+small disks; names of commands may follow.
 
 For each command and fill level there is an old result on a disk with less or more room for the new one. The command
 ends in one line or well, and what has a result's name is whole.
@@ -55,7 +56,7 @@ def full(kind: str, command: Command, whole: Path, disk: Path, share: float) -> 
         subprocess.run(["umount", str(disk)], check=True)
 
 
-def campaign(levels: int) -> dict[str, int]:
+def campaign(levels: int, *only: str) -> dict[str, int]:
     """How often each command came to what end."""
     seen = dict[str, int]()
     with tempfile.TemporaryDirectory() as name:
@@ -65,7 +66,9 @@ def campaign(levels: int) -> dict[str, int]:
             (folder / made).mkdir()
         for kind, command in asked(folder).items():
             whole = folder / "whole" / kind
-            assert main([*command.arguments, "-o", str(whole)]) == 0
+            assert main([*command.arguments, "-o", str(whole)]) == 0  # children find here what is loaded and compiled
+            if only and kind not in only:
+                continue
             for level in range(levels):
                 share = 1.5 * (level + 0.5) / levels
                 code = full(kind, command, whole, folder / "disk", share)
@@ -75,4 +78,4 @@ def campaign(levels: int) -> dict[str, int]:
 
 
 if __name__ == "__main__":
-    print(json.dumps(campaign(*map(int, sys.argv[1:] or ["20"])), indent=1))  # noqa: T201
+    print(json.dumps(campaign(int((sys.argv[1:] or ["20"])[0]), *sys.argv[2:]), indent=1))  # noqa: T201

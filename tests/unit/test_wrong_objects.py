@@ -423,7 +423,7 @@ def doors(t):
         ),
         "reduce": (tf.reduce, {"state": state, "basis": tf.ModalBasis(count=2), "weak_field": 1e-5, "inputs": ()}),
         "run_case": (tf.run_case, {"case": case, "checkpoint": None, "seconds": 60.0}),
-        "control_case": (tf.control_case, {"case": case.replaced(**LOOP)}),
+        "control_case": (tf.control_case, {"case": case.replaced(**LOOP), "checkpoint": None, "seconds": 60.0}),
         "save": (tf.save, {"dataset": run.data, "path": folder / "again.nc"}),
         "save_appendage": (tf.save_appendage, {"data": appendage, "path": folder / "appendage.json"}),
         "scalogram": (

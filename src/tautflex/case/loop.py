@@ -31,7 +31,7 @@ from tautflex.case.schema import Case
 from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.authority import authority
 from tautflex.control.law import ControlLaw, added
-from tautflex.control.loop import close_loop, start_law
+from tautflex.control.loop import kept_loop, start_law
 from tautflex.control.plant import Plant
 from tautflex.control.sensors.sensor import Sensor
 from tautflex.errors import CaseError, NotConvergedError
@@ -183,12 +183,11 @@ def control_case(
     >>> run = tf.control_case(tf.load_case("slew.toml"))  # doctest: +SKIP
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('slew.toml') gives one")
-    tell = checks.teller(progress)
-    plant, law = build_loop(case, prestressed(case, tell)[1], tell)
     checks.positive("seconds", seconds)
-    if checkpoint is None:
+    tell, place = checks.teller(progress), None if checkpoint is None else checks.path("checkpoint", checkpoint)
+    plant, law = build_loop(case, prestressed(case, tell)[1], tell)
+    if place is None:
         return close_case(case, plant, law, tell)
-    place = checks.path("checkpoint", checkpoint)
     with run_folder(LoopFolder, place, owner_of(case), seconds, resume=True) as keeper:
         run = close_case(case, plant, law, tell, keeper)
         if run.status is not Status.INTERRUPTED:
@@ -209,7 +208,7 @@ def close_case(case: Case, plant: Plant, law: ControlLaw, progress: Progress, ke
     """Run the closed loop of a case on its plant under its law, which a folder may keep."""
     try:
         asked = case.solver.end_time, case.loop.seed, progress, case.output.frames
-        run = _labelled(case, close_loop(plant, law, None, *asked, keeper))
+        run = _labelled(case, kept_loop(plant, law, None, *asked, keeper))
         return run if keeper is None else with_trouble(run, keeper)
     except NotConvergedError as error:
         if isinstance(error.result, Run):

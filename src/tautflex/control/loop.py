@@ -26,7 +26,6 @@ from tautflex.solvers.transient.status import Run, Status
 from tautflex.solvers.variables import LOOP, described
 
 
-@deferred()
 def close_loop(
     plant: Plant,
     law: ControlLaw | Callable[[float, Array], ArrayLike],
@@ -35,7 +34,6 @@ def close_loop(
     seed: int = 0,
     progress: Callable[[float, str], None] | None = None,
     frames: int = 300,
-    keeper: LoopKeeper | None = None,
 ) -> Run:
     """Run a plant under a law.
 
@@ -55,8 +53,6 @@ def close_loop(
         Called with the fraction done and a short message; KeyboardInterrupt raised in it ends the run.
     frames
         Samples at which displacements are kept for pictures that move, evenly spaced, see `TransientProblem`.
-    keeper
-        Keeps the loop while it is under way, and may have kept one that goes on.
 
     Returns
     -------
@@ -72,6 +68,21 @@ def close_loop(
         If a step fails, or the law does: raises, or commands what is no finite number. ``.result`` is the run until
         then.
     """
+    return kept_loop(plant, law, maneuver, end_time, seed, progress, frames)
+
+
+@deferred()
+def kept_loop(
+    plant: Plant,
+    law: ControlLaw | Callable[[float, Array], ArrayLike],
+    maneuver: Maneuver | None,
+    end_time: float,
+    seed: int,
+    progress: Callable[[float, str], None] | None,
+    frames: int,
+    keeper: LoopKeeper | None = None,
+) -> Run:
+    """`close_loop`, which a keeper keeps while it is under way, and may have kept before."""
     checks.instance("plant", plant, Plant, "a plant", remedy="Plant(state, ...) makes one")
     asked, tell = law_of("law", law), checks.teller(progress)
     count = max(1, int(np.ceil(checks.positive("end_time", end_time) / plant.interval - 1e-6)))
