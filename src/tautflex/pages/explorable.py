@@ -100,11 +100,14 @@ def explorable(
     """
     kinds, text = (Case, PrestressedState, ReducedModel), "a case, a prestressed state or a reduced model"
     checks.instance("model", model, kinds, text, remedy="load_case('m2.toml') gives a case")
-    asked: dict[str, tuple[Any, type]] = {
-        "hub": (hub, FreeHub), "damping": (damping, Damping), "law": (law, PD), "slew": (slew, Slew)
-    }  # fmt: skip
-    for name, (given, kind) in asked.items():
-        checks.instance(name, given, (kind, type(None)), f"a {kind.__name__}(...), or None")
+    asked: dict[str, tuple[Any, type, str]] = {
+        "hub": (hub, FreeHub, "a FreeHub(...)"),
+        "damping": (damping, Damping, "a damping such as Rayleigh(1e-3, 1e-3)"),
+        "law": (law, PD, "a PD(...)"),
+        "slew": (slew, Slew, "a Slew(...)"),
+    }
+    for name, (given, kind, words) in asked.items():
+        checks.instance(name, given, (kind, type(None)), f"{words}, or None")
     case = model if isinstance(model, Case) else None
     said, more = list[str](), dict[str, Any]()
     state = build.build_state(model) if isinstance(model, Case) else getattr(model, "state", model)

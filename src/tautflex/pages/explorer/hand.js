@@ -14,6 +14,11 @@ export class Hand {
     const { span } = stage.mesh;
     this.arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), new THREE.Vector3(), span, "#ffffff");
     this.arrow.visible = false;
+    // Before the film, which bulges over it.
+    for (const part of [this.arrow.line, this.arrow.cone]) {
+      part.material.depthTest = false;
+      part.renderOrder = 1;
+    }
     stage.body.add(this.arrow);
     const { holder } = stage;
     // Before the camera's own listener, which then leaves the pointer alone.
@@ -84,7 +89,7 @@ export class Hand {
     const { span } = this.stage.mesh;
     this.arrow.position.fromArray(this.stage.points, 3 * this.nodes[this.held.place]);
     this.arrow.setDirection(new THREE.Vector3(0, 0, this.share < 0 ? -1 : 1));
-    const length = span * (0.03 + 0.16 * Math.abs(this.share));
+    const length = span * (0.06 + 0.16 * Math.abs(this.share));
     this.arrow.setLength(length, 0.05 * span, 0.03 * span);
     this.arrow.setColor(ink("--accent"));
   }

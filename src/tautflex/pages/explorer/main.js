@@ -44,6 +44,7 @@ const live = new Live(element("curves"), loop);
 fillSettings();
 listen();
 tellNotes();
+dress();
 home();
 requestAnimationFrame(frame);
 performance.mark("shown");
@@ -59,7 +60,7 @@ if (!window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
 function tellNotes() {
   const off = deviation(data);
   const agrees = off <= AGREES;
-  const text = `${data.model.reach.length} coordinates, steps of ${short(1e3 * data.step)} ms.`;
+  const text = `${data.model.reach.length} coordinates, steps of ${short(1e3 * data.step)} ms; film under compression does not wrinkle here.`;
   const found = agrees
     ? `This page steps the model itself, and agrees with Python to ${off.toExponential(0)} over a slew with a pull and a push.`
     : `This browser steps the model differently from Python (${off.toExponential(1)}): do not trust it.`;
@@ -193,7 +194,6 @@ function draw() {
     place();
     const limit = round(state.limit);
     stage.paintDisplacement(limit);
-    stage.cables.paint(null, ink("--cable"));
     stage.netLines.visible = element("lines").checked;
     stage.said.textContent = `displacements × ${factor()}`;
     hand.draw();
@@ -211,6 +211,12 @@ function frame(now) {
     draw();
   }
   requestAnimationFrame(frame);
+}
+
+function dress() {
+  if (!stage) return;
+  stage.dress();
+  stage.cables.paint(null, ink("--cable"));
 }
 
 function home() {
@@ -246,7 +252,7 @@ function listen() {
     }).observe(stage.holder);
   }
   watchLook(() => {
-    if (stage) stage.dress();
+    dress();
     draw();
   });
   document.addEventListener("keydown", keyed);
