@@ -123,6 +123,26 @@ def test_opens_from_disk_plays_and_slews(opened, page):
     assert page.evaluate("window.explorer.loop.plant.angle") == 0.0
 
 
+def test_what_is_drawn_is_what_is_measured(opened, page):
+    """The watched node of a flat film stands where its sensor reads, magnified; the hub is turned by its angle."""
+    page = opened(page).page
+    drawn, factor, measured, angle, x = page.evaluate(
+        """() => {
+          const { loop, stage, data, draw } = window.explorer;
+          loop.slew({ ...data.turn, angle: 0.4 });
+          for (let k = 0; k < 300; k++) loop.advance();
+          draw();
+          const node = data.mesh.probes.nodes[0];
+          const factor = Number(document.getElementById("factor").textContent.split(" ")[1]);
+          const moved = stage.points[3 * node + 2] - data.mesh.nodes[3 * node + 2];
+          return [moved, factor, loop.measured[data.seen.w[0]], loop.plant.angle, stage.body.quaternion.x];
+        }"""
+    )
+    assert abs(measured) > 1e-6
+    assert drawn == pytest.approx(factor * measured, rel=2e-3)
+    assert x == pytest.approx(np.sin(0.5 * angle), abs=1e-12)
+
+
 def test_sliders_and_the_hand_act(opened, page):
     page = opened(page).page
     pull, gain, damping = (page.locator("#settings input").nth(n) for n in (0, 4, 7))

@@ -44,9 +44,9 @@ def plant_data(given: Explorable, board: Board) -> dict[str, Any]:
     names, units, readings = labels_of(plant.inputs), units_of(plant.inputs), labels_of(plant.outputs)
     omega, vectors = _modes(model)
     ratios = np.einsum("rn,rs,sn->n", vectors, model.damping, vectors) / (2.0 * omega)
-    # What a slew bends most, by static strain energy.
-    bent = int(np.argmax((vectors.T @ model.reach) ** 2 / omega**2))
-    frequency, ratio = float(omega[bent] / (2.0 * np.pi)), float(ratios[bent])
+    # What a slew moves most, by its static answer.
+    moved = int(np.argmax(np.abs(vectors.T @ model.reach) / omega**2))
+    frequency, ratio = float(omega[moved] / (2.0 * np.pi)), float(ratios[moved])
     if law.shaper != "none":
         frequency, ratio = float(law.frequencies[0]), float(np.ravel(law.damping_ratios)[0])
     turn = Turn.of(given.slew, given.axis, law.shaper, frequency, ratio)
