@@ -92,7 +92,7 @@ def test_the_page_steps_the_plant_as_python_does(opened, page, kind, tmp_path, v
         assert found.shape == expected.shape
         worst = max(worst, float((np.abs(found - expected).max(axis=0) / np.abs(expected).max(axis=0)).max()))
     assert worst < 1e-9
-    verification_row(f"explorer page, {kind} antenna: measurements over 1.2 s", 0.0, worst, "CompiledPlant", 1e-9)
+    verification_row(f"explorer page, {kind} antenna: measurements over 1.2 s", 0.0, worst, "CompiledPlant")
 
 
 def test_opens_from_disk_plays_and_slews(opened, page):

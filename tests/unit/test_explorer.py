@@ -103,6 +103,7 @@ def test_wrong_pages_are_named(state, tmp_path):
         ((small_antenna(), page), {}, "model: expected a case, a prestressed state or a reduced model"),
         ((rom, tmp_path / "a.pdf"), {}, "path: expected a name that ends with .html"),
         ((rom, page), {"law": wild}, "law: expected a loop that is stable"),
+        ((rom, page), {"slew": tf.Slew(4.0, 1.0)}, "slew: expected an angle within half a turn"),
         ((rom, page), {"law": 3.0}, "law: expected a PD"),
         ((rom, page), {"actuators": taken}, "actuators: expected names that do not begin with"),
         ((rom, page), {"title": 3}, "title: expected a text"),

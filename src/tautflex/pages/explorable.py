@@ -16,7 +16,7 @@ from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.drive import Drive
 from tautflex.control.actuators.hub_torque import HubTorque
 from tautflex.control.laws.pd import PD
-from tautflex.errors import TautflexError
+from tautflex.errors import InputError, TautflexError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.loads.effects.tension_group import TensionGroup
@@ -145,6 +145,9 @@ def explorable(
     if not isinstance(turn, Slew):
         turn = Slew(*_SLEW, "bang-bang", tuple(np.eye(3)[axis].tolist()))
         said.append(f"a slew of {_SLEW[0]:g} rad in {_SLEW[1]:g} s")
+    if abs(turn.angle) > np.pi:
+        text = f"slew: expected an angle within half a turn, {np.pi:.4g} rad, as star trackers tell it"
+        raise InputError(f"{text}, got {turn.angle:g}; choose a smaller one")
     return Explorable(rom, turning, wheel, drives, damping, law, turn, remarks=said, **more)
 
 

@@ -81,7 +81,7 @@ function fillSettings() {
     }
   }
   const slews = group(holder, `Slew about ${AXES[data.axis]}`);
-  const most = Math.max(2 * Math.abs(turn.angle), 1) * (turn.angle < 0 ? -1 : 1);
+  const most = Math.min(Math.max(2 * Math.abs(turn.angle), 1), Math.PI) * (turn.angle < 0 ? -1 : 1);
   defaults.push(
     slider(slews, { name: "angle", low: 0, high: most, value: turn.angle, said: (value) => `${short(DEGREES * value)}°`, set: (value) => { turn.angle = value; } }),
     slider(slews, { name: "time", low: turn.duration / 5, high: turn.duration * 5, value: turn.duration, logarithmic: true, said: (value) => `${short(value)} s`, set: (value) => { turn.duration = value; } }),
