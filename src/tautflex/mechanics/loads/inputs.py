@@ -181,6 +181,11 @@ class InputSet:
         """Name and unit of each number of the linear inputs, for example ``"force_x [N]"``."""
         return tuple(label for item in self.linear for label in item.labels)
 
+    @cached_property
+    def all_linear(self) -> bool:
+        """Whether the numbers of the linear inputs are all that there is to know of an instant."""
+        return all(isinstance(item, PatternLoad | StressChange) for item in self._inputs)
+
     def values(self, time: float) -> Array:
         """Numbers u of the linear inputs at an instant [s], shape (n,)."""
         return np.concatenate([np.zeros(0), *(item.values(time) for item in self.linear)])

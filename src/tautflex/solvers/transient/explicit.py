@@ -203,6 +203,9 @@ class ExplicitStepper(Remembering):
             self._factors[key] = factors, update
         return self._factors[key][1]
 
+    def prepare(self, at: MotionState, size: float, segment: Segment) -> None:
+        """Nothing: there is no tangent."""
+
     def resolved(self, end: MotionState, error: Array) -> Array:
         """The whole vector: a stable step resolves everything."""
         return error
