@@ -146,6 +146,7 @@ from .motion.profiles import UnitStep as UnitStep
 from .motion.sequence import Sequence as Sequence
 from .motion.tabulated import Tabulated as Tabulated
 from .motion.translation import BaseAcceleration as BaseAcceleration
+from .pages.explorer import explore as explore
 from .pages.report import report as report
 from .plot.animation import animate as animate
 from .reduction.bases.modal_basis import ModalBasis as ModalBasis

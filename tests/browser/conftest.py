@@ -49,7 +49,7 @@ def opened(browser) -> Iterator[Callable]:
         page.on("pageerror", lambda error: said.append(str(error)))
         page.on("request", lambda request: asked.append(request.url))
         page.goto(path.as_uri())
-        page.wait_for_function("window.report && window.report.ready", timeout=60_000)
+        page.wait_for_function("(window.report || window.explorer || {}).ready", timeout=60_000)
         settle(page)
         return SimpleNamespace(page=page, said=said, asked=asked)
 

@@ -263,6 +263,19 @@ def doors(t):
                 "names": ("A", "B"),
             },
         ),
+        "explore": (
+            tf.explore,
+            {
+                "model": t["rom"],
+                "path": folder / "page.html",
+                "hub": tf.FreeHub(1.0, (1.0, 1.0, 1.0), axes="x"),
+                "actuators": {"wheel": tf.HubTorque("x")},
+                "damping": tf.Rayleigh(0.1, 1e-4),
+                "law": tf.PD(1.0, 1.0),
+                "slew": tf.Slew(0.1, 0.5),
+                "title": "film",
+            },
+        ),
         "animate": (
             tf.animate,
             {

@@ -20,6 +20,7 @@ from tautflex.cli.loops.control import control
 from tautflex.cli.loops.evaluate import evaluate
 from tautflex.cli.loops.train import train
 from tautflex.cli.runs.animate import animate
+from tautflex.cli.runs.explore import explore
 from tautflex.cli.runs.export import export
 from tautflex.cli.runs.report import report
 from tautflex.cli.runs.reproduce import reproduce
@@ -57,6 +58,7 @@ for one in (
     design,
     animate,
     report,
+    explore,
     reproduce,
     export,
 ):

@@ -15,22 +15,22 @@ _LIBRARIES = {"three": "vendor/three/three.module.min.js", "three/orbit": "vendo
 
 
 def assembled(page: str, title: str, data: Any) -> str:
-    """Text of a page whose sources lie in a folder: ``page.html``, ``style.css``, ``main.js`` and the modules it takes.
+    """Text of a page whose sources lie in a folder, and in ``common``: ``page.html``, styles, ``main.js``, modules.
 
     Modules import each other as ``page/name``; a map of names carries them inside the page.
     """
-    scripts = {item.name: item.read_text("utf-8") for item in (_HERE / page).iterdir() if item.name.endswith(".js")}
+    sources = {item.name: item.read_text("utf-8") for part in ("common", page) for item in (_HERE / part).iterdir()}
+    scripts = {name: text for name, text in sources.items() if name.endswith(".js")}
     modules = {name: _carried(_read(path)) for name, path in _LIBRARIES.items()}
     modules |= {f"page/{name.removesuffix('.js')}": _carried(text) for name, text in scripts.items()}
     parts = {
         "title": html.escape(title),
-        "style": _read(f"{page}/style.css"),
+        "style": "".join(text for name, text in sources.items() if name.endswith(".css")),
         "modules": json.dumps({"imports": modules}),
         "data": json.dumps(data, allow_nan=False).replace("<", "\\u003c"),  # no text of a run ends the script
         "licence": html.escape(_read("vendor/three/LICENSE").replace("--", "- -")),
     }
-    text = _read(f"{page}/page.html")
-    before, *rest = text.split("{{")
+    before, *rest = sources["page.html"].split("{{")
     found = [before]
     for part in rest:
         name, after = part.split("}}", 1)

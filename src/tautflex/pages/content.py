@@ -19,6 +19,7 @@ from tautflex.pages.numbers import numbers_of
 from tautflex.pages.rebuilt import Structure, stresses_over_time, structure_of
 from tautflex.pages.thinning import Drawing, chosen_frames, drawing_of
 from tautflex.plot.shapes import drawn_factor
+from tautflex.plot.surface import Wireframe
 from tautflex.solvers.modal.natural import Modes
 from tautflex.solvers.static.prestress import PrestressedState
 
@@ -39,7 +40,7 @@ def content_of(
     found: dict[str, Any] = {
         "name": name,
         "title": str(run.attrs.get("title", name)),
-        "mesh": _mesh(run, drawing),
+        "mesh": mesh_data(drawing.mesh) | _probes(run, drawing.mesh),
         "modes": [] if modes is None else _modes(modes, drawing),
         "modes_missing": why,
     }
@@ -64,17 +65,25 @@ def _no_inputs(run: xr.Dataset) -> list[Any] | None:
     return None if "command" in run else []
 
 
-def _mesh(run: xr.Dataset, drawing: Drawing) -> dict[str, Any]:
-    mesh = drawing.mesh
+def mesh_data(mesh: Wireframe) -> dict[str, Any]:
+    """A mesh as data for the scene."""
     lines = {"triangles": mesh.triangles, "edges": mesh.edges, "cables": mesh.cables, "beams": mesh.beams}
     found: dict[str, Any] = {name: packed(values) for name, values in lines.items()}
     found |= {"nodes": packed(mesh.nodes), "links": packed(mesh.links), "held": packed(mesh.held)}
     found["span"] = mesh.span
-    if run.sizes.get("probe", 0):
-        places = run["probe_position"].transpose("probe", "component").values
-        nearest = [int(np.linalg.norm(mesh.nodes - place, axis=1).argmin()) for place in places]
-        found["probes"] = {"names": [str(name) for name in run["probe"].values], "nodes": nearest}
     return found
+
+
+def _probes(run: xr.Dataset, mesh: Wireframe) -> dict[str, Any]:
+    if not run.sizes.get("probe", 0):
+        return {}
+    places = run["probe_position"].transpose("probe", "component").values
+    return {"probes": {"names": [str(name) for name in run["probe"].values], "nodes": nearest_nodes(mesh, places)}}
+
+
+def nearest_nodes(mesh: Wireframe, places: Array) -> list[int]:
+    """Nodes of a drawing that are nearest to places (n, 3)."""
+    return [int(np.linalg.norm(mesh.nodes - place, axis=1).argmin()) for place in places]
 
 
 def _modes(modes: Modes, drawing: Drawing) -> list[dict[str, Any]]:

@@ -26,6 +26,11 @@ def packed(values: ArrayLike) -> dict[str, Any]:
     return _written(given, kind)
 
 
+def exact(values: ArrayLike) -> dict[str, Any]:
+    """Numbers in double precision, as they are."""
+    return _written(np.asarray(values), "float64")
+
+
 def quantised(values: ArrayLike) -> dict[str, Any]:
     """Numbers as 16-bit integers times a scale of their last axis's entries: within 2e-5 of the largest; NaN kept."""
     given = np.asarray(values, dtype=np.float64)

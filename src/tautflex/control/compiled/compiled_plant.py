@@ -332,6 +332,11 @@ class CompiledPlant:
         self._left = int(_DRAWS - self._loop.counts[:, DRAWN].max())
 
     @property
+    def constants(self) -> tuple[Any, ...]:
+        """Arrays of the compiled loop; on a hub of one axis `AxisModel`, `Drives` and `Sensing`."""
+        return self._blocks.fixed
+
+    @property
     def failed(self) -> Mask:
         """Plants whose step was not stable since their reset, shape (count,)."""
         return self.failures != 0

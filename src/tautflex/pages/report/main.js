@@ -1,19 +1,17 @@
 // Puts the page together: stages, controls, curves, and one loop that draws what has changed.
 
 import { rising, STATES, twoSided } from "page/colours";
-import { readData } from "page/data";
 import { showFacts } from "page/facts";
 import { Heat } from "page/heat";
+import { element, placeOfFactor, roundFactor, showPlaying, watchLook } from "page/look";
 import { Player } from "page/player";
 import { Plot } from "page/plot";
-import { Stage } from "page/scene";
+import { RunStage } from "page/run_stage";
+import { readRuns } from "page/runs";
 
-const element = (id) => document.getElementById(id);
-const ICONS = { play: "M3 1l13 8-13 8z", pause: "M3 1h4.5v16H3zM10.5 1H15v16h-4.5z" };
-const GREATEST = 1e5;
 const MODE_SIZE = 0.07; // part of the span that a mode's largest displacement is drawn with
 
-const data = readData();
+const data = readRuns();
 const { runs } = data;
 element("made").textContent = `${data.made}${runs.length > 1 ? `: ${runs.map((run) => run.name).join(" beside ")}` : ""}`;
 document.title = data.title;
@@ -22,7 +20,7 @@ let stages = [];
 try {
   stages = runs.map((run) => {
     const holder = element("stages").appendChild(Object.assign(document.createElement("div"), { className: "stage" }));
-    return new Stage(run, holder, runs.length > 1);
+    return new RunStage(run, holder, runs.length > 1);
   });
 } catch (error) {
   element("stages").textContent = `This browser draws no 3-D scene (${error.message}); curves and numbers are below.`;
@@ -70,14 +68,12 @@ function fillControls() {
   if (runs.some((run) => run.fields_missing)) {
     element("colour").title = `Tension and wrinkles are not known: ${runs.find((run) => run.fields_missing).fields_missing}`;
   }
-  element("magnification").value = String(Math.log(Math.min(...runs.map((run) => run.magnification))) / Math.log(GREATEST));
+  element("magnification").value = placeOfFactor(Math.min(...runs.map((run) => run.magnification)));
   [element("time").min, element("time").max] = [player.first, player.last];
 }
 
 function factor() {
-  const raw = GREATEST ** Number(element("magnification").value);
-  const digit = 10 ** Math.floor(Math.log10(raw));
-  return raw < 10 ? Number(raw.toPrecision(2)) : Math.round(raw / (digit / 10)) * (digit / 10);
+  return roundFactor(element("magnification").value);
 }
 
 // The curves of all runs that have one name in one panel; of two runs the second is dashed.
@@ -172,9 +168,7 @@ function draw() {
   element("time").value = String(time);
   element("factor").textContent = `× ${factor()}`;
   element("motion").value = player.mode === null ? "run" : String(player.mode);
-  const icon = player.playing ? ICONS.pause : ICONS.play;
-  if (draw.icon !== icon) element("play").innerHTML = `<svg viewBox="0 0 18 18" aria-hidden="true"><path d="${icon}"/></svg>`;
-  draw.icon = icon;
+  showPlaying(element("play"), player.playing);
   for (const plot of plots) plot.tell(time);
 }
 
@@ -222,23 +216,12 @@ function listen() {
       again();
     }).observe(stage.holder);
   }
-  const dress = () => {
+  watchLook(() => {
     for (const stage of stages) {
       stage.dress();
       stage.painted = undefined;
     }
-    document.querySelectorAll(".plot .canvas").forEach((place) => place.dispatchEvent(new Event("dress")));
-    again();
-  };
-  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", dress);
-  window.addEventListener("beforeprint", () => {
-    document.documentElement.dataset.theme = "light";
-    dress();
     draw();
-  });
-  window.addEventListener("afterprint", () => {
-    delete document.documentElement.dataset.theme;
-    dress();
   });
   document.addEventListener("keydown", keyed);
 }

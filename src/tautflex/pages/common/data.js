@@ -1,7 +1,7 @@
 // Arrays of the page: base64 of typed arrays, little-endian, some with a scale of their last axis's entries.
 
 const KINDS = {
-  float32: Float32Array, int16: Int16Array, uint8: Uint8Array, uint16: Uint16Array, uint32: Uint32Array,
+  float64: Float64Array, float32: Float32Array, int16: Int16Array, uint8: Uint8Array, uint16: Uint16Array, uint32: Uint32Array,
 };
 const NOTHING = -32768;
 
@@ -19,35 +19,16 @@ export function numbers(given) {
   return Float32Array.from(values, (value) => (value === NOTHING ? NaN : value * scale[0]));
 }
 
-export function readData() {
+// What the page carries, as it was written.
+export function carried() {
   const element = document.getElementById("data");
   const data = JSON.parse(element.textContent);
   element.textContent = "";
-  for (const run of data.runs) {
-    for (const key of ["nodes", "triangles", "edges", "cables", "beams", "links", "held"]) {
-      run.mesh[key] = decoded(run.mesh[key]).values;
-    }
-    const frames = run.frames;
-    frames.time = decoded(frames.time).values;
-    frames.attitude = decoded(frames.attitude).values;
-    frames.displacement = decoded(frames.displacement);
-    frames.tension = frames.tension ? numbers(frames.tension) : null;
-    frames.state = frames.state ? decoded(frames.state).values : null;
-    for (const mode of run.modes) mode.shape = decoded(mode.shape);
-    for (const panel of run.curves) panel.lines.forEach(unpackLine);
-    if (run.frequencies) {
-      unpackLine(run.frequencies.spectrum);
-      const map = run.frequencies.scalogram;
-      for (const key of ["frequency", "time", "ridge", "cone"]) map[key] = decoded(map[key]).values;
-      map.magnitude = numbers(map.magnitude);
-    }
-  }
   return data;
 }
 
-function unpackLine(line) {
-  line.x = decoded(line.x).values;
-  line.y = decoded(line.y).values;
+export function unpackMesh(mesh) {
+  for (const key of ["nodes", "triangles", "edges", "cables", "beams", "links", "held"]) mesh[key] = decoded(mesh[key]).values;
 }
 
 // Place of a value in a rising array: the entry before it and the part of the way to the next one.

@@ -1,26 +1,27 @@
-// The structure of one run in three dimensions.
+// A structure in three dimensions.
 
 import * as THREE from "three";
 import { OrbitControls } from "three/orbit";
-import { colourOf, ink, rising, states, twoSided } from "page/colours";
-import { placed } from "page/data";
+import { colourOf, ink, rising, twoSided } from "page/colours";
 import { Supports, Tubes } from "page/members";
 
 const HOME = new THREE.Vector3(0.42, -0.8, 0.62).normalize();
 const LABELS = ["x", "y", "z"];
 const AXES = ["#d6453d", "#2f9e57", "#3b74d8"];
+const NONE = new THREE.Quaternion();
 
 export class Stage {
-  constructor(run, holder, several) {
-    this.run = run;
+  // mesh: places of the nodes and numbers of what is drawn between them; name: written over it, if any.
+  constructor(mesh, holder, name) {
+    this.mesh = mesh;
     this.holder = holder;
-    this.points = Float32Array.from(run.mesh.nodes);
+    this.points = Float32Array.from(mesh.nodes);
     this.values = new Float32Array(this.points.length / 3);
     this.marks = [];
     this.renderer = new THREE.WebGLRenderer({ antialias: !drawnBySoftware(), alpha: true, preserveDrawingBuffer: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     holder.append(this.renderer.domElement);
-    if (several) holder.append(Object.assign(document.createElement("div"), { className: "name", textContent: run.name }));
+    if (name) holder.append(Object.assign(document.createElement("div"), { className: "name", textContent: name }));
     this.said = holder.appendChild(Object.assign(document.createElement("div"), { className: "said" }));
     this.scene = new THREE.Scene();
     this.body = new THREE.Group();
@@ -33,8 +34,8 @@ export class Stage {
   }
 
   build() {
-    const { mesh } = this.run;
-    const span = mesh.span;
+    const { mesh } = this;
+    const { span } = mesh;
     this.scene.add(new THREE.HemisphereLight("#ffffff", "#8d97a5", 2.1));
     const lamp = new THREE.DirectionalLight("#ffffff", 1.3);
     lamp.position.set(1, -2, 3);
@@ -116,14 +117,9 @@ export class Stage {
     this.camera.updateProjectionMatrix();
   }
 
-  // Camera so far away that the structure's box stays in the picture at all attitudes, with room for what it moves.
-  home(turning, factor) {
-    const { frames, mesh } = this.run;
-    const room = factor * frames.largest;
+  // Camera so far away that the structure's box stays in the picture at all these attitudes, with room for its motion.
+  home(turns, room) {
     const corners = boxCorners(this.box, room);
-    const some = turning ? Array.from({ length: 24 }, (_, k) => Math.round((k / 23) * (frames.time.length - 1))) : [];
-    const turns = some.map((frame) => quaternion(frames.attitude, frame));
-    if (!turning) turns.push(new THREE.Quaternion());
     const places = turns.flatMap((turn) => corners.map((corner) => corner.clone().applyQuaternion(turn)));
     const target = new THREE.Box3().setFromPoints(places).getCenter(new THREE.Vector3());
     this.camera.position.copy(target).add(HOME);
@@ -136,7 +132,7 @@ export class Stage {
       const across = Math.max(Math.abs(place.dot(right)) / (tall * this.camera.aspect), Math.abs(place.dot(up)) / tall);
       return 1.06 * across + place.dot(back);
     });
-    const distance = Math.max(...needed, mesh.span);
+    const distance = Math.max(...needed, this.mesh.span);
     this.controls.target.copy(target);
     this.camera.position.copy(HOME).multiplyScalar(distance).add(target);
     this.camera.near = 0.02 * distance;
@@ -145,66 +141,37 @@ export class Stage {
     this.controls.update();
   }
 
-  // Puts the structure where it is at a time [s].
-  showRun(time, factor, turning) {
-    const { frames, mesh } = this.run;
-    const { values, scale } = frames.displacement;
-    const [frame, part] = placed(frames.time, time);
-    const size = this.points.length;
-    const one = frame * size;
-    const next = Math.min(frame + 1, frames.time.length - 1) * size;
-    for (let i = 0; i < size; i++) {
-      const moved = (values[one + i] + part * (values[next + i] - values[one + i])) * scale[i % 3];
-      this.points[i] = mesh.nodes[i] + factor * moved;
-      if (i % 3 === 2) this.values[(i - 2) / 3] = moved;
-    }
-    this.frame = part < 0.5 ? frame : Math.min(frame + 1, frames.time.length - 1);
-    this.body.quaternion.copy(quaternion(frames.attitude, frame));
-    if (next > one) this.body.quaternion.slerp(quaternion(frames.attitude, frame + 1), part);
-    this.reference.quaternion.copy(quaternion(frames.attitude, 0));
-    if (!turning) {
-      this.body.quaternion.identity();
-      this.reference.quaternion.identity();
-    }
+  // Turns the structure; where it stood at first stays, or turns by another.
+  turn(now, first) {
+    this.body.quaternion.copy(now);
+    this.reference.quaternion.copy(first || NONE);
   }
 
-  showMode(number, amplitude) {
-    const { mesh, modes } = this.run;
-    const { values, scale } = modes[number].shape;
-    for (let i = 0; i < this.points.length; i++) {
-      const moved = amplitude * values[i] * scale[i % 3];
-      this.points[i] = mesh.nodes[i] + moved;
-      if (i % 3 === 2) this.values[(i - 2) / 3] = moved;
-    }
-    this.body.quaternion.identity();
-    this.reference.quaternion.identity();
-  }
-
-  // Paints by "w" within a limit, by "state" or by "tension" within two.
-  paint(by, limits) {
-    const { mesh, frames } = this.run;
-    const { triangles } = mesh;
+  // Paints the film: a corner's colour is an entry of a table.
+  paintFilm(table, placeOf) {
+    const { triangles } = this.mesh;
     const colours = this.film.getAttribute("color").array;
-    const table = by === "state" ? states : twoSided.table;
-    const offset = this.frame * (triangles.length / 3);
     for (let k = 0; k < triangles.length; k++) {
-      let place = 128;
-      if (by === "state") place = Math.min(frames.state[offset + Math.floor(k / 3)], 2);
-      else if (by === "w") place = colourOf(this.values[triangles[k]], -limits[1], limits[1]);
-      for (let c = 0; c < 3; c++) colours[3 * k + c] = LINEAR[table[3 * place + c]];
+      const place = 3 * placeOf(k);
+      for (let c = 0; c < 3; c++) colours[3 * k + c] = LINEAR[table[place + c]];
     }
     this.film.getAttribute("color").needsUpdate = true;
-    if (by === "tension") {
-      const count = this.cables.count;
-      const own = new Uint8Array(3 * count);
-      for (let k = 0; k < count; k++) {
-        const place = colourOf(frames.tension[this.frame * count + k], limits[0], limits[1]);
-        own.set(rising.table.subarray(3 * place, 3 * place + 3), 3 * k);
-      }
-      this.cables.paint(own);
-    } else if (this.painted !== by) this.cables.paint(null, ink("--cable"));
-    this.cables.radius = (by === "tension" ? 0.0035 : 0.0016) * mesh.span;
-    this.painted = by;
+  }
+
+  // Paints the film by its displacement w within a limit.
+  paintDisplacement(limit) {
+    const { triangles } = this.mesh;
+    this.paintFilm(twoSided.table, (k) => colourOf(this.values[triangles[k]], -limit, limit));
+  }
+
+  // Paints the cables by tensions within limits.
+  paintCables(tensions, [low, high]) {
+    const own = new Uint8Array(3 * tensions.length);
+    tensions.forEach((tension, k) => {
+      const place = 3 * colourOf(tension, low, high);
+      own.set(rising.table.subarray(place, place + 3), 3 * k);
+    });
+    this.cables.paint(own);
   }
 
   draw() {
@@ -221,7 +188,7 @@ export class Stage {
 
   // Film, tubes and dots follow the points; a node's normal is the sum of those of its triangles.
   place() {
-    const { triangles } = this.run.mesh;
+    const { triangles } = this.mesh;
     const { points, normals } = this;
     normals.fill(0);
     for (let k = 0; k < triangles.length; k += 3) {
@@ -255,10 +222,6 @@ export class Stage {
     for (const tubes of [this.cables, this.links, this.beams]) tubes.move(points);
     for (const [dot, node] of this.dots) dot.position.fromArray(points, 3 * node);
   }
-}
-
-function quaternion(rows, number) {
-  return new THREE.Quaternion(rows[4 * number + 1], rows[4 * number + 2], rows[4 * number + 3], rows[4 * number]);
 }
 
 function boxCorners({ min, max }, room) {

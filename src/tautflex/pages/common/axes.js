@@ -66,7 +66,7 @@ export function drawAxes(context, width, height, x, y, labelX, labelY) {
   context.fillStyle = ink("--soft");
   context.textAlign = "right";
   context.textBaseline = "middle";
-  for (const value of y.ticks(Math.max(2, Math.floor((height - top - bottom) / 34)))) {
+  for (const value of y.ticks(Math.max(2, Math.floor((height - top - bottom) / 24)))) {
     line(context, left, y(value), width - right, y(value));
     context.fillText(written(value), left - 6, y(value));
   }

@@ -1,0 +1,40 @@
+// What pages have in common: their controls, light and dark, and how they print.
+
+const ICONS = { play: "M3 1l13 8-13 8z", pause: "M3 1h4.5v16H3zM10.5 1H15v16h-4.5z" };
+const GREATEST = 1e5; // factor that displacements are drawn with
+
+export const element = (id) => document.getElementById(id);
+
+// Factor of a slider's place between 0 and 1, of two digits.
+export function roundFactor(place) {
+  const raw = GREATEST ** Number(place);
+  const digit = 10 ** Math.floor(Math.log10(raw));
+  return raw < 10 ? Number(raw.toPrecision(2)) : Math.round(raw / (digit / 10)) * (digit / 10);
+}
+
+export function placeOfFactor(factor) {
+  return String(Math.log(factor) / Math.log(GREATEST));
+}
+
+export function showPlaying(button, playing) {
+  const icon = playing ? ICONS.pause : ICONS.play;
+  if (button.dataset.icon !== icon) button.innerHTML = `<svg viewBox="0 0 18 18" aria-hidden="true"><path d="${icon}"/></svg>`;
+  button.dataset.icon = icon;
+}
+
+// Calls `dress` when the system turns light or dark, and around printing, which is light.
+export function watchLook(dress) {
+  const dressed = () => {
+    dress();
+    document.querySelectorAll(".plot .canvas").forEach((place) => place.dispatchEvent(new Event("dress")));
+  };
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", dressed);
+  window.addEventListener("beforeprint", () => {
+    document.documentElement.dataset.theme = "light";
+    dressed();
+  });
+  window.addEventListener("afterprint", () => {
+    delete document.documentElement.dataset.theme;
+    dressed();
+  });
+}

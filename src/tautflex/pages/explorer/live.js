@@ -1,0 +1,60 @@
+// Curves of what happens now: the last seconds of a loop.
+
+import { Plot } from "page/plot";
+
+const WINDOW = 20; // [s]
+const DEGREES = 180 / Math.PI;
+
+export class Live {
+  constructor(holder, loop) {
+    this.loop = loop;
+    this.time = [];
+    this.columns = new Map();
+    const { seen, torque, mesh } = loop.data;
+    const read = (n, factor = 1) => () => factor * loop.measured[n];
+    const angle = () => loop.reference(loop.time)[0];
+    const panels = [
+      ["Film", "w [mm]", mesh.probes.names.map((name, k) => [`w at ${name}`, read(seen.w[k], 1e3)])],
+      ["Attitude", "angle [°]", [
+        ["hub", read(seen.attitude, DEGREES)], ["to follow", () => DEGREES * angle(), 1],
+      ]],
+      ["Attitude error", "error [mrad]", [["error", () => 1e3 * (loop.measured[seen.attitude] - angle())]]],
+      ["Torque of the wheel", "T [N m]", [["torque", () => loop.value[torque]]]],
+    ];
+    if (seen.rms !== undefined) panels[0][2].push(["rms off the plane", read(seen.rms, 1e3)]);
+    this.plots = panels.filter(([, , lines]) => lines.length).map(([title, labelY, lines]) => {
+      const drawn = lines.map(([name, value, dash], colour) => {
+        const y = [];
+        this.columns.set(y, value);
+        return { name, x: this.time, y, colour, dash: dash || 0, key: true };
+      });
+      return new Plot(holder, { title, labelX: "t [s]", labelY, lines: drawn });
+    });
+    this.note();
+  }
+
+  clear() {
+    this.time.length = 0;
+    for (const y of this.columns.keys()) y.length = 0;
+    this.note();
+  }
+
+  // Takes in what is measured now.
+  note() {
+    this.time.push(this.loop.time);
+    for (const [y, value] of this.columns) y.push(value());
+    if (this.time[0] >= this.loop.time - WINDOW) return;
+    this.time.shift();
+    for (const y of this.columns.keys()) y.shift();
+  }
+
+  draw() {
+    const { time } = this.loop;
+    for (const plot of this.plots) {
+      plot.limits();
+      plot.x = [Math.max(0, time - WINDOW), Math.max(time, 0.25 * WINDOW)];
+      plot.shown = time;
+      plot.draw();
+    }
+  }
+}
