@@ -23,6 +23,7 @@ from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, INTERNAL, LOAD, NONE, STRESS, Books
 from tautflex.solvers.transient.methods.scheme import Stage, StepScheme
+from tautflex.solvers.transient.moved_supports import MovedSupports
 from tautflex.solvers.transient.state import MotionState, MotionTerms, hermite
 from tautflex.solvers.transient.status import Statistics
 from tautflex.solvers.transient.step_kernel import assemble_residual, begin_step, end_of_step, step_residual
@@ -57,10 +58,11 @@ class EquationOfMotion:
 
     def __post_init__(self) -> None:
         self.system = self.state.system
-        self.workspace = self.system.workspace()
         self.inertia = self.system.inertia
         linear = self.state.linear
         matrix = self.damping.of(linear)
+        self.moved = MovedSupports(self.state, matrix, self.inputs) if self.inputs and self.inputs.moved else None
+        self.workspace = self.system.workspace() if self.moved is None else self.moved.workspace
         kinds = linear.by_kind if matrix.kinds else None
         self.products = MassDamping(
             self.system.pattern, self.inertia.mass_entries, self.state.tangent_entries, matrix, kinds
@@ -71,7 +73,7 @@ class EquationOfMotion:
         self.at_rest = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(self.system.size))
         self._terms = self.at_rest
         self.input_load = np.zeros(self.system.size)
-        self.restressed = bool(self.inputs and self.inputs.changes_stress())
+        self.restressed = self.moved is not None or bool(self.inputs and self.inputs.changes_stress())
         self.followers: list[FollowerForce] = []
 
     def motion_terms(self, motion: RigidMotion) -> MotionTerms:
@@ -97,6 +99,8 @@ class EquationOfMotion:
             instant = earlier(time, before)
             self.input_load, self.followers = self.inputs.load(instant), self.inputs.followers(instant)
             self.workspace.change_initial_stress(self.inputs.stress(instant))
+            if self.moved is not None:
+                self.moved.set_time(instant)
 
     def force(self, q: Array) -> Array:
         """Internal force above the reference."""
@@ -109,9 +113,13 @@ class EquationOfMotion:
         """Force of the inputs at the instant that is set."""
         return sum((item.force(q) for item in self.followers), self.input_load)
 
+    def frame_load(self, terms: MotionTerms) -> Array:
+        """Load of the moving frame, and of moved supports at the instant that is set; left-hand side."""
+        return terms.load if self.moved is None else terms.load + self.moved.load(terms)
+
     def frame_forces(self, q: Array, v: Array, terms: MotionTerms) -> Array:
         """Forces of damping, of the moving frame and of the inputs."""
-        total = terms.load - self.applied(q)
+        total = self.frame_load(terms) - self.applied(q)
         if self.products.damped:
             total += self.products.damping_product(v)
         if terms.velocity.any():
@@ -163,13 +171,18 @@ class EquationOfMotion:
         """The same where inputs change it, else zero."""
         return self.strain_energy(q) if self.restressed else 0.0
 
-    def restressing_work(self, at: MotionState, end: MotionState, before: float) -> float:
-        """What inputs add to the strain energy over a step [J]; its end is then set."""
-        q = 0.5 * (at.q + end.q)
+    def book_restressing(self, work: Array, at: MotionState, end: MotionState, before: float) -> None:
+        """Add to the work of a step what inputs change of the strain energy, and dampers take of moved supports [J].
+
+        The end of the step is then set.
+        """
+        q, moved = 0.5 * (at.q + end.q), self.moved
         self.set_time(at.time)
-        stored = self.strain_energy(q)
+        stored, since = self.strain_energy(q), None if moved is None else moved.places
         self.set_time(end.time, before)
-        return self.strain_energy(q) - stored
+        work[STRESS] += self.strain_energy(q) - stored
+        if moved is not None and since is not None:
+            moved.keep_books(work, at, end, since)
 
     def books_behind_jump(self, at: MotionState, stored: float) -> Books:
         """Books of a state behind a jump, before which ``stored`` [J] was its strain energy; that instant is set."""
@@ -217,9 +230,14 @@ class EquationOfMotion:
         """Motion of the floating frame."""
         return segment.motion(at.time)
 
+    def translations(self, q: Array) -> Array:
+        """Displacement of all nodes at the instant that is set [m], shape (node, 3)."""
+        moved = self.moved
+        return self.system.translations(q) if moved is None else moved.system.translations(moved.whole(q, q)[0])
+
     def kinetic_energy(self, at: MotionState) -> float:
         """Energy of the motion relative to the floating frame [J]."""
-        return 0.5 * self.products.mass_norm(at.v)
+        return 0.5 * self.products.mass_norm(at.v) if self.moved is None else self.moved.kinetic_energy(at.v)
 
     def between(self, start: MotionState, end: MotionState, time: float) -> MotionState:
         """State at an instant between two states."""
@@ -299,10 +317,10 @@ class StepForces:
     ) -> None:  # fmt: skip
         self.equation, self.numbers, self.at, self.size = equation, numbers, at, size
         self.displacement, self.before = terms.displacement, before
-        self._then, self._input, self._frame = then, equation.input_load, terms.load
+        self._then, self._input, self._frame = then, equation.input_load, equation.frame_load(terms)
         self._scheme = scheme = numbers.scheme
         products, pairs = equation.products, equation.inertia.pairs
-        load = terms.load - equation.input_load if equation.inputs else terms.load
+        load = self._frame - equation.input_load if equation.inputs else self._frame
         self._rows, turning, self.known_norm, self._load_norm, self.stiff_norm = begin_step(
             products.start, products.column, products.mass, products.damping, products.spread, pairs,
             numbers.known, terms.velocity, terms.displacement, load, diagonal, at.q, at.v, at.a,
@@ -323,7 +341,8 @@ class StepForces:
             products.start, products.column, numbers.linear, pairs, turning, scheme.weight,
             equation.state.reference_force, self._rows,
         )  # fmt: skip
-        self._elements: Any = equation.workspace.store, equation.workspace.stresses
+        workspace = equation.workspace
+        self._elements: Any = workspace.store, workspace.stresses, workspace.held
 
     def residual(self, x: Array) -> tuple[Array, float, float, float]:
         """Residual of an increment [N], its norm, the norm of the forces it is measured against, that of inertia."""
@@ -375,5 +394,5 @@ class StepForces:
         books = Books(work, rows[4:9], now, instant - self.size)
         end = MotionState(at.time + self.size, q, v, a, forces, jerk, books=books)
         if equation.restressed:
-            work[STRESS] += equation.restressing_work(at, end, self.before)
+            equation.book_restressing(work, at, end, self.before)
         return end
