@@ -10,6 +10,7 @@ import pytest
 import tautflex as tf
 from tautflex import Damper, PointMass, Spring, Support, SupportMotion, TimeTable
 from tautflex.case import parse_case
+from tautflex.case.advice import advise
 from verification.builders import FILM_CASE
 
 LENGTH, TENSION, DENSITY, CELLS = 2.0, 50.0, 1000.0, 32
@@ -319,6 +320,7 @@ motion = { times = [0.0, 0.1, 0.2], values = [0.0, 0.01, 0.0] }
 """
     case = parse_case(FILM_CASE + text)
     assert parse_case(case.to_toml()) == case
+    assert not any("nothing moves" in text for text in advise(case, tf.solve_prestress(tf.build_model(case)))[0])
     run = tf.run_case(case)
     x = run.data.node_position.values[:, 0]
     last = run.data.frame_displacement.values[-1]
