@@ -3,12 +3,12 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
-CHECKED := src tests benchmarks examples tools
+CHECKED := src tests benchmarks examples tools docs/conf.py
 # A file of tests runs in one process, so that what its tests share is made once.
 PYTEST := $(BIN)/pytest --numprocesses=auto --maxprocesses=4 --dist=loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo quick test verification lint reference format rooms benchmark benchmark-control campaign benchmark-peers dolfinx clean
+.PHONY: help demo quick test verification lint docs reference format rooms benchmark benchmark-control campaign benchmark-peers dolfinx clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -33,6 +33,10 @@ lint: $(VENV)/tools ## check format, lint rules, types and the import contract
 	$(BIN)/ruff check $(CHECKED)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: $(VENV)/docs ## run all examples and tutorials, build the manual, docs/_build/html/index.html (minutes; warnings are errors)
+	$(BIN)/sphinx-build --quiet --fail-on-warning --builder html docs docs/_build/html
+	@echo "Open $(CURDIR)/docs/_build/html/index.html in a browser."
 
 reference: $(VENV)/installed ## write docs/case.md, the keys of the case file, from the classes
 	$(BIN)/tautflex keys --markdown > docs/case.md
@@ -65,7 +69,7 @@ dolfinx: ## install the peer DOLFINx system-wide (Debian package python3-dolfinx
 	apt-get install --yes --no-install-recommends python3-dolfinx
 
 clean: ## remove the environment, caches and demo results
-	rm -rf $(VENV) .peers demo build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) .peers demo docs/_build docs/generated build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # An existing case is never rewritten: it may carry the reader's own changes.
@@ -86,4 +90,9 @@ $(VENV)/installed: pyproject.toml constraints.txt | $(BIN)/python
 $(VENV)/tools: $(VENV)/installed
 	@echo "Installing the test tools into $(VENV) ..."
 	@$(PIP) install --constraint constraints.txt --editable '.[dev]'
+	@touch $@
+
+$(VENV)/docs: $(VENV)/installed
+	@echo "Installing what builds the manual into $(VENV) ..."
+	@$(PIP) install --constraint constraints.txt --editable '.[docs]'
 	@touch $@

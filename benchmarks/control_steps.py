@@ -69,15 +69,15 @@ def tabled(rom: tf.ReducedModel) -> float:
     return rate(lambda: len(plants.run(table)[1]))
 
 
-def recorded(state: Any, count: int) -> float:
-    """Rate of a plant that keeps a record."""
-    plant, table = tf.Plant(state, HUB, ACTUATORS, SENSORS, **ASKED), commands(count)
+def recorded(state: Any, table: Any) -> float:
+    """Rate of a plant that keeps a record, under commands in turn."""
+    plant = tf.Plant(state, HUB, ACTUATORS, SENSORS, **ASKED)
 
     def once() -> int:
         plant.reset()
         for row in table:
             plant.step(row)
-        return count
+        return len(table)
 
     return rate(once, 3)
 
@@ -145,7 +145,7 @@ def main() -> None:
         print(f"| {rom.size} coordinates, one call per step | {compiled(rom, 1):.0f} |", flush=True)
         print(f"| {rom.size} coordinates, 64 plants per call | {compiled(rom, 64):.0f} |", flush=True)
         print(f"| {rom.size} coordinates, 500 steps per call | {tabled(rom):.0f} |", flush=True)
-        print(f"| {rom.size} coordinates, `Plant` with its record | {recorded(rom, 100):.0f} |", flush=True)
+        print(f"| {rom.size} coordinates, `Plant` with its record | {recorded(rom, commands(100)):.0f} |", flush=True)
         assert rom.size == count
     for count in BASES:
         print(f"| {count} coordinates, `tautflex/Slew-v0` | {environment(count):.0f} |", flush=True)
@@ -154,7 +154,14 @@ def main() -> None:
         forward, slope = twin(precision)
         print(f"| 8 coordinates, functional twin, {precision} | {forward:.0f} |", flush=True)
         print(f"| 8 coordinates, functional twin with the slope of a policy, {precision} | {slope:.0f} |", flush=True)
-    print(f"| full structure, `Plant` with its record | {recorded(state, 50):.0f} |", flush=True)
+    table = commands(50)
+    for said, given in (
+        ("all commands change", table),
+        ("the torque changes", table * [1.0, 0.0, 0.0]),
+        ("all stay", np.repeat(table[:1], 50, axis=0)),
+    ):
+        steps = recorded(state, given)
+        print(f"| full structure, `Plant`, {said} | {steps:.0f}, {500.0 / steps:.2f} ms per time step |", flush=True)
 
 
 if __name__ == "__main__":

@@ -98,6 +98,7 @@ def main() -> None:
     parser.add_argument("--budget", type=float, default=1500.0, help="plant time to tune a law [s]")
     parser.add_argument("--angles", type=int, default=4, help="angles of the scenarios (default %(default)s)")
     parser.add_argument("--seeds", type=int, default=2, help="seeds of their noise (default %(default)s)")
+    parser.add_argument("--laws", nargs="+", default=LAWS, choices=LAWS, help="beside the policies (default: all)")
     parser.add_argument("--workers", type=int, default=None, help="processes (default: one per core)")
     parser.add_argument(
         "--write",
@@ -111,7 +112,7 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     case = task_case("slew")
     arena = Arena(case)
-    laws: dict[str, Any] = {name: tuned(name, arena, folder, asked.budget) for name in LAWS}
+    laws: dict[str, Any] = {name: tuned(name, arena, folder, asked.budget) for name in asked.laws}
     laws |= {f"policy {seed}": trained(seed, folder, asked.iterations) for seed in range(asked.policies)}
     kept: Any = {"directory": folder / "episodes", "workers": asked.workers}
     grid = scenarios_of(arena.task, asked.angles, seeds=asked.seeds)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from numbers import Real
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -66,6 +66,18 @@ def function(name: str, value: Any, *arguments: str) -> None:
         raise InputError(f"{name}: expected {wanted}, got {got}; take all {len(arguments)} of them") from None
     except ValueError:  # functions built into the interpreter need not tell
         pass
+
+
+def teller(progress: Any) -> Callable[[float, str], None]:
+    """Who is told the fraction done and a short message: ``progress``, or nobody if it is None; else InputError."""
+    if progress is None:
+        return _silent
+    function("progress", progress, "fraction", "message")
+    return cast(Callable[[float, str], None], progress)
+
+
+def _silent(fraction: float, message: str) -> None:
+    """Nobody listens."""
 
 
 def path(name: str, value: Any) -> Path:

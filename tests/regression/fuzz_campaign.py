@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -27,6 +28,7 @@ import tautflex as tf
 from regression import case_generator, mesh_files
 from regression.mutations import mutated
 from regression.rich_decks import ABAQUS, NASTRAN
+from regression.small_decks import DECKS
 from regression.small_result import result_files
 from tautflex.case import parse_case, template
 from verification.builders import antenna
@@ -68,10 +70,12 @@ class Target:
     slow: float = SLOW
 
 
-def _meshes(*writers: Callable[..., str], rich: str = "") -> Callable[[], list[bytes]]:
+def _meshes(writer: Callable[..., str], suffix: str, *rich: str) -> Callable[[], list[bytes]]:
+    """An antenna, decks with everything, and small ones, which are many a second."""
+
     def samples() -> list[bytes]:
-        models = [antenna((0.59, 1.0), divisions) for divisions in ((2, 2), (4, 3))]
-        return [*(writer(model).encode() for model in models for writer in writers), *([rich.encode()] * bool(rich))]
+        small = [re.sub(r"(?m)^\*?INCLUDE.*\n", "", one.text) for one in DECKS.values() if one.suffix == suffix]
+        return [text.encode() for text in (writer(antenna((0.59, 1.0), (2, 2))), *rich, *(4 * small))]
 
     return samples
 
@@ -102,9 +106,9 @@ stress_y = 4e3
 
 TARGETS = {
     "case": Target(".toml", _cases, tf.load_case),
-    "abaqus": Target(".inp", _meshes(mesh_files.abaqus, rich=ABAQUS), built),
-    "nastran": Target(".bdf", _meshes(mesh_files.nastran, rich=NASTRAN), built),
-    "gmsh": Target(".msh", _meshes(mesh_files.msh), read_mesh),
+    "abaqus": Target(".inp", _meshes(mesh_files.abaqus, ".inp", ABAQUS), built),
+    "nastran": Target(".bdf", _meshes(mesh_files.nastran, ".bdf", NASTRAN), built),
+    "gmsh": Target(".msh", _meshes(mesh_files.msh, ".msh"), read_mesh),
     "runs": Target(".toml", case_generator.warm_up, case_generator.run, make=case_generator.generated, slow=10.0),
     "results": Target(".nc", result_files, tf.load, binary=True),
 }
@@ -125,7 +129,7 @@ def attempt(target: Target, content: bytes, path: Path) -> bool:
     return True
 
 
-def campaign(name: str, first: int, count: int, batch: int = 500) -> Outcome:
+def campaign(name: str, first: int, count: int, batch: int = 5000) -> Outcome:
     """Try the mutations ``first`` to ``first + count`` of a target, batch by batch."""
     total = Outcome()
     start = first

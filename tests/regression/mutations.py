@@ -62,7 +62,7 @@ def mutated(seed: int, samples: list[bytes], *, binary: bool = False) -> bytes:
     """Change one of ``samples`` in one to six random ways; binary formats mostly keep their length."""
     chance = random.Random(seed)
     content = chance.choice(samples)
-    for _ in range(chance.randint(1, 6)):
+    for _ in range(chance.choice((1, 1, 1, 2, 3, 6))):
         content = chance.choice(_BINARY_WAYS if binary else _WAYS)(chance, content, samples)
     return content
 
@@ -131,6 +131,19 @@ def _swap_lines(chance: random.Random, content: bytes, samples: list[bytes]) -> 
     return b"".join(lines)
 
 
+def _drop_line(chance: random.Random, content: bytes, samples: list[bytes]) -> bytes:
+    lines = content.splitlines(keepends=True)
+    gone = chance.randrange(len(lines) or 1)
+    return b"".join(lines[:gone] + lines[gone + 1 :])
+
+
+def _foreign_line(chance: random.Random, content: bytes, samples: list[bytes]) -> bytes:
+    """Put a line of any sample somewhere between lines."""
+    lines, others = content.splitlines(keepends=True), chance.choice(samples).splitlines(keepends=True)
+    lines.insert(chance.randint(0, len(lines)), chance.choice(others))
+    return b"".join(lines)
+
+
 def _splice(chance: random.Random, content: bytes, samples: list[bytes]) -> bytes:
     other = chance.choice(samples)
     start, end = _span(chance, other)
@@ -140,7 +153,7 @@ def _splice(chance: random.Random, content: bytes, samples: list[bytes]) -> byte
 
 _NUMBERS, _WORDS = _replace(_NUMBER), _replace(_WORD)
 _WAYS = [
-    *(_truncate, _remove, _repeat, _flip, _garbage, _swap_lines, _splice),
+    *(_truncate, _remove, _repeat, _flip, _garbage, _swap_lines, _splice, _drop_line, _foreign_line, _foreign_line),
     *([_NUMBERS] * 4),
     *([_WORDS] * 3),
 ]

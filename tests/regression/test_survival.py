@@ -153,6 +153,10 @@ def test_random_kills_leave_whole_files_and_equal_results(tmp_path):
     script = Path(__file__).with_name("kill_campaign.py")
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(
-        [sys.executable, str(script), "6"], capture_output=True, text=True, env=environment, check=False
+        [sys.executable, str(script), "6", "0", "inf", "run", "export csv", "sweep"],
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=False,
     )
     assert done.returncode == 0, done.stderr

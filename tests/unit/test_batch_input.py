@@ -127,11 +127,12 @@ def test_nonlinear_laws_are_refused():
         tf.Batch(tf.solve_prestress(model))
 
 
-def test_missing_jax_is_said_in_one_line():
+@pytest.mark.parametrize("asked", ["Batch", "FunctionalTwin", "train"])
+def test_missing_jax_is_said_in_one_line(asked):
     code = (
         "import sys; sys.modules['jax'] = None\n"
         "import tautflex as tf\n"
-        "try:\n    tf.Batch\nexcept tf.MissingExtraError as error:\n    print(error)"
+        f"try:\n    tf.{asked}\nexcept tf.MissingExtraError as error:\n    print(error)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == (

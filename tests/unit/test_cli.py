@@ -177,6 +177,22 @@ def test_tune_hits_the_frequency_and_writes_the_case(film, answer):
     code, again = answer("modes", "tuned.toml")
     assert code == 0
     assert again["frequencies"] == pytest.approx(found["frequencies"], rel=1e-6)
+    before, after = Path("m2.toml").read_text().splitlines(), Path("tuned.toml").read_text().splitlines()
+    changed = [one for one, other in zip(before, after, strict=True) if one != other]
+    assert [line.split()[0] for line in changed] == ["pretension_x", "pretension_y"]
+
+
+def test_a_tuned_case_elsewhere_names_its_mesh_from_there(film, answer):
+    assert main(["init", "sail.toml", "--template", "sail"]) == 0
+    Path("other").mkdir()
+    changes = ["--set", "maneuver.kind=none", "--set", "damping.alpha=0.5"]
+    assert answer("tune", "sail.toml", "--frequency", "1.0", "-o", "other/tuned.toml", *changes)[0] == 0
+    case = load_case("other/tuned.toml")
+    assert (Path(case.mesh.file).resolve(), case.maneuver.kind, case.damping.alpha) == (
+        Path("sail.inp").resolve(),
+        "none",
+        0.5,
+    )
 
 
 def test_init_run_line_works_as_printed(film, capsys):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numba
 
 from tautflex import compiling
@@ -27,3 +29,9 @@ def test_code_is_kept_in_a_folder_of_this_user_alone(monkeypatch, tmp_path):
     compiling.temporary_place.cache_clear()
     assert compiling.temporary_place() != place
     compiling.temporary_place.cache_clear()
+
+
+def test_kernels_are_compiled_by_the_one_function_that_finds_a_place_for_their_code():
+    root = Path(compiling.__file__).parent
+    own = [path.name for path in root.rglob("*.py") if "numba.njit(" in path.read_text(encoding="utf-8")]
+    assert own == ["numeric.py"]

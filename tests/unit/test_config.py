@@ -159,6 +159,55 @@ def test_override_changes_one_key(override, read):
     assert read(parse_case(M2_TEMPLATE, [override]))
 
 
+SLEW = """
+schema = 1
+[maneuver]
+kind = "slew"
+angle_deg = 30
+duration = 2.0
+[membrane]
+""" + "\n".join(f"{name} = {value!r}" for name, value in FIXED.items())
+
+
+def test_keys_in_radians_can_be_given_in_degrees():
+    case = parse_case(SLEW)
+    assert case.maneuver.angle == pytest.approx(math.pi / 6, rel=1e-15)
+    assert parse_case(SLEW, ["maneuver.angle=0.2"]).maneuver.angle == 0.2
+    hub = {"mass": 1.0, "inertia": [1.0, 1.0, 1.0], "angular_velocity_deg": [90, 0, -180]}
+    turning = Case(**tomllib.loads(SLEW) | {"maneuver": {}, "hub": hub}).hub.angular_velocity
+    assert turning == pytest.approx((math.pi / 2, 0.0, -math.pi))
+    with pytest.raises(CaseError, match=r"maneuver.angle_deg: expected no value beside angle, got 30; keep one"):
+        parse_case(SLEW.replace("duration", "angle = 0.1\nduration"))
+    with pytest.raises(CaseError, match=r"maneuver.duration_deg: unknown key"):
+        parse_case(SLEW.replace("duration", "duration_deg"))
+    with pytest.raises(CaseError, match=r"maneuver.angle: expected a number, got true"):
+        parse_case(SLEW.replace("= 30", "= true"))
+
+
+def test_an_override_of_the_kind_takes_out_the_keys_of_the_other():
+    stop = parse_case(SLEW, ["maneuver.rate=0.3", "maneuver.kind=stop"]).maneuver
+    assert (stop.kind, stop.rate, stop.duration) == ("stop", 0.3, 2.0)
+    with pytest.raises(CaseError, match=r"maneuver.angle: expected no value with kind = 'stop'"):
+        parse_case(SLEW, ["maneuver.angle=0.2", "maneuver.rate=0.3", "maneuver.kind=stop"])
+
+
+def test_an_override_without_value_takes_the_key_out():
+    assert parse_case(SLEW, ["maneuver="]).maneuver.kind == "none"
+    with pytest.raises(CaseError, match=r"maneuver.duration: missing"):
+        parse_case(SLEW, ["maneuver.duration="])
+    with pytest.raises(CaseError, match=r"--set: maneuver.duratoin: .* did you mean 'duration'\?"):
+        parse_case(SLEW, ["maneuver.duratoin="])
+
+
+def test_all_unknown_keys_are_told_at_once():
+    with pytest.raises(CaseError) as caught:
+        parse_case(SLEW, ["maneuver.duratoin=1", "solver.time_stp=1", "membrane.foo=1", "mesh.divisions=3", "fram.x=1"])
+    assert str(caught.value) == (
+        "case: 4 unknown keys: membrane.foo (remove it), maneuver.duratoin (did you mean 'duration'?), "
+        "solver.time_stp (did you mean 'time_step'?), fram (did you mean 'frame'?)"
+    )
+
+
 def test_later_override_wins():
     case = parse_case(M2_TEMPLATE, ["damping.alpha=1", "damping.alpha=2"])
     assert case.damping.alpha == 2.0

@@ -1,5 +1,7 @@
 """What stands in the README and in docs/ runs, and prints the numbers that stand beside it.
 
+Cells of the tutorials, which the manual runs for their pictures, run here too.
+
 Blocks of a page run in their order, in one folder and with one set of names. ``# -> text`` behind a line says what its
 output holds. A comment before a block marks it: ``<!-- test: slow -->``, ``extra PACKAGE`` (skipped without it),
 ``skip (why)``, ``setup`` and lines of Python that run before it, unseen by readers.
@@ -20,8 +22,11 @@ import pytest
 from tautflex.cli import main
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-BLOCK = re.compile(r"(?:<!-- test: ([^\n]*?)(?:\n(.*?))? ?-->\n)?^```(\w*)\n(.*?)^```$", re.S | re.M)
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [page for page in PAGES if not {"generated", "_build"} & set(page.parts)]
+BLOCK = re.compile(
+    r"(?:<!-- test: ([^\n]*?)(?:\n(.*?))? ?-->\n)?^```(?:{code-cell} )?(\w*)\n(?::[^\n]*\n)*(.*?)^```$", re.S | re.M
+)
 LANGUAGES = {"python", "console"}
 
 

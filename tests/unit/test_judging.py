@@ -83,6 +83,7 @@ def test_policies_come_back_from_their_files(arena, policy, tmp_path):
         with pytest.raises(tf.InputError, match=r"p\.npz: expected a policy") as caught:
             tf.PolicyLaw(str(file))
         assert "\n" not in str(caught.value)
+        assert "pickle" not in str(caught.value)
     with np.load(policy.save(tmp_path / "q.npz")) as kept:
         arrays = dict(kept)
     arrays["weights_1"] = arrays["weights_1"][:2]

@@ -8,6 +8,7 @@ import re
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import tautflex as tf
 from tautflex import CaseError, InputError, plot
@@ -333,6 +334,39 @@ def test_a_loop_can_be_interrupted(small):
     assert run.status.value == "interrupted"
     assert 0.1 < run.data["time"].values[-1] < 0.25
     assert run.data.sizes["sample_time"] == run.data.sizes["time"]
+
+
+class Killed(BaseException):
+    """Ends a loop where it stands, as a kill does."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("reduced", [False, True])
+def test_a_loop_that_was_killed_goes_on_to_the_bit(reduced, tmp_path, monkeypatch):
+    monkeypatch.setattr("tautflex.control.plant._RESERVED", 8)
+    changes = [
+        "solver.end_time=0.4",
+        "sensors.rate.noise=1e-5",
+        "sensors.rate.delay=0.015",
+        "actuators.torque.lag=0.02",
+    ]
+    more = ["reduction.count=4", 'reduction.directions=["rx"]', 'solver.method="central-difference"'] if reduced else []
+    case = parse_case(SLEW, changes + more)
+
+    def kill(fraction, message):
+        if fraction > limits[0]:
+            limits.pop(0)
+            raise Killed
+
+    limits = [0.3, 0.7]
+    while limits:
+        with pytest.raises(Killed):
+            tf.control_case(case, kill, checkpoint=tmp_path / "kept", seconds=1e-9)
+    whole, cut = tf.control_case(case), tf.control_case(case, checkpoint=tmp_path / "kept", seconds=1e-9)
+    xr.testing.assert_identical(*(run.data.assign_attrs(statistics="", reduced_model="") for run in (whole, cut)))
+    assert whole.energy_balance == cut.energy_balance
+    assert whole.stats.steps == cut.stats.steps
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_angle_between_a_hub_and_what_it_follows():

@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.text import Text
 
 from tautflex import InputError, plot
+from tautflex.plot.style import styled
 
 
 def drawn(figure):
@@ -33,6 +34,15 @@ def drawn(figure):
     assert shown
     assert outside == []
     return [text.get_text() for text in shown]
+
+
+def test_the_style_can_be_entered_again_and_within_itself(antenna_modes):
+    before = matplotlib.rcParams["font.size"]
+    for _ in range(2):
+        with styled:
+            plot.plot_modes(antenna_modes, count=1)
+            assert matplotlib.rcParams["font.size"] == 9
+    assert matplotlib.rcParams["font.size"] == before
 
 
 def test_modes(antenna_modes):
@@ -115,6 +125,8 @@ def test_spectrum_marks_the_peak_and_natural_frequencies(antenna_run, antenna_mo
         plot.plot_spectrum(antenna_run, ["A"], natural_frequencies=antenna_modes)
     still = antenna_run.assign(w=0 * antenna_run["w"])
     assert "point A" in drawn(plot.plot_spectrum(still, ["A"]))
+    turning = drawn(plot.plot_spectrum(antenna_run.assign_attrs(maneuver_end=1e3), ["A"]))
+    assert {"point A", "during the maneuver"} <= set(turning)
 
 
 def test_scalogram(antenna_run):

@@ -8,6 +8,7 @@ import pytest
 import tautflex as tf
 from tautflex.case.sections.control import Controller, Sensor
 from tautflex.control.sensors.sensor import noise_of
+from tautflex.solvers.transient.probes import place_probes
 from verification.dynamic_cases import small_antenna
 
 INTERVAL = 0.01
@@ -47,6 +48,10 @@ def test_points_of_film_and_frame(state):
     between = tf.Displacement((0.3, 0.1)).prepare(state).read(motion)
     probe = tf.simulate(state, time_step=1e-3, end_time=1e-3, probes={"A": (0.3, 0.1)}).data
     assert probe["w"].shape[1] == between.size
+    for reading in ("interpolate", "nearest-node"):
+        probes = place_probes(state.system, {"film": (0.3, 0.1), "frame": nodes[corner]}, reading)
+        np.testing.assert_allclose(probes.read(motion.q)[1], shape[corner], atol=1e-16)
+        np.testing.assert_array_equal(probes.positions[1], nodes[corner])
     with pytest.raises(tf.InputError, match=r"points.0: expected a point on the film"):
         tf.Displacement((9.0, 0.0)).prepare(state)
     with pytest.raises(tf.InputError, match=r"component: expected one of 'u', 'v', 'w'"):

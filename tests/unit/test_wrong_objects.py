@@ -565,6 +565,24 @@ def test_only_the_errors_of_the_package_come_out(things, tmp_path, monkeypatch):
                     assert "object at 0x" not in str(error), error
 
 
+def test_who_is_told_of_progress_is_a_function(things):
+    case, law = parse_case(FILM_CASE), tf.PD(1.0, 1.0)
+    told = {
+        name: (call, right)
+        for name, (call, right) in doors(things).items()
+        if "progress" in inspect.signature(call).parameters
+    } | {
+        "train": (tf.train, {"case": case}),
+        "evaluate": (tf.evaluate, {"laws": {"pd": law}, "case": case}),
+        "tune_law": (tf.tune_law, {"law": law, "case": case}),
+    }
+    assert {"simulate", "campbell", "close_loop", "run_case", "control_case", "sweep", "design"} <= set(told)
+    for call, right in told.values():
+        for wrong in (3, Wrong(), lambda fraction: None):
+            with pytest.raises(tf.InputError, match=r"^progress: expected a function of \(fraction, message\)"):
+                call(**right | {"progress": wrong})
+
+
 @pytest.mark.parametrize(
     ("call", "words"),
     [

@@ -7,6 +7,8 @@ import numpy as np
 from tautflex.control.linear import LinearPlant
 from tautflex.control.signals import Channel, LoopSpec, Reference
 
+_UNITS = {"attitude": "rad", "rate": "rad/s", "torque": "N m"}
+
 
 def modal_plant(
     frequencies, ratios, pushes, looks, *, through=0.0, bilinear=None, axes=0, inertia=None, velocities=False
@@ -54,8 +56,9 @@ def modal_plant(
 
 def spec_of(plant: LinearPlant, interval: float, noise: float = 0.0) -> LoopSpec:
     """Loop with one channel for every number of a plant."""
-    seen = tuple(Channel(label, "m", 1, noise) for label in plant.outputs)
-    return LoopSpec(seen, tuple(Channel(label, "N") for label in plant.inputs), interval, plant.axes, plant)
+    seen = tuple(Channel(label, _UNITS.get(label.partition("[")[0], "m"), 1, noise) for label in plant.outputs)
+    told = tuple(Channel(label, _UNITS.get(label.partition("[")[0], "N")) for label in plant.inputs)
+    return LoopSpec(seen, told, interval, plant.axes, plant)
 
 
 def radius(matrix: np.ndarray) -> float:

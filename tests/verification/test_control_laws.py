@@ -559,6 +559,9 @@ def refusals():
     yield LQG(TOLERANCES, {"u9": 1.0}), spec_of(plain, INTERVAL, 1e-4), r"^efforts: expected names among 'u0', 'u1'"
     yield LQR(TOLERANCES, EFFORTS), spec_of(plain, INTERVAL), r"^measurements: .*all 6 states for LQR, got 2 numbers"
     yield PD(1.0, 1.0, attitude="star"), spec_of(hub, INTERVAL), r"^attitude: expected the name of a sensor.*'star'"
+    yield PD(1.0, 1.0, attitude="rate"), spec_of(hub, INTERVAL), r"^attitude: expected .* in rad, got 'rate' in rad/s"
+    yield PD(1.0, 1.0, torque="u0"), spec_of(hub, INTERVAL), r"^torque: expected .* in N m, got 'u0' in N; choose"
+    yield LQR({"y9": 1.0}, EFFORTS), spec_of(plain, INTERVAL, 1e-4), r"^tolerances: expected names among 'y0'.*'y9'"
     yield (
         PD(1.0, 1.0, attitude="y0", rate="y1", torque="u0"),
         spec_of(plain, INTERVAL),

@@ -18,6 +18,7 @@ import tautflex as tf
 from tautflex.cli import main
 from tautflex.learning.arena import Arena
 from tautflex.learning.cases import task_case
+from tautflex.learning.environments.env import AntennaEnv
 from tautflex.learning.environments.references import reference_table
 from tautflex.learning.functional import FunctionalTwin
 from tautflex.learning.gain import linear_gain
@@ -91,6 +92,30 @@ def test_twin_is_the_compiled_plant(verification_row):
         assert not ended.any()
     assert worst < 1e-9
     verification_row("functional twin, 3 runs of 30 intervals: readings", 0, worst, "compiled plant")
+
+
+def test_twin_of_a_hold_is_its_environment(verification_row):
+    """Strikes, a snap of the temperature, an error of the tension: observations and rewards of one episode."""
+    own = task_case("hold").replaced(
+        mesh={"divisions": [8, 4]},
+        cables={"per_long_edge": 9, "per_short_edge": 5},
+        task={"duration": 0.5, "coordinates": 4},
+    )
+    env, twin = AntennaEnv("hold", case=own), FunctionalTwin(own)
+    given = {"first_time": 0.034, "second_time": 0.12, "snap_time": 0.2, "snap": 1.5, "first": 2e-3, "second": -1e-3}
+    given |= {"tension_error": 0.05, "effectiveness": 0.9, "noise": 0.0}
+    seen, _ = env.reset(seed=0, options=given)
+    key, step = jax.random.key(0), jax.jit(twin.step)
+    state, told = twin.reset(key, given)
+    worst = float(np.abs(told - seen).max())
+    for action in np.random.default_rng(0).uniform(-0.1, 0.1, (STEPS, 3)):
+        seen, reward, *_, info = env.step(action)
+        state, told, paid, _, _, also = step(key, state, action, given)
+        worst = max(worst, float(np.abs(told - seen).max()), abs(float(paid) - reward))
+        assert float(also["surface_rms"]) == pytest.approx(info["surface_rms"], rel=1e-9)
+    assert info["surface_rms"] > 1e-5
+    assert worst < 1e-9
+    verification_row("functional twin of a hold, 30 intervals: observations and rewards", 0, worst, "environment")
 
 
 def test_one_run_many_and_vmap_are_the_same():
@@ -217,9 +242,11 @@ def test_the_horizon_is_a_part_of_the_episode():
 
 
 def test_what_has_no_functional_form_is_refused():
-    with pytest.raises(tf.UnsupportedError, match="task: expected a slew"):
-        FunctionalTwin(Arena(task_case("hold")))
+    with pytest.raises(tf.UnsupportedError, match="task: expected a slew or a hold"):
+        FunctionalTwin(Arena(task_case("stop")))
     with pytest.raises(tf.InputError, match=r"horizon: expected a whole part .* 50 intervals, got 20.*horizon = 10"):
         train(case=case(), horizon=20)
     with pytest.raises(tf.InputError, match="law: expected a linear law without memory"):
         linear_gain(lambda time, y: 0.0 * y[:3] + 1.0, arena())
+    with pytest.raises(tf.InputError, match=r"law: expected a linear law without memory.*'lqg'.*take 'pd'"):
+        linear_gain("lqg", arena())

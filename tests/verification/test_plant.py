@@ -98,6 +98,37 @@ def test_work_of_every_actuator(state, verification_row):
     verification_row("sum of the work of actuators [J]", work, sum(found.values()), "energy balance")
 
 
+def test_work_of_actuators_is_the_energy_gained(state, verification_row):
+    """Where the method neither takes nor gives, a held base and no damping: kinetic and strain energy, nothing else."""
+    tension = tf.TensionGroup("x", command="tension")
+    used = {"tip": TIP, "tension": tf.Actuator(tension, limit=0.05)}
+    driven = plant(state, used, {}, free=False, damping=None, method=tf.EnergyConserving())
+    driven.reset()
+    for k in range(40):
+        driven.step([5e-3 * np.cos(k), 0.03 * np.sin(2.0 * k)])
+    done, terms = driven.energy_by_source, driven.run.energy_balance
+    off = abs(terms["kinetic"] + terms["strain"] - terms["initial"] - sum(done.values()))
+    size = sum(map(abs, done.values()))
+    assert min(map(abs, done.values())) > 1e-3 * size
+    verification_row("energy gained less work of force and tension, relative", 0.0, off / size, "conservation")
+    assert off < 1e-8 * size
+
+
+def test_stresses_that_jump_leave_no_waves_that_no_step_resolves(state, verification_row):
+    """Tension that jumps in every interval of 10 ms: what the film does by steps of 5 ms against steps of 50 us."""
+    table, off = 0.04 * np.random.default_rng(1).uniform(-1.0, 1.0, (12, 1)), []
+    sensors = {"film": tf.Displacement([[0.3, 0.1], [-0.2, 0.2]])}
+    used = {"tension": tf.TensionGroup("x", command="tension"), "tip": TIP}
+    found = []
+    for step, method in ((5e-5, tf.Bathe()), (5e-3, None)):
+        driven = plant(state, used, sensors, time_step=step, method=method)
+        found.append([driven.reset(), *(driven.step([*row, 2e-3]) for row in table)])
+    off = float(np.abs(np.subtract(*found)).max() / np.abs(found[0]).max())
+    verification_row("film under tension that jumps, steps of 5 ms against 50 us", 0.0, off, "finer steps")
+    assert off < 0.05
+    assert driven.run.stats.iterations < 6 * driven.run.stats.steps
+
+
 def test_a_pd_loop_turns_the_hub(state):
     """With the whole inertia as feedforward the reference is followed, and what went through the loop is kept."""
     slew = tf.Slew(angle=0.1, duration=1.0)

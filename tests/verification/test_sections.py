@@ -162,7 +162,7 @@ DOUBTS = {
     "material": ("PBAR,1,1,1.0-4,8.33-10,8.33-10,1.4-9\n", "material 1 is not there"),
     "I12": (TUBE.replace("1.4-9\n", "1.4-9\n,,,,,,,,\n,,,1.-10\n"), "field 24 = '1.-10' is not read here"),
     "taper": ("PBEAM,1,1,1.0-4,8.33-10,8.33-10,,1.4-9\n,,,,,,,,\n,NO,1.,2.0-4\n", "it tapers"),
-    "profile": ("PBARL,1,1,,HAT\n,1.,2.,3.,4.\n", "cross-section is 'HAT'"),
+    "profile": ("PBARL,1,1,,L\n,1.,2.,3.,4.\n", "cross-section is 'L'"),
     "walls": ("PBARL,1,1,,TUBE\n,1.,2.\n", "expected a radius > 0 and a wall"),
 }
 

@@ -15,7 +15,7 @@ from tautflex.solvers.variables import MAC, dataset_of, described
 def mac(a: xr.DataArray | ArrayLike, b: xr.DataArray | ArrayLike) -> Array:
     """Return the modal assurance criterion of every shape of ``a`` with every shape of ``b``.
 
-    |p^T q|^2 / (p^T p  q^T q) [paper, eq. (54)]: 1 for shapes that differ only by a factor, 0 for
+    ``|p^T q|^2 / (p^T p  q^T q)`` [paper, eq. (54)]: 1 for shapes that differ only by a factor, 0 for
     orthogonal ones.
 
     Parameters

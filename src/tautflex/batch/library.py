@@ -6,6 +6,7 @@ from tautflex.errors import MissingExtraError
 
 try:
     import jax
+    import jax.numpy as jnp
     from threadpoolctl import threadpool_limits
 except ImportError as error:
     raise MissingExtraError(
@@ -15,7 +16,7 @@ except ImportError as error:
 # Stiff films lose everything in single precision. The switch is JAX's own and holds for the whole process.
 jax.config.update("jax_enable_x64", True)  # type: ignore[no-untyped-call]
 
-__all__ = ["jax", "platform", "threadpool_limits"]
+__all__ = ["jax", "jnp", "platform", "threadpool_limits"]
 
 
 def platform() -> str:

@@ -58,7 +58,7 @@ def _notes(case: Case, state: PrestressedState, read: Array) -> Iterator[str]:
     if case.output.probe_reading != "nearest-node":
         return
     for (name, point), place in zip(case.output.probes.items(), read, strict=True):
-        away = float(np.hypot(*(place[:2] - point)))
+        away = float(np.linalg.norm(place[: len(point)] - point))
         if away > 1e-9 * np.ptp(state.model.nodes, axis=0).max():
             yield (
                 f"probe {name} is read {away:.3g} m away, at node ({place[0]:.4g}, {place[1]:.4g}); "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,13 +16,15 @@ from tautflex.case import build
 from tautflex.case.options import within
 from tautflex.case.prepared import reduced_model
 from tautflex.case.run import (
+    CHECKPOINT,
     Figures,
     Progress,
     labelled,
+    owner_of,
     prestressed,
     read_settling,
     read_surface,
-    silent,
+    with_trouble,
     write_results,
 )
 from tautflex.case.schema import Case
@@ -32,11 +35,12 @@ from tautflex.control.loop import close_loop, start_law
 from tautflex.control.plant import Plant
 from tautflex.control.sensors.sensor import Sensor
 from tautflex.errors import CaseError, NotConvergedError
+from tautflex.files.checkpoints import FOLDER, LoopFolder, run_folder
 from tautflex.interrupts import deferred
 from tautflex.motion.hub import FreeHub
 from tautflex.reduction.polynomial.model import ReducedModel
 from tautflex.solvers.static.prestress import PrestressedState
-from tautflex.solvers.transient.status import Run
+from tautflex.solvers.transient.status import Run, Status
 
 
 def build_sensors(case: Case, state: PrestressedState, hub: FreeHub | None) -> dict[str, Sensor]:
@@ -131,7 +135,7 @@ def authority_of_case(case: Case, modes: int = 10) -> xr.Dataset:
     InputError
         If the case cannot be built, or has no actuator that acts on the structure.
     """
-    maneuver, state = prestressed(case, silent)
+    maneuver, state = prestressed(case, checks.teller(None))
     effects, limits = dict[str, Any](), dict[str, Any]()
     for name, drive in build.build_actuators(case, state).items():
         if isinstance(drive, Actuator):
@@ -144,7 +148,13 @@ def authority_of_case(case: Case, modes: int = 10) -> xr.Dataset:
     return authority(state, effects, limits=limits, motion=motion, modes=modes)
 
 
-def control_case(case: Case, progress: Progress | None = None) -> Run:
+def control_case(
+    case: Case,
+    progress: Progress | None = None,
+    *,
+    checkpoint: str | os.PathLike[str] | None = None,
+    seconds: float = CHECKPOINT,
+) -> Run:
     """Run the closed loop of a case: what `tautflex control` does, without files and with the same numbers.
 
     Parameters
@@ -153,6 +163,8 @@ def control_case(case: Case, progress: Progress | None = None) -> Run:
         Validated case with a [controller].
     progress
         Called with the fraction done (0 to 1) and a short message; KeyboardInterrupt raised in it ends the run.
+    checkpoint, seconds
+        As for `run_case`; a loop is kept at ends of stretches of 1024 intervals alone.
 
     Returns
     -------
@@ -161,7 +173,7 @@ def control_case(case: Case, progress: Progress | None = None) -> Run:
     Raises
     ------
     InputError
-        If the case cannot be built, or its loop has not what the law needs.
+        If the case cannot be built, its loop has not what the law needs, or the checkpoint is that of another one.
     NotConvergedError
         If a step or the law fails; ``.result`` is the run until then.
 
@@ -171,8 +183,17 @@ def control_case(case: Case, progress: Progress | None = None) -> Run:
     >>> run = tf.control_case(tf.load_case("slew.toml"))  # doctest: +SKIP
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('slew.toml') gives one")
-    plant, law = build_loop(case, prestressed(case, progress or silent)[1], progress or silent)
-    return close_case(case, plant, law, progress or silent)
+    tell = checks.teller(progress)
+    plant, law = build_loop(case, prestressed(case, tell)[1], tell)
+    checks.positive("seconds", seconds)
+    if checkpoint is None:
+        return close_case(case, plant, law, tell)
+    place = checks.path("checkpoint", checkpoint)
+    with run_folder(LoopFolder, place, owner_of(case), seconds, resume=True) as keeper:
+        run = close_case(case, plant, law, tell, keeper)
+        if run.status is not Status.INTERRUPTED:
+            keeper.remove()
+        return run
 
 
 def build_loop(
@@ -184,11 +205,12 @@ def build_loop(
     return plant, build_law(case, plant)
 
 
-def close_case(case: Case, plant: Plant, law: ControlLaw, progress: Progress) -> Run:
-    """Run the closed loop of a case on its plant under its law."""
+def close_case(case: Case, plant: Plant, law: ControlLaw, progress: Progress, keeper: LoopFolder | None = None) -> Run:
+    """Run the closed loop of a case on its plant under its law, which a folder may keep."""
     try:
         asked = case.solver.end_time, case.loop.seed, progress, case.output.frames
-        return _labelled(case, close_loop(plant, law, None, *asked))
+        run = _labelled(case, close_loop(plant, law, None, *asked, keeper))
+        return run if keeper is None else with_trouble(run, keeper)
     except NotConvergedError as error:
         if isinstance(error.result, Run):
             error.result = _labelled(case, error.result)
@@ -207,6 +229,8 @@ def write_case_loop(
     *,
     figures: Figures | None = None,
     title: str = "tautflex control",
+    seconds: float = CHECKPOINT,
+    resume: bool = False,
 ) -> dict[str, Any]:
     """Run the closed loop of a case and write it as `write_case_run` does.
 
@@ -216,26 +240,21 @@ def write_case_loop(
         The content of ``summary.json``: that of a run, ``settling_time`` after the maneuver [s] of ``attitude`` and
         ``surface``, None where they do not settle, and ``energy_by_source`` [J].
     """
-    tell = progress or silent
+    tell = checks.teller(progress)
     _, state = prestressed(case, tell)
     plant, law = build_loop(case, state, tell)
-    with deferred():
-        return _write_loop(case, state, plant, law, directory, tell, figures, title)
-
-
-def _write_loop(
-    case: Case, state: PrestressedState, plant: Plant, law: ControlLaw, directory: Path, tell: Progress,
-    figures: Figures | None, title: str,
-) -> dict[str, Any]:  # fmt: skip
-    more: dict[str, Any] = {}
-    try:
-        run = close_case(case, plant, law, tell)
-    except NotConvergedError as error:
-        if not isinstance(error.result, Run):
-            raise
-        run, more["message"] = error.result, str(error)
-    more |= loop_summary(case, run)
-    return write_results(case, state, run, directory, tell, figures, title, more)
+    with deferred(), run_folder(LoopFolder, directory / FOLDER, owner_of(case), seconds, resume) as keeper:
+        more: dict[str, Any] = {"resumed_from": keeper.resumed_from}
+        try:
+            run = close_case(case, plant, law, tell, keeper)
+        except NotConvergedError as error:
+            if not isinstance(error.result, Run):
+                raise
+            run, more["message"] = error.result, str(error)
+        found = write_results(case, state, run, directory, tell, figures, title, more | loop_summary(case, run))
+        if run.status is not Status.INTERRUPTED:
+            keeper.remove()
+        return found
 
 
 def loop_summary(case: Case, run: Run) -> dict[str, Any]:

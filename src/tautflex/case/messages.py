@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Collection, Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
@@ -18,6 +18,18 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 _LONGEST_VALUE = 60
+
+
+class UnknownKeyError(CaseError):
+    """Keys that do not exist, by their place in a section, each with what to do about it."""
+
+    def __init__(self, text: str, remedies: dict[str, str]) -> None:
+        super().__init__(text)
+        self.remedies = remedies
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.remedies)
+
 
 _KINDS = {
     "float_type": "a number",
@@ -74,20 +86,40 @@ def one_line(text: str) -> str:
 
 
 def case_error(error: ValidationError, model: type[BaseModel]) -> CaseError:
-    """Turn the first problem pydantic found in ``model`` into one line.
+    """Turn the first problem pydantic found in ``model`` into one line; keys that do not exist are told together.
 
     A section reports relative to itself; the case that holds it puts the section's name in front.
     """
     # A misspelt key explains the missing one; of several readings of a value the furthest one counts.
     details = error.errors(include_url=False)
-    first = min(details, key=lambda item: (item["type"] != "extra_forbidden", -len(_place(item))))
-    place, index, inner = _place(first), "", first.get("ctx", {}).get("error")
+    unknown = dict[str, str]()
+    for item in details:
+        inner = _cause(item)
+        if isinstance(inner, UnknownKeyError):
+            unknown |= {".".join([*map(str, _place(item)), name]): told for name, told in inner.remedies.items()}
+        elif item["type"] == "extra_forbidden":
+            unknown[".".join(map(str, _place(item)))] = _remedy(str(item["loc"][0]), *_known(model))
+    if len(unknown) > 1:
+        told = ", ".join(f"{name} ({remedy})" for name, remedy in unknown.items())
+        return UnknownKeyError(one_line(f"{len(unknown)} unknown keys: {told}"), unknown)
+    first = min(details, key=lambda item: (not _is_unknown(item), -len(_place(item))))
+    place, index, inner = _place(first), "", _cause(first)
     if isinstance(inner, CaseError):
-        return CaseError(".".join([*map(str, place), str(inner)]))
+        text = ".".join([*map(str, place), str(inner)])
+        return UnknownKeyError(text, unknown) if unknown else CaseError(text)
     while place and isinstance(place[-1], int):
         index = f" at index {place.pop()}"
     text = str(inner) if inner is not None else _sentence(first, model, index)
-    return CaseError(one_line(": ".join(filter(None, [".".join(map(str, place)), text]))))
+    text = one_line(": ".join(filter(None, [".".join(map(str, place)), text])))
+    return UnknownKeyError(text, unknown) if unknown else CaseError(text)
+
+
+def _cause(detail: ErrorDetails) -> object:
+    return detail.get("ctx", {}).get("error")
+
+
+def _is_unknown(detail: ErrorDetails) -> bool:
+    return detail["type"] == "extra_forbidden" or isinstance(_cause(detail), UnknownKeyError)
 
 
 def _place(detail: ErrorDetails) -> list[int | str]:
@@ -103,9 +135,17 @@ def choices(names: Sequence[str]) -> str:
 
 def unknown_key(name: str, value: object, known: Collection[str], meant: Collection[str] = ()) -> str:
     """Sentence for a key that does not exist, with the nearest one that does, here or elsewhere."""
+    return f"unknown key with value {show(value)}, expected one of {', '.join(known)}; {_remedy(name, known, meant)}"
+
+
+def _remedy(name: str, known: Collection[str], meant: Collection[str] = ()) -> str:
     near = difflib.get_close_matches(name, known, n=1) or difflib.get_close_matches(name, meant, n=1)
-    remedy = f"did you mean {near[0]!r}?" if near else "remove it"
-    return f"unknown key with value {show(value)}, expected one of {', '.join(known)}; {remedy}"
+    return f"did you mean {near[0]!r}?" if near else "remove it"
+
+
+def _known(model: type[BaseModel]) -> tuple[Collection[str], Collection[str]]:
+    """Keys of a section, and those of the others of its choice."""
+    return _fields(model), model.homes() if hasattr(model, "homes") else ()
 
 
 def _sentence(detail: ErrorDetails, model: type[BaseModel], index: str) -> str:
@@ -113,7 +153,7 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], index: str) -> str:
     name = str(detail["loc"][0]) if detail["loc"] else ""
     field = _fields(model).get(name)
     if kind == "extra_forbidden":
-        return unknown_key(name, value, _fields(model), model.homes() if hasattr(model, "homes") else ())
+        return unknown_key(name, value, *_known(model))
     if kind == "missing" and len(detail["loc"]) == 1:
         wanted = f"{model.choice()} expects" if hasattr(model, "choice") else "expected"
         return f"missing, {wanted} the {meaning(name, field)}; add it"

@@ -20,7 +20,7 @@ from tautflex import checks
 from tautflex.case.help import docstrings
 from tautflex.case.messages import choices, meaning, show
 from tautflex.case.registry import Registry
-from tautflex.case.section import Flag, Number, Section
+from tautflex.case.section import DEGREES, Flag, Number, Section
 from tautflex.case.tables import TimeTableKeys
 from tautflex.errors import CaseError, InputError
 
@@ -153,6 +153,18 @@ class Chosen(Section):
     def homes(cls) -> dict[str, str]:
         """Keys of all classes, and the first class that has each, for a guess at what a misplaced one means."""
         return {name: kind for kind in reversed(cls.kinds()) for name in cls.of_kind(kind).model_fields}
+
+    @classmethod
+    def foreign_keys(cls, values: Mapping[str, Any]) -> list[str]:
+        """Keys of a table that belong to other classes than the one that it names."""
+        if values.get(cls.naming_key) not in cls.kinds():
+            return []
+        own = cls.of_kind(values[cls.naming_key]).model_fields
+        return [
+            name
+            for name in values
+            if name.removesuffix(DEGREES) in cls.homes() and name.removesuffix(DEGREES) not in own
+        ]
 
     @model_validator(mode="before")
     @classmethod

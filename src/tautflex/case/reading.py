@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from tautflex import checks
-from tautflex.case.messages import choices, one_line, show
+from tautflex.case.messages import choices, one_line, show, unknown_key
+from tautflex.case.options import Chosen
 from tautflex.case.schema import Case
+from tautflex.case.section import DEGREES, section_of_field
 from tautflex.errors import CaseError
 from tautflex.files.content import read_text
 
@@ -76,7 +79,8 @@ def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Ca
     path
         TOML file, UTF-8.
     overrides
-        Changes of single keys, ``"section.key=value"``, the value written as in TOML (bare words are texts).
+        Changes of single keys, ``"section.key=value"``, the value written as in TOML (bare words are texts). Nothing
+        behind the equals sign takes the key or section out. Another kind takes out the keys that it does not have.
 
     Returns
     -------
@@ -102,15 +106,42 @@ def case_values(path: Path) -> dict[str, Any]:
         If the file cannot be read as TOML.
     """
     name = one_line(str(path))
-    missing = f"write one with `tautflex init {name}`"
+    missing = f"write one with `tautflex init {quote(name)}`"
     text = read_text(path, name, "case file", _LARGEST_FILE, missing, CaseError)
     return _placed(_parsed(text, name, "tautflex init"), path.parent)
+
+
+def changed_text(path: Path, overrides: Sequence[str], changes: Mapping[str, Mapping[str, Any]], home: Path) -> str:
+    """Text of a case file with keys changed and everything else as it stands there, comments too.
+
+    Parameters
+    ----------
+    path
+        The case file.
+    overrides
+        Changes of single keys as in `load_case`; they come first.
+    changes
+        Section -> key -> value.
+    home
+        Folder the text will be in: names of files in it are made relative to that.
+    """
+    import tomlkit
+
+    document: Any = tomlkit.parse(read_text(path, one_line(str(path)), "case file", _LARGEST_FILE, "", CaseError))
+    _placed(document, path.parent)
+    for override in sorted(overrides, key=_is_no_choice):
+        _apply(document, override)
+    for section, keys in changes.items():
+        for name, value in keys.items():
+            change_key(document[section], name, value)
+    _each_file(document, lambda file: os.path.relpath(file, home))
+    return tomlkit.dumps(document)
 
 
 def study_values(path: Path) -> dict[str, Any]:
     """Tables of a study file as they stand there; CaseError if the file cannot be read as TOML."""
     name = one_line(str(path))
-    missing = f"write one with `tautflex init {name} --template study`"
+    missing = f"write one with `tautflex init {quote(name)} --template study`"
     text = read_text(path, name, "study file", _LARGEST_FILE, missing, CaseError)
     return _parsed(text, name, "tautflex init --template study")
 
@@ -125,7 +156,7 @@ def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case"
 
 
 def _validated(values: dict[str, Any], overrides: Sequence[str], source: str) -> Case:
-    for override in overrides:
+    for override in sorted(overrides, key=_is_no_choice):
         _apply(values, override)
     _require_shallow(values, source)
     _require_schema(values, source)
@@ -150,9 +181,14 @@ def _parsed(text: str, source: str, start: str) -> dict[str, Any]:
 
 def _placed(values: dict[str, Any], directory: Path) -> dict[str, Any]:
     """Tables of a case with the files that they name relative to where the program runs."""
-    for section in ("maneuver", "mesh", "inputs", "controller"):
-        _place_files(values.get(section), directory)
+    _each_file(values, lambda file: str(directory / file))
     return values
+
+
+def _each_file(values: dict[str, Any], place: Callable[[str], str]) -> None:
+    """Name the files of a case anew."""
+    for section in ("maneuver", "mesh", "inputs", "controller"):
+        _place_files(values.get(section), place)
 
 
 def _require_shallow(values: dict[str, Any], source: str) -> None:
@@ -167,17 +203,18 @@ def _require_shallow(values: dict[str, Any], source: str) -> None:
             raise CaseError(f"{text}; write section.key = value")
 
 
-def _place_files(values: Any, directory: Path) -> None:
-    """Make names of tables and meshes relative to where the program runs; what is no text is left to validation."""
+def _place_files(values: Any, place: Callable[[str], str]) -> None:
+    """Name tables and meshes anew; what is no text is left to validation."""
     if isinstance(values, list):
         for value in values:
-            _place_files(value, directory)
+            _place_files(value, place)
     elif isinstance(values, dict):
         for key, value in values.items():
             if key == "file" and isinstance(value, str):
-                values[key] = str(directory / value)
+                if place(value) != value:
+                    values[key] = place(value)
             else:
-                _place_files(value, directory)
+                _place_files(value, place)
 
 
 def _require_schema(values: dict[str, Any], source: str) -> None:
@@ -188,11 +225,16 @@ def _require_schema(values: dict[str, Any], source: str) -> None:
         raise CaseError(f"{text}; write the case anew with `tautflex init`")
 
 
+def _is_no_choice(override: str) -> bool:
+    """Changes that choose a class come first: they take out what belongs to others, but no other change."""
+    return override.partition("=")[0].strip().rpartition(".")[2] not in ("kind", "method")
+
+
 def _apply(values: dict[str, Any], override: str) -> None:
     """Change one key of a parsed case in place; whether the key exists is left to validation."""
     path, sign, text = override.partition("=")
     keys = [part.strip() for part in path.split(".")]
-    if not sign or not text.strip() or not all(keys):
+    if not sign or not all(keys):
         wanted = "expected section.key=value, for example damping.alpha=0.01"
         raise CaseError(f"--set: {wanted}, got {show(override)}; write key, equals sign and value")
     table = values
@@ -200,7 +242,25 @@ def _apply(values: dict[str, Any], override: str) -> None:
         table = table.setdefault(key, {})
         if not isinstance(table, dict):
             raise CaseError(f"--set: {path.strip()}: {key!r} is a value, not a section; use section.key=value")
-    table[keys[-1]] = _value(text.strip())
+    name = keys[-1]
+    if not text.strip():
+        if name not in table:
+            remedy = unknown_key(name, "", list(table)).rpartition("; ")[2]
+            raise CaseError(f"--set: {path.strip()}: expected a key to take out, got none of that name; {remedy}")
+        del table[name]
+        return
+    change_key(table, name, _value(text.strip()))
+    section = section_of_field(Case.model_fields[keys[0]]) if keys[0] in Case.model_fields else None
+    if section is not None and issubclass(section, Chosen) and name == section.naming_key:
+        for other in section.foreign_keys(table):
+            del table[other]
+
+
+def change_key(table: Any, name: Any, value: Any) -> None:
+    """Set a key of a table, which may stand there in the other unit of angles, or an entry of a list, in place."""
+    if isinstance(table, dict):
+        table.pop(name.removesuffix(DEGREES) if name.endswith(DEGREES) else name + DEGREES, None)
+    table[name] = value
 
 
 def _value(text: str) -> Any:

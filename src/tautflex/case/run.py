@@ -80,13 +80,14 @@ def run_case(
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
     require_open_loop(case)
-    checks.non_negative("seconds", seconds)
+    checks.positive("seconds", seconds)
     folder = None if checkpoint is None else checks.path("checkpoint", checkpoint)
-    maneuver, state = prestressed(case, progress or silent)
-    question = _question(case, state, maneuver, progress or silent)
+    tell = checks.teller(progress)
+    maneuver, state = prestressed(case, tell)
+    question = _question(case, state, maneuver, tell)
     if folder is None:
         return labelled(case, simulate(**question, throw=throw))
-    with run_folder(folder, _owner(case), seconds, resume=True) as keeper:
+    with run_folder(RunFolder, folder, owner_of(case), seconds, resume=True) as keeper:
         run = _kept_run(case, question, keeper, throw=throw)
         if run.status is Status.INTERRUPTED:
             return run
@@ -118,10 +119,10 @@ def write_case_run(
         The content of ``summary.json``, SI units; the dominant frequency of a probe is that after the maneuver.
     """
     require_open_loop(case)
-    tell = progress or silent
+    tell = checks.teller(progress)
     maneuver, state = prestressed(case, tell)
     question = _question(case, state, maneuver, tell)
-    with deferred(), run_folder(directory / FOLDER, _owner(case), seconds, resume) as keeper:
+    with deferred(), run_folder(RunFolder, directory / FOLDER, owner_of(case), seconds, resume) as keeper:
         run = _kept_run(case, question, keeper, throw=False)
         more = {"resumed_from": keeper.resumed_from}
         found = write_results(case, state, run, directory, tell, figures, title, more)
@@ -132,13 +133,17 @@ def write_case_run(
 
 def _kept_run(case: Case, question: Mapping[str, Any], keeper: RunFolder, *, throw: bool) -> Run:
     """Run of a case that a folder keeps, with what there was to say about checkpoints."""
-    run = labelled(case, simulate(**question, throw=throw, keeper=keeper))
+    return with_trouble(labelled(case, simulate(**question, throw=throw, keeper=keeper)), keeper)
+
+
+def with_trouble(run: Run, keeper: RunFolder) -> Run:
+    """Run with a warning of what its keeper could not keep."""
     if not keeper.trouble:
         return run
     return replace(run, data=run.data.assign_attrs(warnings=[*run.warnings, keeper.trouble]))
 
 
-def _owner(case: Case) -> dict[str, str]:
+def owner_of(case: Case) -> dict[str, str]:
     """What the checkpoint of a case is recognised by."""
     return {"case": case.to_toml(), "version of tautflex": __version__}
 
@@ -300,7 +305,3 @@ def _named(paths: list[Path]) -> dict[str, Path]:
     for path in paths:
         named[path.name if path.stem in named else path.stem] = path
     return named
-
-
-def silent(fraction: float, message: str) -> None:
-    """Report nothing."""

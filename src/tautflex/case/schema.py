@@ -258,10 +258,11 @@ class Case(Section):
             return self  # of a mesh file, which is not read here
         half = (self.membrane.length / 2, self.membrane.width / 2)
         for name, point in self.output.probes.items():
-            if abs(point[0]) > half[0] or abs(point[1]) > half[1]:
+            if len(point) == 2 and (abs(point[0]) > half[0] or abs(point[1]) > half[1]):
                 film = f"|x| <= {half[0]:g} and |y| <= {half[1]:g} m"
                 text = f"output.probes.{name}: expected a point on the film, {film}"
-                raise ValueError(f"{text}, got {list(point)}; the origin is the film's centre, move the probe")
+                remedy = "the origin is the film's centre, move the probe, or give x, y and z of a node of the frame"
+                raise ValueError(f"{text}, got {list(point)}; {remedy}")
         return self
 
     @model_validator(mode="after")

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError
+from pydantic.fields import FieldInfo
 
-from tautflex.case.messages import case_error, choices, problem
+from tautflex.case.messages import case_error, choices, problem, show
+from tautflex.errors import CaseError
 
+DEGREES = "_deg"
+"""What the name of a key ends with that is given in degrees."""
 # Products of several of them stay within what arithmetic can hold.
 _SMALLEST, _LARGEST = 1e-30, 1e30
 
@@ -52,6 +57,8 @@ def key(meaning: str, example: Any = None, default: Any = ..., **given: Any) -> 
 class Section(BaseModel):
     """Frozen table of a case file: unknown keys, NaN and infinities are errors.
 
+    Every key in rad, rad/s or rad/s^2 can be given in degrees instead, its name followed by ``_deg``.
+
     Raises
     ------
     CaseError
@@ -62,7 +69,7 @@ class Section(BaseModel):
 
     def __init__(self, /, **values: Any) -> None:
         try:
-            super().__init__(**values)
+            super().__init__(**_in_radians(values, type(self)))
         except ValidationError as error:
             raise case_error(error, type(self)) from None
 
@@ -70,3 +77,37 @@ class Section(BaseModel):
     def from_table(cls, values: Any) -> Any:
         """Make the section from a table of keys; anything else is left to pydantic to take or refuse."""
         return cls(**values) if isinstance(values, dict) else values
+
+
+def section_of_field(field: FieldInfo) -> type[Section] | None:
+    """The section that a field of the case holds, if it holds one."""
+    waiting = [field.annotation]
+    while waiting:
+        one = waiting.pop()
+        if isinstance(one, type) and issubclass(one, Section):
+            return one
+        waiting += get_args(one)
+    return None
+
+
+def _in_radians(values: dict[str, Any], section: type[Section]) -> dict[str, Any]:
+    """Keys of a section with those in degrees, ``angle_deg``, as what they stand for."""
+    found = dict(values)
+    for name in values:
+        meant = name.removesuffix(DEGREES)
+        field = section.model_fields.get(meant)
+        if name in section.model_fields or field is None or "[rad" not in (field.description or ""):
+            continue
+        if meant in values:
+            raise CaseError(f"{name}: expected no value beside {meant}, got {show(values[name])}; keep one of the two")
+        found[meant] = _radians(found.pop(name))
+    return found
+
+
+def _radians(value: Any) -> Any:
+    """Numbers in degrees, in lists and tables of values too, in radians; the rest is left for its key to refuse."""
+    if isinstance(value, list | tuple):
+        return [_radians(part) for part in value]
+    if isinstance(value, dict) and "values" in value:
+        return value | {"values": _radians(value["values"])}
+    return math.radians(value) if isinstance(value, int | float) and not isinstance(value, bool) else value

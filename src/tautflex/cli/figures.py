@@ -59,3 +59,10 @@ def study_figures(study: xr.Dataset, directory: Path) -> list[Path]:
     from tautflex import plot
 
     return plot.save_study(study, directory / "sweep", formats=FORMATS)
+
+
+def design_figures(design: xr.Dataset, directory: Path) -> list[Path]:
+    """Write the history of a design into an existing directory; return the files."""
+    from tautflex import plot
+
+    return plot.save_design(design, directory / "history", formats=FORMATS)

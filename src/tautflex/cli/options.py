@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 CaseFile = Annotated[Path, Parameter(help="Case file (TOML).")]
 Overrides = Annotated[
     list[str] | None,
-    Parameter(name="--set", help="Change one key, section.key=value; may be repeated."),
+    Parameter(name="--set", help="Change one key, section.key=value, or take it out, section.key=; may be repeated."),
 ]
 ResultFolder = Annotated[
     Path | None,

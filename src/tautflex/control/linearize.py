@@ -40,7 +40,7 @@ from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion
-from tautflex.numeric import Array, within_arithmetic
+from tautflex.numeric import Array, one_thread, within_arithmetic
 from tautflex.reduction.on_basis import OnBasis
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.text import shown
@@ -110,8 +110,10 @@ def linearize(
         raise InputError(f"sensors: expected a mapping such as {{'rate': Rate()}}, got {shown(sensors)}; name them")
     for name, sensor in sensors.items():
         checks.instance(f"sensors.{name}", sensor, Sensor, "a sensor such as Rate()")
-    about = steady_state(state, effects, values, hub, motion, coupling)
-    return _View(about, plant, effects, modes).plant({n: s.prepare(state, hub) for n, s in sensors.items()}, damping)
+    with one_thread():
+        about = steady_state(state, effects, values, hub, motion, coupling)
+        bound = {name: sensor.prepare(state, hub) for name, sensor in sensors.items()}
+        return _View(about, plant, effects, modes).plant(bound, damping)
 
 
 class _View:

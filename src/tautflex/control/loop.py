@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
@@ -12,15 +12,16 @@ from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.control.law import ControlLaw, law_of
-from tautflex.control.plant import Plant
+from tautflex.control.plant import Plant, PlantState
 from tautflex.control.runs.following import references, spec_of
 from tautflex.control.sensors.sensor import hub_rows
 from tautflex.control.signals import Reference, labels_of, units_of
-from tautflex.errors import NotConvergedError
+from tautflex.errors import InputError, NotConvergedError
 from tautflex.interrupts import deferred, meet
 from tautflex.motion.attitude import attitude
 from tautflex.motion.kinematics import Maneuver
 from tautflex.numeric import Array
+from tautflex.solvers.remembering import flat, nested
 from tautflex.solvers.transient.status import Run, Status
 from tautflex.solvers.variables import LOOP, described
 
@@ -34,6 +35,7 @@ def close_loop(
     seed: int = 0,
     progress: Callable[[float, str], None] | None = None,
     frames: int = 300,
+    keeper: LoopKeeper | None = None,
 ) -> Run:
     """Run a plant under a law.
 
@@ -53,6 +55,8 @@ def close_loop(
         Called with the fraction done and a short message; KeyboardInterrupt raised in it ends the run.
     frames
         Samples at which displacements are kept for pictures that move, evenly spaced, see `TransientProblem`.
+    keeper
+        Keeps the loop while it is under way, and may have kept one that goes on.
 
     Returns
     -------
@@ -69,18 +73,23 @@ def close_loop(
         then.
     """
     checks.instance("plant", plant, Plant, "a plant", remedy="Plant(state, ...) makes one")
-    asked = law_of("law", law)
+    asked, tell = law_of("law", law), checks.teller(progress)
     count = max(1, int(np.ceil(checks.positive("end_time", end_time) / plant.interval - 1e-6)))
     kept = np.linspace(0, count, min(checks.whole("frames", frames, 0), count + 1)).round()
-    options = {"frames": plant.interval * kept}
-    measured = [plant.reset(seed, options if maneuver is None else options | {"maneuver": maneuver})]
+    options: dict[str, Any] = {"frames": plant.interval * kept}
+    options |= {} if maneuver is None else {"maneuver": maneuver}
+    measured = [plant.reset(seed, options)]
     times = np.asarray(plant.interval * np.arange(count + 1), dtype=np.float64)
     follow = references(plant.maneuver, times, plant.hub)
     memory, remarks = start_law(plant, asked)
     commands, work, status = list[Array](), [plant.energy_by_source], Status.COMPLETED
+    if keeper is not None and keeper.kept is not None:
+        memory, measured, commands, work = _go_on(keeper, plant, (asked, memory), follow, options)
     try:
-        for number, reference in enumerate(follow[:-1]):
+        for number, reference in enumerate(follow[len(commands) : -1], len(commands)):
             meet()
+            if keeper is not None and keeper.due():
+                _keep(keeper, plant, measured, commands, work)
             time = reference.time
             try:
                 memory, given = asked.act(memory, measured[-1].copy(), reference)
@@ -91,8 +100,8 @@ def close_loop(
             measured.append(plant.step(command))
             commands.append(command)
             work.append(plant.energy_by_source)
-            if progress is not None and number % max(1, count // 100) == 0:
-                progress((number + 1) / count, f"t = {plant.time:.3g} s")
+            if number % max(1, count // 100) == 0:
+                tell((number + 1) / count, f"t = {plant.time:.3g} s")
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
     except NotConvergedError as error:
@@ -100,6 +109,61 @@ def close_loop(
             error.result = _with_loop(error.result, plant, times, measured, commands, work, follow, remarks)
         raise
     return _with_loop(plant.result(status), plant, times, measured, commands, work, follow, remarks)
+
+
+class LoopKeeper(Protocol):
+    """Keeps a closed loop outside the memory that dies with its process.
+
+    Attributes
+    ----------
+    kept
+        Memory of the loop that shall go on, as `keep_loop` got it; None: it starts.
+    """
+
+    kept: Mapping[str, Array] | None
+
+    @property
+    def runs(self) -> list[Run]:
+        """Runs of the plant that `keep_loop` got."""
+
+    def due(self) -> bool:
+        """Whether it is time to keep the loop again; asked between its intervals."""
+
+    def keep_loop(self, time: float, runs: Sequence[Run], memory: Mapping[str, Array]) -> None:
+        """Keep the finished runs of the plant, and where the loop stands at an instant [s]."""
+
+
+def _keep(
+    keeper: LoopKeeper, plant: Plant, measured: list[Array], commands: list[Array], work: list[dict[str, float]]
+) -> None:
+    """Keep a loop whose plant begins a run here: only then is its record whole, and the same as if it were not kept."""
+    runs, time = plant.cut(), plant.time
+    if runs and runs[-1].reached == time:
+        state, spent = plant.state, [list(each.values()) for each in work]
+        through = {"measured": np.array(measured), "commands": np.array(commands), "work": np.array(spent)}
+        parts = {name: getattr(state, name) for name in ("intervals", "actuators", "sensors", "measurement")}
+        keeper.keep_loop(time, runs, flat(through | parts))
+
+
+def _go_on(
+    keeper: LoopKeeper, plant: Plant, law: tuple[ControlLaw, Any], follow: list[Reference], options: dict[str, Any]
+) -> tuple[Any, list[Array], list[Array], list[dict[str, float]]]:
+    """Memory of the law, measurements, commands and work of a loop that goes on; the plant is where it was."""
+    assert keeper.kept is not None
+    (asked, memory), kept, runs = law, nested(keeper.kept), keeper.runs
+    motion = runs[-1].final
+    assert motion is not None
+    drives, sensors = kept.get("actuators", {}), kept.get("sensors", {})
+    state = PlantState(motion, kept["intervals"], drives, sensors, kept["measurement"])
+    plant.reset(0, options | {"state": state, "runs": runs})
+    for measurement, reference, command in zip(kept["measured"], follow, kept["commands"], strict=False):
+        memory, given = asked.act(memory, measurement.copy(), reference)  # a law has no other way to its memory
+        if not np.array_equal(np.ravel(given), command):
+            text = f"t = {reference.time:.6g} s: expected the law to command what it did before the loop was kept"
+            raise InputError(f"{text}, got other numbers; start anew with --force")
+    names = list(plant.energy_by_source)
+    work = [dict(zip(names, row, strict=True)) for row in kept["work"].tolist()]
+    return memory, list(kept["measured"]), list(kept["commands"]), work
 
 
 def start_law(plant: Plant, law: ControlLaw) -> tuple[Any, list[str]]:

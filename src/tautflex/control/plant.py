@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -26,7 +25,7 @@ from tautflex.control.runs.record import joined
 from tautflex.control.runs.reduced import ReducedPlantRun
 from tautflex.control.runs.run_of_plant import RunOfPlant
 from tautflex.control.runs.timing import steps_of
-from tautflex.control.sensors.sensor import SensedMotion, Sensor, SensorMemory, checked_sensors, noise_of
+from tautflex.control.sensors.sensor import SensedMotion, Sensor, checked_sensors, kept, noise_of, recalled
 from tautflex.control.signals import Channel
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.dampings.damping import Damping
@@ -38,6 +37,7 @@ from tautflex.motion.kinematics import AtRest, Maneuver
 from tautflex.motion.rotations import rotation_vector
 from tautflex.numeric import Array, within_arithmetic
 from tautflex.reduction.on_basis import OnBasis
+from tautflex.solvers.remembering import Memory
 from tautflex.solvers.static.equip import equip
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.methods.central_difference import CentralDifference
@@ -63,15 +63,15 @@ class PlantState:
     intervals
         Intervals since the start of its clock.
     actuators, sensors
-        What drives and sensors remember.
+        What drives and sensors remember, by number.
     measurement
         What was measured there, shape (outputs,).
     """
 
     motion: Checkpoint
     intervals: int
-    actuators: list[tuple[Any, ...]]
-    sensors: dict[str, SensorMemory]
+    actuators: Memory
+    sensors: Memory
     measurement: Array
 
     def __repr__(self) -> str:
@@ -152,8 +152,7 @@ class Plant:
         self.interval, self._steps = checks.positive("interval", interval), steps_of(interval, time_step)
         known = (Method, CentralDifference, type(None)) if reduced else (Method, type(None))
         checks.instance("method", method, known, "an implicit method such as GeneralizedAlpha()")
-        given = checks.several("inputs", inputs, TimeInput, "NodalForce(...)")
-        require_still("in a plant", given)
+        given = require_still("in a plant", checks.several("inputs", inputs, TimeInput, "NodalForce(...)"))
         effects = [*given, *(each.effect for each in self.actuators.values() if isinstance(each, Actuator))]
         self.state_of = bare if reduced else equip(bare, effects)
         for each in effects if reduced else ():
@@ -204,7 +203,7 @@ class Plant:
             Of the sensors' noise; None is 0.
         options
             ``{"state": plant.state}`` goes on from there, noise included; ``{"maneuver": ...}`` follows another one;
-            ``{"frames": times}`` keeps frames of pictures at instants [s].
+            ``{"frames": times}`` keeps frames at instants [s]; ``{"runs": plant.cut()}`` are what the state ends.
 
         Returns
         -------
@@ -216,11 +215,12 @@ class Plant:
         state: PlantState | None = checks.instance("options.state", given.pop("state", None), known, "plant.state")
         self.maneuver = _maneuver(given.pop("maneuver", self.maneuver))
         self._frames = checks.float_array("options.frames", given.pop("frames", ()), (None,))
+        runs = list(checks.several("options.runs", given.pop("runs", ()), Run, "plant.cut()"))
         if given:
-            text = f"options: expected 'state', 'maneuver' or 'frames', got {shown(next(iter(given)))}"
+            text = f"options: expected 'state', 'maneuver', 'frames' or 'runs', got {shown(next(iter(given)))}"
             raise InputError(f"{text}; leave it out")
         chosen = 0 if seed is None else checks.whole("seed", seed, 0)
-        self._bank, self._parts, self._intervals = self._new_bank(), list[Run](), 0
+        self._bank, self._parts, self._intervals = self._new_bank(), runs, 0
         if state is None:
             self._begin(None)
             exact = self._exact()
@@ -230,7 +230,8 @@ class Plant:
             }
         else:
             self._bank.recall(state.actuators)
-            self._intervals, self._memories = state.intervals, copy.deepcopy(state.sensors)
+            self._intervals = state.intervals
+            self._memories = recalled(self.sensors, state.sensors)
             self._begin(state.motion)
             self._last = state.measurement.copy()
             return state.measurement.copy()
@@ -281,16 +282,14 @@ class Plant:
         NotConvergedError
             If a step fails; ``.result`` is the run until then.
         """
-        run, size = self._at_work, self._bank.size
+        size = self._bank.size
+        self.cut()
+        run = self._at_work
         numbers = checks.numbers("command", command)
         numbers = checks.float_array(
             "command", numbers.reshape(1) if numbers.ndim == 0 and size == 1 else numbers, (size,)
         )
         before = run.place
-        if self._intervals and self._intervals % _RESERVED == 0 and before.time > run.problem.start_time:
-            self._parts.append(run.result(Status.COMPLETED))
-            self._begin(self._parts[-1].final)
-            run = self._at_work
         self._bank.command(run, before, numbers)
         for number in range(self._intervals * self._steps + 1, (self._intervals + 1) * self._steps + 1):
             if not run.advance(number):
@@ -303,6 +302,13 @@ class Plant:
             before = reached
         self._intervals += 1
         return self._observe()
+
+    def cut(self) -> list[Run]:
+        """Runs that make up the record so far but for the present one, which begins here if a long one is to end."""
+        if self._intervals and self._intervals % _RESERVED == 0 and self.time > self._at_work.problem.start_time:
+            self._parts.append(self._at_work.result(Status.COMPLETED))
+            self._begin(self._parts[-1].final)
+        return list(self._parts)
 
     def _exact(self) -> dict[str, Array]:
         """Exact readings of all sensors now."""
@@ -373,8 +379,8 @@ class Plant:
     @property
     def state(self) -> PlantState:
         """State to go on from."""
-        sensors = copy.deepcopy(self._memories)
-        return PlantState(self._at_work.checkpoint(), self._intervals, self._bank.memory(), sensors, self._last.copy())
+        parts = self._bank.memory(), kept(self._memories), self._last.copy()
+        return PlantState(self._at_work.checkpoint(), self._intervals, *parts)
 
     def __repr__(self) -> str:
         lines = {

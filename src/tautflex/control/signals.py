@@ -94,13 +94,16 @@ class LoopSpec:
         """Labels of all numbers of the command."""
         return labels_of(self.commands)
 
-    def measurement(self, key: str, name: str) -> Indices:
-        """Places of a channel, or of one of its numbers, in the measurement; ``key`` is the law's word for it."""
-        return _places(key, name, self.measurements, "a sensor")
+    def measurement(self, key: str, name: str, unit: str | None = None) -> Indices:
+        """Places of a channel, or of one of its numbers, in the measurement; ``key`` is the law's word for it.
 
-    def command(self, key: str, name: str) -> Indices:
+        Another unit than one that is given is refused.
+        """
+        return _places(key, name, self.measurements, "a sensor", unit)
+
+    def command(self, key: str, name: str, unit: str | None = None) -> Indices:
         """The same in the command."""
-        return _places(key, name, self.commands, "an actuator")
+        return _places(key, name, self.commands, "an actuator", unit)
 
     def plant(self, law: str) -> LinearPlant:
         """The linear model, with the commands and measurements of the loop alone, in their order.
@@ -155,10 +158,14 @@ def check_numbers(key: str, values: Mapping[str, float] | None, least: int = 0) 
         labelled(key, values, list(map(str, known)), bool(least))  # type: ignore[arg-type]
 
 
-def _places(key: str, name: str, channels: tuple[Channel, ...], role: str) -> Indices:
+def _places(key: str, name: str, channels: tuple[Channel, ...], role: str, unit: str | None) -> Indices:
     checks.instance(key, name, str, f"the name of {role}")
     first = 0
     for channel in channels:
+        if unit not in (None, channel.unit) and name in (channel.name, *channel.labels):
+            raise InputError(
+                f"{key}: expected the name of {role} in {unit}, got {name!r} in {channel.unit}; choose another"
+            )
         if name == channel.name:
             return np.arange(first, first + channel.size)
         if name in channel.labels:

@@ -13,16 +13,18 @@ import os
 import shutil
 import time as clock
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tautflex.errors import CaseError, NotWrittenError
+from tautflex.files import netcdf
 from tautflex.numeric import Array
+from tautflex.solvers.transient.status import Run
 from tautflex.writing import written
 
 FOLDER = ".tautflex-checkpoint"
@@ -137,10 +139,38 @@ class RunFolder:
         return self._maps[-1]
 
 
+class LoopFolder(RunFolder):
+    """Keeper of a closed loop, see `tautflex.control.loop.LoopKeeper`: the runs of its plant are files of their own."""
+
+    @property
+    def runs(self) -> list[Run]:
+        """Runs that the kept loop is made of."""
+        return [netcdf.load_run(self._run(number)) for number in range(int((self.kept or {})["runs"]))]
+
+    def keep_loop(self, time: float, runs: Sequence[Run], memory: Mapping[str, Array]) -> None:
+        """Write the runs that are not there yet, then the memory."""
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            for number, run in enumerate(runs):
+                if not self._run(number).exists():
+                    netcdf.save(run, self._run(number))
+        except (OSError, NotWrittenError) as error:
+            self.trouble = f"the last checkpoint is of an earlier instant, later ones could not be written ({error})"
+        self.keep(time, {**memory, "runs": np.array(len(runs))})
+
+    def _run(self, number: int) -> Path:
+        return self._folder / f"run-{number}.nc"
+
+
+Folder = TypeVar("Folder", bound=RunFolder)
+
+
 @contextmanager
-def run_folder(folder: Path, owner: Mapping[str, str], seconds: float, resume: bool) -> Iterator[RunFolder]:
-    """Keeper of a run in a folder; without a state to go on from nothing of it stays."""
-    keeper = RunFolder(folder, json.dumps(dict(owner)), seconds, resume)
+def run_folder(
+    kind: type[Folder], folder: Path, owner: Mapping[str, str], seconds: float, resume: bool
+) -> Iterator[Folder]:
+    """Keeper of a run, of this kind, in a folder; without a state to go on from nothing of it stays."""
+    keeper = kind(folder, json.dumps(dict(owner)), seconds, resume)
     try:
         yield keeper
     finally:

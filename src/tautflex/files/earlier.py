@@ -31,18 +31,16 @@ def finished(case: str, directory: Path) -> dict[str, Any] | None:
     InputError
         If the folder holds the result of another case, or of a run that nothing is left of to go on from.
     """
-    if not (directory / "run.nc").exists():
-        return None
+    if not (directory / "run.nc").exists() or (directory / FOLDER).exists():
+        return None  # a checkpoint beside a result is of a run that was to replace it
     there, summary = netcdf.load(directory / "run.nc").attrs, read_summary(directory)
     if there.get("case") != case:
         text = f"{directory}: expected a result of this case to go on with, got one of another case"
         raise CaseError(f"{text}; choose another folder with -o, or replace it with --force")
     if there.get("status") != "interrupted" and summary:
         return summary
-    if not (directory / FOLDER).exists():
-        text = f"{directory}: expected a checkpoint to go on from, got a result without one"
-        raise CaseError(f"{text}; replace it with --force")
-    return None
+    text = f"{directory}: expected a checkpoint to go on from, got a result without one"
+    raise CaseError(f"{text}; replace it with --force")
 
 
 def read_summary(directory: Path) -> dict[str, Any]:

@@ -23,4 +23,4 @@ def case_of(given: Case | str | PathLike[str] | None, name: str) -> Case:
     """Case that was given as such or by its file; None is that of a task."""
     if given is None:
         return task_case(name)
-    return given if isinstance(given, Case) else load_case(given)
+    return given if isinstance(given, Case) else load_case(checks.path("case", given))

@@ -1,7 +1,7 @@
 """An environment as pure functions in JAX, over the reduced plant: differentiable, and made for many at once.
 
-The same plant, drives, readings, observation and reward as ``tautflex/Slew-v0`` on its reduced model. Arrays may have
-the run as last axis (fast), or be those of one run, for `jax.vmap`.
+The same plant, drives, disturbances, readings, observation and reward as ``tautflex/Slew-v0`` and ``tautflex/Hold-v0``
+have on their reduced models. Arrays may have the run as last axis (fast), or be those of one run, for `jax.vmap`.
 """
 
 from __future__ import annotations
@@ -9,13 +9,11 @@ from __future__ import annotations
 from os import PathLike
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
 from tautflex import checks
-from tautflex.batch.library import jax
+from tautflex.batch.library import jax, jnp
 from tautflex.case.schema import Case
-from tautflex.control.tasks.slew import SlewTask
 from tautflex.learning.arena import Arena
 from tautflex.learning.cases import case_of
 from tautflex.learning.twin_constants import TwinConstants
@@ -60,7 +58,7 @@ class TwinState(NamedTuple):
 
 
 class FunctionalTwin:
-    """Pure functions of a slew on a hub of one axis.
+    """Pure functions of a task on a hub of one axis: a slew, or to hold it.
 
     Parameters
     ----------
@@ -89,7 +87,6 @@ class FunctionalTwin:
             arena = Arena(case_of(arena, "slew"))
         self.arena, self.steps, self.kind = arena, arena.steps, kind
         c = self._constants = TwinConstants.of(arena)
-        assert isinstance(arena.task, SlewTask)
         self._task, self._moving = arena.task, TwinSteps(c, kind)
         self.commands, self.observed = len(arena.limits), arena.observation.size
         self._late = int(c.delay.max(initial=0))
@@ -139,7 +136,7 @@ class FunctionalTwin:
         params
             As of `params`; numbers, or shape (n,) for n episodes, the last axis of everything.
         """
-        alone = jnp.ndim(params["angle"]) == 0
+        alone = jnp.ndim(params[self._task.drawn[0]]) == 0
         state, seen = self._reset(key, self._wide(params))
         return (_narrow(state), seen[:, 0]) if alone else (state, seen)
 
@@ -209,7 +206,7 @@ class FunctionalTwin:
         motion = moving.interval(moving.jump(state.motion, change), given, params["stiffness"], params["damping"])
         place = state.place + 1
         moved = TwinState(motion, waiting, target, output, value, state.measured, action, place, state.over)
-        error = motion.angle - params["angle"]
+        error = motion.angle - task.goal(params)
         form = jnp.asarray(self._constants.form, self.kind)
         square = jnp.sum((form @ motion.q) * motion.q, axis=0)
         rms = jnp.sqrt(jnp.maximum(square, _NO_SLOPE))
@@ -234,8 +231,9 @@ class FunctionalTwin:
         gain = self.arena.limits[:, None] * (1.0 + (params["effectiveness"] - 1.0) * self.arena.on_structure[:, None])
         late = params["delay"]
         asked = gain * ((1.0 - late) * action + late * state.action)
-        errors = self._units[self.commands :, None] * params["tension_error"]
-        command = jnp.concatenate([asked, errors]).astype(self.kind)
+        disturbed = self._task.acting(params, state.place, interval, jnp)
+        errors = self._units[self.commands + len(disturbed) :, None] * params["tension_error"]
+        command = jnp.concatenate([asked, *(each[None] for each in disturbed), errors]).astype(self.kind)
 
         def column(part: Any) -> Array:
             return jnp.asarray(part, self.kind)[:, None]
@@ -290,15 +288,7 @@ class FunctionalTwin:
 
     def reference(self, time: Array, params: Params) -> Array:
         """Attitude, rate and acceleration of the turn that laws follow, and attitude of the goal, shape (4, n)."""
-        size, angle = self._task.acceleration, params["angle"]
-        half = jnp.sqrt(angle / size)
-        # A sample on an edge belongs to what follows it.
-        first, done = time + 1e-9 < half, time + 1e-9 >= 2.0 * half
-        left = 2.0 * half - time
-        place = jnp.where(first, 0.5 * size * time**2, jnp.where(done, angle, angle - 0.5 * size * left**2))
-        rate = jnp.where(first, size * time, jnp.where(done, 0.0, size * left))
-        acceleration = jnp.where(first, size, jnp.where(done, 0.0, -size))
-        return jnp.stack([place, rate, acceleration, angle + 0.0 * time])
+        return jnp.stack([*self._task.reference(time, params, jnp), self._task.goal(params) + 0.0 * time])
 
     def features(self, state: TwinState, measured: Array, before: Array, params: Params) -> Array:
         """Measurement, the one before, and the reference: what a linear law sees, shape (z, n)."""

@@ -38,10 +38,13 @@ def linear_gain(law: Any, arena: Arena) -> Array:
             for each in (first, chosen.act(memory, z[:size], told)[1])
         ]
 
-    gain = np.array([commands(_SMALL * row)[0] for row in np.eye(width)]).T / _SMALL
-    tried = _SMALL * np.cos(np.arange(width))
-    if not all(np.allclose(gain @ tried, each, atol=1e-12) for each in commands(tried)):
-        raise InputError(
-            f"law: expected a linear law without memory for a network to learn behind, got {law!r}; take 'pd' or 'none'"
-        )
+    expected = "law: expected a linear law without memory for a network to learn behind"
+    try:
+        gain = np.array([commands(_SMALL * row)[0] for row in np.eye(width)]).T / _SMALL
+        tried = _SMALL * np.cos(np.arange(width))
+        linear = all(np.allclose(gain @ tried, each, atol=1e-12) for each in commands(tried))
+    except InputError as error:
+        raise InputError(f"{expected}, got {law!r} ({error}); take 'pd' or 'none'") from None
+    if not linear:
+        raise InputError(f"{expected}, got {law!r}; take 'pd' or 'none'")
     return gain

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
-from tautflex.batch.library import jax
+from tautflex.batch.library import jax, jnp
 from tautflex.control.tasks.policy import network
 from tautflex.learning.functional import FunctionalTwin, Params, TwinState
 from tautflex.numeric import Array as Numbers

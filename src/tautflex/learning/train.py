@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
 from tautflex import checks
-from tautflex.batch.library import jax, threadpool_limits
+from tautflex.batch.library import jax, jnp, threadpool_limits
 from tautflex.case.schema import Case
 from tautflex.control.law import ControlLaw
 from tautflex.control.tasks.policy import Policy
@@ -172,6 +171,7 @@ def train(
     MissingExtraError
         If JAX or optax is not installed.
     """
+    checks.teller(progress)
     arena = Arena(case_of(case, task))
     own = arena.task.coordinates
     arena, finer = (

@@ -12,6 +12,7 @@ from tautflex.control.compiled.drives import drives_of
 from tautflex.control.compiled.parts import WHEEL
 from tautflex.control.compiled.sensing import sensing_of
 from tautflex.control.runs.timing import steps_of
+from tautflex.control.tasks.hold import HoldTask
 from tautflex.control.tasks.slew import SlewTask
 from tautflex.errors import UnsupportedError
 from tautflex.learning.arena import Arena
@@ -108,8 +109,8 @@ class TwinConstants:
         Raises
         ------
         UnsupportedError
-            If the task is no slew, the hub does not turn about one axis, a sensor is late or not linear, wheels have a
-            momentum, or the damping couples natural coordinates.
+            If the task is neither slew nor hold, the hub does not turn about one axis, a sensor is late or not
+            linear, wheels have a momentum, or the damping couples natural coordinates.
         """
         _require(arena)
         rom, hub = arena.reduced, arena.hub
@@ -212,9 +213,10 @@ class TwinConstants:
 
 def _require(arena: Arena) -> None:
     """Raise UnsupportedError for a task or hub without a functional form."""
-    if type(arena.task) is not SlewTask:
+    if type(arena.task) not in (SlewTask, HoldTask):
         raise UnsupportedError(
-            f"task: expected a slew in a functional twin, got {type(arena.task).__name__}; train on the environments"
+            f"task: expected a slew or a hold in a functional twin, got {type(arena.task).__name__}; train on the "
+            "environments"
         )
     if arena.hub is None or arena.hub.axes not in ("x", "y", "z"):
         raise UnsupportedError(
@@ -238,7 +240,7 @@ def _require(arena: Arena) -> None:
             "hub: expected one at rest, not turned, without torque or force in a functional twin, got another; "
             "command a HubTorque"
         )
-    if not np.allclose(unit_axis(arena.task.axis), hub.freedom[3:]):
+    if isinstance(arena.task, SlewTask) and not np.allclose(unit_axis(arena.task.axis), hub.freedom[3:]):
         raise UnsupportedError(
             f"task.axis: expected the hub's, {hub.axes}, in a functional twin, got {arena.task.axis}; turn about it"
         )

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
-from tautflex.batch.library import jax
+from tautflex.batch.library import jax, jnp
 from tautflex.batch.steps.products import Monomials
 from tautflex.learning.twin_constants import TwinConstants
 from tautflex.reduction.polynomial.monomials import pair_table

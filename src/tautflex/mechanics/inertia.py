@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csc_array, csr_array
@@ -22,7 +21,7 @@ from scipy.sparse import csc_array, csr_array
 from tautflex.elements.block import InertiaPoints
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.mechanics.products import PairProducts, add_moments, add_pair_products
-from tautflex.numeric import Array, Indices, Places
+from tautflex.numeric import Array, Indices, Places, jit
 
 
 class LoadMoments(Protocol):
@@ -49,7 +48,7 @@ class WeighedMoments:
         return np.einsum("...ab,abi->...i", np.asarray(weight), self._first) + np.asarray(acceleration) @ self._zeroth
 
 
-@numba.njit(cache=True)
+@jit
 def _collect_moments(
     mass: Array, interpolation: Array, position: Array, places: Places, zeroth: Array, first: Array
 ) -> None:
@@ -67,7 +66,7 @@ def _collect_moments(
                             first[a, b, places[i, e]] += value * position[e, p, b]
 
 
-@numba.njit(cache=True)
+@jit
 def _collect_products(mass: Array, interpolation: Array, slots: Places, a: int, b: int, values: Array) -> None:
     """Add ``int rho N_a' N_b`` of a block to values in the pattern, shape (entries + 1,)."""
     own = interpolation.shape[0] > 1

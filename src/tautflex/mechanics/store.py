@@ -31,11 +31,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
 from tautflex.elements.block import ElementBlock
-from tautflex.numeric import Array, Indices, Places
+from tautflex.numeric import Array, Indices, Places, jit
 
 
 class KernelStore(NamedTuple):
@@ -121,7 +120,7 @@ def build_store(blocks: tuple[ElementBlock, ...], dofs: list[Places], initial_st
     )
 
 
-@numba.njit(cache=True)
+@jit
 def block_data(store: Any, block: int) -> Any:
     """Views of one block's terms, a `KernelData`; ``py_func`` gives them outside compiled code."""
     all_slots, terms, values, table = store

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from tautflex.analysis import maneuver_end, scalogram, spectrum
+from tautflex.analysis import scalogram, spectrum
+from tautflex.analysis.record import counted_from
 from tautflex.analysis.turning import recorded_attitude
 from tautflex.errors import InputError
 from tautflex.motion.rotations import rotation_vector
@@ -86,7 +88,7 @@ def _panel(key: str, title: str, label: str, lines: list[tuple[str, Array, Array
 def frequencies_of(run: xr.Dataset, highest: float) -> dict[str, Any] | None:
     """Spectrum after the maneuver, to ``highest`` [Hz] or where most energy is, and scalogram of the liveliest probe.
 
-    None where the record is too short.
+    Of the whole record where there is no maneuver or it outlasts the record; None where the record is too short.
     """
     if not run.sizes.get("probe", 0):
         return None
@@ -94,7 +96,10 @@ def frequencies_of(run: xr.Dataset, highest: float) -> dict[str, Any] | None:
     name = str(run["probe"].values[int(np.abs(w.values).max(axis=1).argmax())])
     record = run["w"].sel(probe=name)
     try:
-        found, picture = spectrum(record, after=maneuver_end(run)), scalogram(_decimated(record))
+        counted = counted_from(run)
+        after = None if counted == math.inf else counted
+        when = {None: "", math.inf: "during the maneuver"}.get(counted, "after the maneuver")
+        found, picture = spectrum(record, after=after), scalogram(_decimated(record))
     except InputError:
         return None
     f, height = found["frequency"].values, 1e3 * found["amplitude"].values
@@ -106,6 +111,7 @@ def frequencies_of(run: xr.Dataset, highest: float) -> dict[str, Any] | None:
     magnitude = 1e3 * picture["magnitude"].transpose("frequency", "time").values
     return {
         "probe": name,
+        "of": f"Spectrum {when}".strip(),
         "spectrum": {"x": packed(x), "y": packed(y)},
         "scalogram": {
             "frequency": packed(picture["frequency"].values),

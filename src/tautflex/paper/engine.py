@@ -9,6 +9,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.files import netcdf
 from tautflex.paper.cases.catalogue import RunSpec
@@ -62,7 +63,7 @@ def perform(
     """
     if workers is not None and workers < 1:
         raise InputError(f"workers: expected a number >= 1, got {workers}; leave it out for one per core")
-    wanted = list(specs)
+    wanted, report = list(specs), checks.teller(progress)
     place = Path(directory)
     try:
         place.mkdir(parents=True, exist_ok=True)
@@ -76,8 +77,7 @@ def perform(
     def tell(spec: RunSpec) -> None:
         nonlocal done
         done += _cost(spec)
-        if progress is not None:
-            progress(min(done / total, 1.0), spec.name)
+        report(min(done / total, 1.0), spec.name)
 
     missing, keys = dict[str, RunSpec](), {spec.name: case_key(spec.case) for spec in wanted}
     for spec in wanted:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from tautflex.analysis import dominant_frequency, maneuver_end, spectrum
+from tautflex.analysis import dominant_frequency, spectrum
+from tautflex.analysis.record import counted_from
 from tautflex.checks import float_array, positive
 from tautflex.numeric import Array
 from tautflex.plot.history import probe_records
@@ -29,6 +31,9 @@ def plot_spectrum(
     length: float | None = None,
 ) -> Figure:
     """Draw the amplitude spectrum of probes after the maneuver, zero-padded to a power of two, and mark its peak.
+
+    Where the maneuver outlasts the record the spectrum is that of the whole record, its title says so, and no peak is
+    marked.
 
     Parameters
     ----------
@@ -54,7 +59,9 @@ def plot_spectrum(
         If there is no probe or component of that name, or the record is not uniform.
     """
     records = probe_records(run, probes, component)
-    after = maneuver_end(run)
+    counted = counted_from(run)
+    goes_on = counted == math.inf
+    after = None if goes_on else counted
     each = [records.isel(probe=k) for k in range(records.sizes["probe"])]
     lines = [spectrum(record, length=length, after=after) for record in each]
     peaks = [dominant_frequency(record, length=length, after=after) for record in each]
@@ -65,7 +72,7 @@ def plot_spectrum(
         height = scale * line["amplitude"].values
         color = COLORS[k % len(COLORS)]
         name = f"point {records['probe'].values[k]}"
-        if np.isfinite(peak.frequency):
+        if np.isfinite(peak.frequency) and not goes_on:
             name += f": peak {peak.frequency:.3f} Hz, bins of {peak.bin_width:.3f} Hz"
             at = int(np.abs(line["frequency"].values - peak.frequency).argmin())
             axes.plot(peak.frequency, height[at], "o", color=color, markersize=4, zorder=4)
@@ -77,7 +84,8 @@ def plot_spectrum(
     if natural_frequencies is not None:
         values = natural_frequencies.frequencies if isinstance(natural_frequencies, Modes) else natural_frequencies
         _mark(axes, float_array("natural_frequencies", values, (None,)), limit)
-    axes.legend(loc="upper right", title=None if after is None else f"motion after t = {after:g} s")
+    title = "during the maneuver" if goes_on else None if after is None else f"motion after t = {after:g} s"
+    axes.legend(loc="upper right", title=title)
     return figure
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from contextlib import ContextDecorator
 from pathlib import Path
 from typing import Any
 
@@ -55,8 +56,22 @@ _STYLE: Any = {
 }
 
 
-styled = matplotlib.rc_context(_STYLE)
-"""Makes a function draw in the publication style, and a ``with`` block too; global settings come back after it."""
+class _HouseStyle(ContextDecorator):
+    """Matplotlib's own context serves either as a decorator or in one ``with`` block: after that it is spent."""
+
+    def __init__(self) -> None:
+        self._entered: list[Any] = []
+
+    def __enter__(self) -> None:
+        self._entered.append(matplotlib.rc_context(_STYLE))
+        self._entered[-1].__enter__()
+
+    def __exit__(self, *error: Any) -> None:
+        self._entered.pop().__exit__(*error)
+
+
+styled = _HouseStyle()
+"""Makes a function draw in the publication style, and ``with`` blocks too; global settings come back after it."""
 
 
 def saving(plot: Callable[..., Figure]) -> Callable[..., list[Path]]:

@@ -17,7 +17,7 @@ _ROUND_OFF = 1e-9
 
 @dataclass(frozen=True)
 class PointMass:
-    """Rigid body fixed to a node: ``1/2 m |v + w x c|^2 + 1/2 w . J w`` with the node's velocity v and turn rate w.
+    """Rigid body fixed to a node: ``1/2 m |v + w x c|^2 + 1/2 w' J w`` with the node's velocity v and turn rate w.
 
     It follows the node's rotation, to second order in the forces of a turning frame: pendulum and propeller moments. A
     frame that speeds up has those of its angular acceleration left out, which are of the size of (angular acceleration)

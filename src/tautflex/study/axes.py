@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from tautflex.case.help.reference import reference
+from tautflex.case.reading import change_key
+from tautflex.case.section import DEGREES
 from tautflex.errors import CaseError
 from tautflex.study.sections import Span, Study
 
@@ -55,7 +57,7 @@ def _set(place: Any, parts: list[str], value: Any, key: str) -> None:
             raise CaseError(f"{text}; correct the key")
         name = int(name)
     if len(parts) == 1:
-        place[name] = value
+        change_key(place, name, value)
         return
     inner = place[name] if isinstance(place, list) else place.get(name, {})
     if isinstance(inner, tuple | list):
@@ -72,6 +74,8 @@ def _set(place: Any, parts: list[str], value: Any, key: str) -> None:
 def unit_of(key: str) -> str:
     """Unit of a dotted key of the case as its help tells it; "" where it tells none."""
     section, _, name = key.rpartition(".")
+    if name.endswith(DEGREES):
+        return unit_of(key.removesuffix(DEGREES)).replace("rad", "deg")
     try:
         entries = reference(section.split(".")[0])
     except CaseError:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 
 import xarray as xr
 
 from tautflex import checks
 from tautflex.errors import CaseError
 from tautflex.files import netcdf
+from tautflex.files.transaction import result_folder
 from tautflex.study.points import Grid
 from tautflex.study.reading import load_study
-from tautflex.study.results import write_table
+from tautflex.study.results import Figures, write_table, write_together
 from tautflex.study.search import Search
 from tautflex.study.sections import Study
 from tautflex.study.sweep import mark, require_own_folder, with_workers, workforce
@@ -59,7 +62,9 @@ def design(
     Raises
     ------
     InputError
-        If an argument or the study is wrong, or the directory cannot be written.
+        If an argument or the study is wrong, or another process works in the directory.
+    NotWrittenError
+        If the directory cannot be written.
     MissingExtraError
         If Optuna is not installed.
 
@@ -68,29 +73,50 @@ def design(
     >>> import tautflex as tf
     >>> found = tf.design("study.toml", "best")  # doctest: +SKIP
     """
+    return write_design(
+        study, directory, trials=trials, workers=workers, scheduler=scheduler, progress=progress, force=force
+    )[0]
+
+
+def write_design(
+    study: Study | str | os.PathLike[str],
+    directory: str | os.PathLike[str],
+    *,
+    trials: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+    force: bool = False,
+    figures: Figures | None = None,
+) -> tuple[xr.Dataset, dict[str, Path]]:
+    """Search as `design` says, no other command in the folder; the trials, and files by name, figures too."""
     given = study if isinstance(study, Study) else load_study(study)
-    folder, tell = checks.path("directory", directory), progress or (lambda *_: None)
+    folder, tell = checks.path("directory", directory), checks.teller(progress)
     wanted = given.design
     if wanted is None:
         raise CaseError("design: missing, expected a [design] section; `tautflex init --template study` shows one")
     asked = wanted.trials if trials is None else checks.whole("trials", trials, 1)
     given = with_workers(given, workers, scheduler)
     require_own_folder(folder, force)
-    search = Search(given, wanted, folder)
-    with workforce(given.engine, wanted.together) as engine:
-        mark(folder)
-        while len(search.finished) < asked:
-            chosen = search.next_trials(asked)
-            points = Grid(search.base, [[search.keys_of(trial) for trial in chosen]])
-            task = Task.of(points, search.store, search.names)
-            for outcomes in engine.perform(task, [[number] for number in range(len(chosen))]):
-                for one in outcomes:
-                    search.tell(chosen[one.number], one.status, one.message)
-                tell(len(search.finished) / asked, f"{len(search.finished)} of {asked} trials")
-    data = search.dataset()
-    netcdf.save(data, folder / "design.nc")
-    write_table(data.drop_dims("measure"), folder / "trials.csv")
-    if data.attrs["best"]:
-        text = search.case_of(data.attrs["best"][0]).to_toml()
-        write_text(folder / "best.toml", text)
-    return data
+    with result_folder(folder):
+        search = Search(given, wanted, folder)
+        with workforce(given.engine, wanted.together) as engine:
+            mark(folder)
+            search.store.sweep_leftovers()
+            while len(search.finished) < asked:
+                chosen = search.next_trials(asked)
+                points = Grid(search.base, [[search.keys_of(trial) for trial in chosen]])
+                task = Task.of(points, search.store, search.names)
+                for outcomes in engine.perform(task, [[number] for number in range(len(chosen))]):
+                    for one in outcomes:
+                        search.tell(chosen[one.number], one.status, one.message)
+                    tell(len(search.finished) / asked, f"{len(search.finished)} of {asked} trials")
+        data = search.dataset()
+        files: dict[str, Callable[[Path], object]] = {
+            "design.nc": partial(netcdf.save, data),
+            "trials.csv": partial(write_table, data.drop_dims("measure")),
+        }
+        if data.attrs["best"]:
+            best = search.case_of(data.attrs["best"][0]).to_toml()
+            files["best.toml"] = lambda path: write_text(path, best)
+        return data, write_together(folder, files, None if figures is None else partial(figures, data))

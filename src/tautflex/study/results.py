@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from tautflex.files import netcdf
+from tautflex.files.transaction import publish
 from tautflex.study import measures
 from tautflex.study.axes import unit_of
 from tautflex.study.points import Grid
@@ -19,6 +20,7 @@ from tautflex.study.sections import Study
 from tautflex.study.store import Store
 from tautflex.writing import written
 
+Figures = Callable[[xr.Dataset, Path], list[Path]]
 MISSING = "missing"
 """Status of a point that is not there yet."""
 
@@ -88,6 +90,20 @@ def write_table(data: xr.Dataset, path: Path) -> Path:
     with written(path) as place:
         table.to_csv(place, index=False)
     return path
+
+
+def write_together(
+    directory: Path, files: Mapping[str, Callable[[Path], object]], figures: Callable[[Path], list[Path]] | None
+) -> dict[str, Path]:
+    """Write files by functions of their paths, and figures by one of their folder, all or none; where they stand."""
+
+    def write(place: Path, final: Path) -> list[Path]:
+        for name, one in files.items():
+            one(place / name)
+        drawn = [] if figures is None else figures(place)
+        return [final / name for name in (*files, *(path.name for path in drawn))]
+
+    return {path.stem: path for path in publish(directory, write)}
 
 
 def counts(data: xr.Dataset) -> dict[str, int]:

@@ -18,7 +18,7 @@ from tautflex._version import __version__
 from tautflex.case.plugins import LOADED
 from tautflex.case.prepared import digest, files_of
 from tautflex.case.schema import Case
-from tautflex.errors import InputError
+from tautflex.errors import NotWrittenError
 from tautflex.files import netcdf
 
 SCHEMA = 1
@@ -68,7 +68,7 @@ class Store:
 
         Raises
         ------
-        InputError
+        NotWrittenError
             If the folder cannot be written.
         """
         if record is not None:
@@ -85,11 +85,11 @@ class Store:
                 aside.unlink(missing_ok=True)
         except OSError as error:
             text = f"directory: expected a place that can be written, got {str(self.directory)!r} ({error.strerror})"
-            raise InputError(f"{text}; free some space or choose another one") from None
+            raise NotWrittenError(f"{text}; free some space or choose another one") from None
 
     def sweep_leftovers(self) -> None:
         """Remove what a killed process left half written."""
-        for path in self.directory.glob("*/.*.part"):
+        for path in self.directory.rglob(".*.part"):
             with contextlib.suppress(OSError):
                 path.unlink()
 

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,9 @@ import xarray as xr
 from tautflex import checks
 from tautflex._version import __version__
 from tautflex.case.prepared import structure_key
-from tautflex.errors import CaseError, InputError
+from tautflex.errors import CaseError
 from tautflex.files import netcdf
+from tautflex.files.transaction import result_folder
 from tautflex.study.axes import values_of
 from tautflex.study.engines import batch
 from tautflex.study.engines.dask import Cluster
@@ -26,10 +28,11 @@ from tautflex.study.engines.serial import Pool
 from tautflex.study.measures import check_names
 from tautflex.study.points import Grid
 from tautflex.study.reading import load_study
-from tautflex.study.results import study_dataset, write_table
+from tautflex.study.results import Figures, study_dataset, write_table, write_together
 from tautflex.study.sections import Engine, Study
 from tautflex.study.store import Store, case_key, code_key
 from tautflex.study.work import INVALID, Outcome, Task
+from tautflex.writing import write_text
 
 Progress = Callable[[float, str], None]
 _LARGEST_CHUNK = 32  # points that a worker is given at a time
@@ -75,7 +78,9 @@ def sweep(
     Raises
     ------
     InputError
-        If an argument or the study is wrong, no point of it is valid, or the directory cannot be written.
+        If an argument or the study is wrong, no point of it is valid, or another process works in the directory.
+    NotWrittenError
+        If the directory cannot be written.
     WorkerLostError
         If a worker process died.
     MissingExtraError
@@ -86,8 +91,23 @@ def sweep(
     >>> import tautflex as tf
     >>> data = tf.sweep("study.toml", "study")  # doctest: +SKIP
     """
-    started, folder, tell = time.perf_counter(), checks.path("directory", directory), progress or (lambda *_: None)
+    folder, tell = checks.path("directory", directory), checks.teller(progress)
     plan = make_plan(study, folder, workers=workers, scheduler=scheduler, force=force)
+    return write_sweep(plan, folder, tell)[0]
+
+
+def write_sweep(
+    plan: Plan, directory: Path, progress: Progress | None = None, figures: Figures | None = None
+) -> tuple[xr.Dataset, dict[str, Path]]:
+    """Perform a plan as `sweep` says, no other command in its folder; the Dataset, and files by name, figures too."""
+    with result_folder(directory):
+        data = _performed(plan, checks.teller(progress))
+        files = {"study.nc": partial(netcdf.save, data), "table.csv": partial(write_table, data)}
+        return data, write_together(directory, files, None if figures is None else partial(figures, data))
+
+
+def _performed(plan: Plan, tell: Progress) -> xr.Dataset:
+    started = time.perf_counter()
     plan.task.store.sweep_leftovers()
     unkept = {number: (INVALID, message) for number, message in plan.invalid.items()}
     done, failed, count = len(plan.points) - len(plan.todo), len(unkept), len(plan.points)
@@ -100,8 +120,6 @@ def sweep(
             tell(done / count, f"{done} of {count} points" + (f", {failed} failed" if failed else ""))
     data = study_dataset(plan.study, plan.points, plan.task.store, plan.keys, unkept)
     data.attrs |= {"resumed": plan.resumed, "seconds": time.perf_counter() - started}
-    netcdf.save(data, folder / "study.nc")
-    write_table(data, folder / "table.csv")
     return data
 
 
@@ -261,10 +279,4 @@ def require_own_folder(directory: Path, force: bool) -> None:
 
 def mark(directory: Path) -> None:
     """Write which version the points of a folder are of."""
-    place = _marker(directory)
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_text(json.dumps({"version": __version__, "code": code_key()}) + "\n", encoding="utf-8")
-    except OSError as error:
-        text = f"directory: expected a place that can be written, got {str(directory)!r} ({error.strerror})"
-        raise InputError(f"{text}; choose another one") from None
+    write_text(_marker(directory), json.dumps({"version": __version__, "code": code_key()}) + "\n")

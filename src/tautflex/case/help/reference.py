@@ -13,7 +13,7 @@ from tautflex.case.help import docstrings
 from tautflex.case.messages import SIGNS, choices, show
 from tautflex.case.options import Chosen
 from tautflex.case.schema import Case
-from tautflex.case.section import Section, Words
+from tautflex.case.section import Section, Words, section_of_field
 from tautflex.case.sections.maneuver import Step
 from tautflex.case.sections.structural import GroupSection
 from tautflex.case.tables import TimeTableKeys
@@ -57,7 +57,7 @@ def reference(name: str | None = None) -> list[SectionEntry]:
     CaseError
         If there is no such section.
     """
-    sections = {one: list(_entries(one, field)) for one, field in Case.model_fields.items() if _section(field)}
+    sections = {one: list(_entries(one, field)) for one, field in Case.model_fields.items() if section_of_field(field)}
     found = {**sections, "maneuver.steps": [_steps()], "mesh.sections": [_groups()]}
     if name is not None and name not in found:
         raise CaseError(f"keys: expected one of {choices(list(found))}, got {show(name)}; choose one of them")
@@ -65,7 +65,7 @@ def reference(name: str | None = None) -> list[SectionEntry]:
 
 
 def _entries(name: str, field: FieldInfo) -> Iterator[SectionEntry]:
-    section, title = _section(field), _TITLES.get(name, f"[{name}]")
+    section, title = section_of_field(field), _TITLES.get(name, f"[{name}]")
     assert section is not None
     if not issubclass(section, Chosen):
         yield SectionEntry(title, _about(section), _keys(section))
@@ -97,17 +97,6 @@ def _steps() -> SectionEntry:
 
 def _groups() -> SectionEntry:
     return SectionEntry("[mesh.sections.NAME]", _about(GroupSection), _keys(GroupSection))
-
-
-def _section(field: FieldInfo) -> type[Section] | None:
-    """The section that a field of the case holds, if it holds one."""
-    waiting = [field.annotation]
-    while waiting:
-        one = waiting.pop()
-        if isinstance(one, type) and issubclass(one, Section):
-            return one
-        waiting += get_args(one)
-    return None
 
 
 def _about(section: type[Section]) -> str:
@@ -196,6 +185,7 @@ def markdown(entries: list[SectionEntry], *, whole: bool = True) -> str:
         "# The case file",
         "",
         "TOML, SI units, `schema = 1` at the top. A key without default may be left out, which the texts call None.",
+        "Every key in rad, rad/s or rad/s^2 can be given in degrees: `angle_deg = 30` for `angle`.",
         "",
         "This page is what `tautflex keys --markdown` prints (`make reference` writes it): the classes themselves say",
         "what stands here. `tautflex keys SECTION` shows one section, with `--plugin FILE.py` also classes of yours.",

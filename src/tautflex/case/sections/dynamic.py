@@ -9,7 +9,7 @@ from pydantic import Field, Strict, field_validator
 from tautflex.case.messages import require_names
 from tautflex.case.options import Built, Chosen, section_of
 from tautflex.case.registry import BASES, DAMPINGS, METHODS
-from tautflex.case.section import Count, NonNegative, Number, Positive, Section, key
+from tautflex.case.section import Count, NonNegative, Number, Positive, Section, Vector, key
 from tautflex.errors import CaseError, InputError
 from tautflex.motion import coupling
 
@@ -103,8 +103,10 @@ class Solver(Chosen):
 class Output(Section):
     """What a run keeps: points read at every stored step, and whole fields at chosen instants."""
 
-    probes: dict[str, tuple[Number, Number]] = key(
-        "table of names and points on the film [m]", {"A": [0.7036, 0.4267]}, {}
+    probes: dict[str, tuple[Number, Number] | Vector] = key(
+        "table of names and points: on the film, two numbers, or nodes of the frame, three [m]",
+        {"A": [0.7036, 0.4267]},
+        {},
     )
     probe_reading: Literal["interpolate", "nearest-node"] = key("how a probe reads the mesh", default="interpolate")
     every: Count = key("number of steps from one stored step to the next, >= 1", default=1)
@@ -125,6 +127,6 @@ class Output(Section):
 
     @field_validator("probes")
     @classmethod
-    def _probes_have_names(cls, value: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    def _probes_have_names(cls, value: dict[str, tuple[float, ...]]) -> dict[str, tuple[float, ...]]:
         require_names(value, "probe names", "A")
         return value

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -50,4 +51,4 @@ def init(
         write_text(place, text)
     written = " and ".join(str(place) for place in wanted)
     following = _FOLLOWING.get(template, "run")
-    return Answer({"file": name}, partial(say, f"Wrote {written}. Next: tautflex {following} {name}"))
+    return Answer({"file": name}, partial(say, f"Wrote {written}. Next: tautflex {following} {quote(str(name))}"))

@@ -13,7 +13,7 @@ from tautflex.cli.figures import FORMATS, Formats, mode_figures
 from tautflex.cli.options import Answer, CaseFile, Overrides, about, command, load, require_output_directory
 from tautflex.cli.spinning_cards import show_modes_and_spin
 from tautflex.errors import CaseError
-from tautflex.files.transaction import publish
+from tautflex.files.transaction import publish, result_folder
 
 
 @command
@@ -72,7 +72,8 @@ def modes(
     files = {} if participation is None else {participation.name: participation}
     if output is not None:
         draw = partial(mode_figures, found.to_dataset(), campbell=table, formats=form or FORMATS)
-        written = publish(output, lambda place, final: [final / path.name for path in draw(place)])
+        with result_folder(output):
+            written = publish(output, lambda place, final: [final / path.name for path in draw(place)])
         files |= {path.name: path for path in written}
     answer: dict[str, Any] = {
         "frequencies": found.frequencies,

@@ -55,16 +55,14 @@ def tune(
         require_new_file(output, force=force)
 
     from tautflex.case.build import build_model
-    from tautflex.case.messages import one_line
+    from tautflex.case.reading import changed_text
     from tautflex.solvers.modal.tuning import tune_pretension
 
     with about(case):
         result = tune_pretension(build_model(loaded), frequencies=frequency, modes=numbers)
-    tuned = _scaled(loaded, float(result.scale_x), float(result.scale_y))
-    assert tuned.cables is not None
+    changes = _scaled(loaded, float(result.scale_x), float(result.scale_y))
     answer: dict[str, Any] = {
-        "pretension_x": tuned.cables.pretension_x,
-        "pretension_y": tuned.cables.pretension_y,
+        **changes["cables"],
         "frequencies": result.frequencies,
         "modes": list(result.modes),
         "mesh_errors": [None if math.isnan(error) else float(error) for error in result.mesh_errors],
@@ -72,7 +70,7 @@ def tune(
         "files": {},
     }
     if output is not None:
-        write_text(output, f"# {one_line(case.name)}, tuned by `tautflex tune`\n\n{tuned.to_toml()}")
+        write_text(output, changed_text(case, override or (), changes, output.parent))
         answer["files"] = {"case": output}
     return Answer(answer, partial(show_tuning, case, answer))
 
@@ -88,16 +86,14 @@ def _mode(text: str) -> int | tuple[int, int]:
     return numbers[0] if len(numbers) == 1 else (numbers[0], numbers[1])
 
 
-def _scaled(case: Case, scale_x: float, scale_y: float) -> Case:
-    """Scale the tensions of a case, and with them a film stress that the case states by itself."""
+def _scaled(case: Case, scale_x: float, scale_y: float) -> dict[str, dict[str, float]]:
+    """Tensions of a case, scaled, and with them a film stress that the case states by itself."""
     assert case.cables is not None
     pull_x, pull_y = case.cables.pretensions
-    changes: dict[str, dict[str, Any]] = {
-        "cables": {"pretension_x": pull_x * scale_x, "pretension_y": pull_y * scale_y}
-    }
+    changes = {"cables": {"pretension_x": pull_x * scale_x, "pretension_y": pull_y * scale_y}}
     if case.membrane.stress_x is not None and case.membrane.stress_y is not None:
         changes["membrane"] = {
             "stress_x": case.membrane.stress_x * scale_x,
             "stress_y": case.membrane.stress_y * scale_y,
         }
-    return case.replaced(**changes)
+    return changes

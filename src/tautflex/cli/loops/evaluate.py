@@ -22,7 +22,7 @@ from tautflex.cli.options import (
 )
 from tautflex.cli.runs.run import default_directory, progress_bar
 from tautflex.errors import CaseError
-from tautflex.files.transaction import publish
+from tautflex.files.transaction import publish, result_folder
 from tautflex.writing import write_text
 
 
@@ -71,7 +71,7 @@ def evaluate(
     from tautflex.learning.judging.tune import tune_law
 
     laws: dict[str, Any] = {}
-    with about(case), progress_bar() as progress:
+    with result_folder(directory), about(case), progress_bar() as progress:
         laws |= {file.stem: PolicyLaw(str(file)) for file in files}
         arena = Arena(loaded)
         for name in names:
@@ -92,16 +92,16 @@ def evaluate(
             workers=workers,
             progress=progress,
         )
-    answer = {
-        "laws": {name: told | {"law": repr(laws[name])} for name, told in summary(found).items()},
-        "scenarios": len(scenarios),
-        "failures": found.attrs["failures"],
-        "files": {"evaluation": directory / "evaluation.nc", "summary": directory / "evaluation.json"},
-    }
+        answer = {
+            "laws": {name: told | {"law": repr(laws[name])} for name, told in summary(found).items()},
+            "scenarios": len(scenarios),
+            "failures": found.attrs["failures"],
+            "files": {"evaluation": directory / "evaluation.nc", "summary": directory / "evaluation.json"},
+        }
 
-    def write(place: Path, final: Path) -> None:
-        netcdf.save(found, place / "evaluation.nc")
-        write_text(place / "evaluation.json", json.dumps(answer, default=str, indent=1))
+        def write(place: Path, final: Path) -> None:
+            netcdf.save(found, place / "evaluation.nc")
+            write_text(place / "evaluation.json", json.dumps(answer, default=str, indent=1))
 
-    publish(directory, write)
+        publish(directory, write)
     return Answer(answer, partial(show_evaluation, case, answer))

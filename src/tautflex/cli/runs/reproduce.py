@@ -16,6 +16,7 @@ from tautflex.cli.options import Answer, command, require_output_directory
 from tautflex.cli.runs.reproduce_cards import show_comparison
 from tautflex.cli.runs.run import progress_bar
 from tautflex.errors import CaseError
+from tautflex.files.transaction import publish, result_folder
 from tautflex.writing import write_text
 
 if TYPE_CHECKING:
@@ -68,13 +69,14 @@ def reproduce(
     needs = [run for figure in figures.values() for run in figure.needs]
     plan = make_plan(tables, needs, quick, figures=bool(figures))
     try:
-        made = _make(plan, list(figures), output, workers, _QUICK_FORMATS if quick else None)
+        with result_folder(output):
+            made = _make(plan, list(figures), output, workers, _QUICK_FORMATS if quick else None)
+            if whole:
+                made.files |= _write_page(made, output, docs, quick)
     except KeyboardInterrupt:
         return _tell(f"interrupted; finished runs are kept in {output}: repeat the command to go on", INTERRUPTED)
     except WorkerLostError as error:
         return _tell(str(error), FAILED)
-    if whole:
-        made.files |= _write_page(made, output, docs, quick)
     return Answer(_answer(made), partial(show_comparison, made.rows, made.summary, made.files))
 
 
@@ -126,21 +128,25 @@ def _make(
     from tautflex.paper.figures.index import FORMATS, save_figures
     from tautflex.paper.tables.rows import write_csv
 
-    drawn: dict[str, list[Path]] = {}
     with progress_bar() as progress:
         runs = load_results(perform(plan.specs, output / "runs", workers, progress))
         modes = antenna_modes(plan.antennas)
         rows = build_rows(plan, runs, modes)
-        if figures:
-            shapes = {name: modes[antenna_name(name)] for name in MODELS}
-            drawn = save_figures(figures, runs, shapes, output / "figures", formats or FORMATS)
+        summary = summarize(rows)
+
+        def write(place: Path, final: Path) -> dict[str, list[Path]]:
+            drawn: dict[str, list[Path]] = {}
+            if figures:
+                shapes = {name: modes[antenna_name(name)] for name in MODELS}
+                drawn = save_figures(figures, runs, shapes, place / "figures", formats or FORMATS)
+            if rows:
+                write_csv([row for table in (*rows.values(), summary) for row in table], place / "comparison.csv")
+            return {number: [final / path.relative_to(place) for path in paths] for number, paths in drawn.items()}
+
+        drawn = publish(output, write)
     seconds = sum(float(json.loads(run.attrs["statistics"])["seconds"]) for run in runs.values())
-    made = _Made(rows, summarize(rows), drawn, seconds)
-    if rows:
-        listed = [row for table in (*rows.values(), made.summary) for row in table]
-        made.files["comparison"] = write_csv(listed, output / "comparison.csv")
-    made.files |= {path.name: path for paths in made.figures.values() for path in paths}
-    return made
+    files = {"comparison": output / "comparison.csv"} if rows else {}
+    return _Made(rows, summary, drawn, seconds, files | {path.name: path for paths in drawn.values() for path in paths})
 
 
 def _write_page(made: _Made, output: Path, docs: Path | None, quick: bool) -> dict[str, Path]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -27,6 +27,13 @@ from tautflex.cli.options import (
 from tautflex.errors import CaseError
 from tautflex.files.transaction import result_folder
 
+if TYPE_CHECKING:
+    from tautflex.case import Case
+
+Resume = Annotated[
+    bool, Parameter(name="--resume", help="Go on from the last checkpoint of a run that was killed or interrupted.")
+]
+Seconds = Annotated[float, Parameter(name="--checkpoint", help="Wall-clock time between two checkpoints [s].")]
 ENDED = {"completed": 0, "not-converged": 1, "interrupted": 130}
 
 
@@ -37,12 +44,8 @@ def run(
     *,
     output: ResultFolder = None,
     force: Force = False,
-    resume: Annotated[
-        bool, Parameter(name="--resume", help="Go on from the last checkpoint of a run that was killed or interrupted.")
-    ] = False,
-    checkpoint: Annotated[
-        float, Parameter(name="--checkpoint", help="Wall-clock time between two checkpoints [s].")
-    ] = 60.0,
+    resume: Resume = False,
+    checkpoint: Seconds = 60.0,
     override: Overrides = None,
     form: Formats = None,
 ) -> Answer:
@@ -58,21 +61,10 @@ def run(
     Example: tautflex run m2.toml -o m2 --set damping.alpha=0.01 --set solver.end_time=5
     """
     loaded = load(case, override)
-    if force and resume:
-        raise CaseError("--force, --resume: expected one of them, got both; --force starts anew, --resume goes on")
-    if not 0.0 <= checkpoint < math.inf:
-        raise CaseError(f"--checkpoint: expected seconds >= 0, got {checkpoint:g}; ask for example --checkpoint 60")
     directory = output if output is not None else default_directory(case)
-    require_output_directory(directory)
-
-    from tautflex.files.earlier import finished, require_no_results
-
-    if resume:
-        summary = finished(loaded.to_toml(), directory)
-        if summary is not None:
-            return Answer(summary, partial(_show_finished, case, summary), ENDED[summary["status"]])
-    elif not force:
-        require_no_results(directory, "add --force to replace it or --resume to go on")
+    earlier = ended(loaded, case, directory, force=force, resume=resume, checkpoint=checkpoint)
+    if earlier is not None:
+        return earlier
 
     from tautflex.case.run import write_case_run
 
@@ -87,6 +79,32 @@ def run(
             resume=resume,
         )
     return Answer(summary, partial(show_run, case, summary), ENDED[summary["status"]])
+
+
+def ended(loaded: Case, case: Path, directory: Path, *, force: bool, resume: bool, checkpoint: float) -> Answer | None:
+    """Answer of a run that is to go on but had ended by itself, None if there is something to do.
+
+    Raises
+    ------
+    CaseError
+        If the options contradict each other, or the folder holds what may not be replaced or does not go on.
+    """
+    if force and resume:
+        raise CaseError("--force, --resume: expected one of them, got both; --force starts anew, --resume goes on")
+    if not 0.0 < checkpoint < math.inf:
+        text = f"--checkpoint: expected seconds > 0, got {checkpoint:g}; ask for example --checkpoint 60"
+        raise CaseError(f"{text}, or --checkpoint 1e9 for none but where the run is ended")
+    require_output_directory(directory)
+
+    from tautflex.files.earlier import finished, require_no_results
+
+    if resume:
+        summary = finished(loaded.to_toml(), directory)
+        if summary is not None:
+            return Answer(summary, partial(_show_finished, case, summary), ENDED[summary["status"]])
+    elif not force:
+        require_no_results(directory, "add --force to replace it or --resume to go on")
+    return None
 
 
 def _show_finished(case: Path, summary: Mapping[str, Any]) -> None:

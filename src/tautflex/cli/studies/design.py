@@ -47,15 +47,14 @@ def design(
     directory = output if output is not None else default_directory(study)
     require_output_directory(directory)
 
-    from tautflex import plot
-    from tautflex.cli.figures import FORMATS
-    from tautflex.study.design import design as run
+    from tautflex.cli.figures import design_figures
+    from tautflex.study.design import write_design
     from tautflex.study.engines.serial import WorkerLostError
 
     asked: dict[str, Any] = {"trials": trials, "workers": workers, "scheduler": scheduler, "force": force}
     try:
         with progress_bar() as progress:
-            data = run(study, directory, progress=progress, **asked)
+            data, files = write_design(study, directory, progress=progress, figures=design_figures, **asked)
     except KeyboardInterrupt:
         return tell(f"interrupted; finished trials are kept in {directory}: repeat the command to go on", INTERRUPTED)
     except WorkerLostError as error:
@@ -65,9 +64,6 @@ def design(
         | {"trial": number}
         for number in data.attrs["best"]
     ]
-    files = {"design": directory / "design.nc", "trials": directory / "trials.csv"}
-    files |= {"best": directory / "best.toml"} if best else {}
-    files |= {path.stem: path for path in plot.save_design(data, directory / "history", formats=FORMATS)}
     failed = int((data["status"] != "completed").sum())
     answer = {"trials": data.sizes["trial"], "failed": failed, "best": best, "files": files}
     return Answer(answer, partial(_show, answer, data), 0 if best else FAILED)

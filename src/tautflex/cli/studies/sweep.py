@@ -53,9 +53,8 @@ def sweep(
 
     from tautflex.study.sweep import make_plan
 
-    asked: dict[str, Any] = {"workers": workers, "scheduler": scheduler, "force": force}
+    plan = make_plan(study, directory, workers=workers, scheduler=scheduler, force=force)
     if dry_run:
-        plan = make_plan(study, directory, **asked)
         points, first = len(plan.points), min(plan.invalid, default=None)
         answer: dict[str, Any] = {
             "points": points,
@@ -74,17 +73,15 @@ def sweep(
     from tautflex.cli.figures import study_figures
     from tautflex.study.engines.serial import WorkerLostError
     from tautflex.study.results import counts
-    from tautflex.study.sweep import sweep as run
+    from tautflex.study.sweep import write_sweep
 
     try:
         with progress_bar() as progress:
-            data = run(study, directory, progress=progress, **asked)
+            data, files = write_sweep(plan, directory, progress, study_figures)
     except KeyboardInterrupt:
         return tell(f"interrupted; finished points are kept in {directory}: repeat the command to go on", INTERRUPTED)
     except WorkerLostError as error:
         return tell(str(error), FAILED)
-    files = {"study": directory / "study.nc", "table": directory / "table.csv"}
-    files |= {path.stem: path for path in study_figures(data, directory)}
     told = {name: data.attrs[name] for name in ("resumed", "seconds")}
     answer = {**counts(data), **told, "files": files}
     return Answer(answer, partial(_show, answer, data), FAILED if answer["failed"] else 0)

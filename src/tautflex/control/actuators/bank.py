@@ -10,7 +10,7 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.control.actuators.actuator import Actuator
-from tautflex.control.actuators.drive import Drive, DriveMemory, memory_copy
+from tautflex.control.actuators.drive import Drive, DriveMemory
 from tautflex.control.actuators.hub_torque import HubTorque
 from tautflex.control.actuators.monitor import Monitor, Watch
 from tautflex.control.runs.run_of_plant import Place, RunOfPlant
@@ -23,6 +23,7 @@ from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion import rotations
 from tautflex.motion.hub import FreeHub
 from tautflex.numeric import Array
+from tautflex.solvers.remembering import Memory, copied
 from tautflex.solvers.transient.free_hub.balance import rigid_parts
 from tautflex.text import shown
 
@@ -171,6 +172,7 @@ class Bank:
     def command(self, run: RunOfPlant, place: Place, numbers: Array) -> None:
         """Let a command act from the present place of a run on."""
         first, changed, time = 0, False, place.time
+        energies: list[float] = []
         for item in self.items:
             own = np.zeros(item.channel.size) if item.watch.off else numbers[first : first + item.channel.size]
             first, pumped = first + item.channel.size, 0.0
@@ -181,14 +183,16 @@ class Bank:
                 value = np.maximum(value, item.bound.lowest)
             if not np.array_equal(value, item.value):
                 stressed, last, vibration = isinstance(item.bound, StressChange), item.value, self._monitor.vibration
-                before = run.strain_energy() if stressed else 0.0
+                if stressed and not energies:
+                    energies.append(run.strain_energy())
                 if item.drive.monitor and vibration is not None:
                     acting = {each.channel.name: each.value for each in self.items}
                     pumped = vibration.pumped(item.channel.name, place.q, value - last, acting)
                 item.value, changed = value, True
                 item.held.hold(value, time)
                 if stressed:
-                    work = run.strain_energy() - before
+                    energies.append(run.strain_energy())
+                    work = energies[-1] - energies[-2]
                     item.work += work
                     if vibration is None:
                         pumped = work - self._stored(run, item, last, value - last)
@@ -236,13 +240,15 @@ class Bank:
         """Work of each since the reset [J]."""
         return {item.channel.name: item.work for item in self.items}
 
-    def memory(self) -> list[tuple[Any, ...]]:
-        """What the next interval depends on."""
-        return [(memory_copy(i.memory), i.value.copy(), i.stored.copy(), i.work, i.watch) for i in self.items]
+    def memory(self) -> Memory:
+        """What the next interval depends on, by number of the actuator."""
+        parts = "memory", "value", "stored", "work", "watch"
+        return {str(n): {name: copied(getattr(i, name)) for name in parts} for n, i in enumerate(self.items)}
 
-    def recall(self, memory: list[tuple[Any, ...]]) -> None:
+    def recall(self, memory: Memory) -> None:
         """Go on where another bank stood."""
-        for item, (drive, value, stored, work, watch) in zip(self.items, memory, strict=True):
-            item.memory, item.value, item.stored, item.work = memory_copy(drive), value.copy(), stored.copy(), work
-            item.watch = watch
-            item.held = Held(value)
+        for number, item in enumerate(self.items):
+            then = copied(memory[str(number)])
+            item.memory, item.watch = DriveMemory(**then["memory"]), Watch(**then["watch"])
+            item.value, item.stored, item.work = then["value"], then["stored"], then["work"]
+            item.held = Held(item.value)

@@ -113,9 +113,3 @@ class Drive:
         left = memory.output - target
         decay = np.exp(-interval / self.lag)
         return DriveMemory(waiting, target, target + decay * left), target + left * self.lag / interval * (1.0 - decay)
-
-
-def memory_copy(memory: DriveMemory) -> DriveMemory:
-    """Copy that stays as it is."""
-    parts: Any = (part.copy() for part in memory)
-    return DriveMemory(*parts)

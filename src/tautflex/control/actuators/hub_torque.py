@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -46,7 +47,7 @@ class HubTorque(Drive):
         if self.momentum is not None:
             checks.positive("momentum", self.momentum)
 
-    @property
+    @cached_property
     def rows(self) -> Array:
         """Axes of its numbers, shape (n, 3)."""
         return np.eye(3)[["xyz".index(letter) for letter in self.axis]]

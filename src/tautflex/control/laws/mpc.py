@@ -97,12 +97,12 @@ class MPC(Filtered, ControlLaw):
     def start(self, spec: LoopSpec) -> MPCMemory:
         """Set the program up."""
         plant, used = self.design(spec)
-        estimator = any_estimator(plant, spec, self.noise)
-        known, m = estimator.plant, len(used)
-        given = labelled("limits", self.limits or {}, known.inputs)
-        for k, label in enumerate(known.inputs):
+        given = labelled("limits", self.limits or {}, plant.inputs)
+        for k, label in enumerate(plant.inputs):
             if k not in given:
                 raise InputError(f"limits: expected a limit of every command with an effort, got none of {label!r}")
+        estimator = any_estimator(plant, spec, self.noise)
+        known, m = estimator.plant, len(used)
         sizes = np.array([given[k] for k in range(m)])
         weights = self.weights(known)
         gain, final = regulator(known, weights)

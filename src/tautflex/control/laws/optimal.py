@@ -49,6 +49,7 @@ class Optimal:
     def design(self, spec: LoopSpec) -> tuple[LinearPlant, Indices]:
         """Continuous model with the commands that have an effort, and the places of these in the command."""
         plant = model_for(type(self).__name__, spec, self.modes)
+        labelled("tolerances", self.tolerances, [*plant.outputs, *plant.states])
         used = sorted(labelled("efforts", self.efforts, spec.commanded))
         plant = plant.selected([spec.commanded[k] for k in used], plant.outputs)
         require_columns(plant)

@@ -71,15 +71,14 @@ class PD(LinearLaw):
 
     def matrices(self, spec: LoopSpec) -> LawMatrices:
         """Gains, behind the shaper."""
-        places = spec.measurement("attitude", self.attitude), spec.measurement("rate", self.rate)
-        torque, axes, seen = spec.command("torque", self.torque), spec.axes, len(spec.measured)
-        whole = spec.measurement("attitude", self.attitude.partition("[")[0])
+        whole, axes, seen = spec.measurement("attitude", self.attitude.partition("[")[0]), spec.axes, len(spec.measured)
         if not len(whole) == axes > 0:
             raise InputError(
                 f"attitude: expected one number for each of the {axes} axes of the hub, got {len(whole)} of "
                 f"{self.attitude!r}; PD turns a free hub: give the plant one, and an Attitude()"
             )
-        each = places[0] - whole[0]
+        places = spec.measurement("attitude", self.attitude, "rad"), spec.measurement("rate", self.rate, "rad/s")
+        torque, each = spec.command("torque", self.torque, "N m"), places[0] - whole[0]
         for name, found in (("rate", places[1]), ("torque", torque)):
             if len(found) != len(each):
                 raise InputError(

@@ -9,12 +9,10 @@ from scipy.sparse import csr_array, vstack
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.solvers.transient.probes import place_probes
+from tautflex.solvers.transient.probes import read_at
 
 Points = tuple[float, ...] | tuple[tuple[float, ...], ...]
 COMPONENTS = ("u", "v", "w")
-# Part of the structure's size within which a node is meant.
-_NEAR = 1e-6
 
 
 def check_points(points: ArrayLike, component: str) -> None:
@@ -34,23 +32,8 @@ def point_rows(system: StructuralSystem, points: ArrayLike, component: str) -> c
     A point where a node is, of the frame for one, is that node; any other must lie on the film, seen along z, and is
     interpolated as its element does.
     """
-    model, rows = system.model, []
-    near = _NEAR * float(np.ptp(model.nodes, axis=0).max())
-    axis = COMPONENTS.index(component)
+    model, rows, axis = system.model, [], COMPONENTS.index(component)
     for number, point in enumerate(np.atleast_2d(np.asarray(points, dtype=float))):
-        away = np.linalg.norm(model.nodes[:, : len(point)] - point, axis=1)
-        node = int(away.argmin())
-        if away[node] > near and model.surfaces:
-            try:
-                rows.append(place_probes(system, {f"points.{number}": point}).map[[axis]])
-            except InputError as error:
-                raise type(error)(str(error).removeprefix("probes.")) from None
-            continue
-        if away[node] > near:
-            place = ", ".join(f"{x:g}" for x in model.nodes[node])
-            raise InputError(
-                f"points.{number}: expected a point of the film or the place of a node, got {point.tolist()}; the "
-                f"nearest is node {node} at ({place}) m"
-            )
-        rows.append(model.expansion[[model.translation_dofs[node, axis]]])
+        nodes, weights = read_at(model, f"points.{number}", point)
+        rows.append(csr_array(weights[None]) @ model.expansion[model.translation_dofs[nodes, axis]])
     return csr_array(vstack(rows))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
@@ -14,6 +15,7 @@ from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.motion.hub import FreeHub
 from tautflex.numeric import Array
+from tautflex.solvers.remembering import Memory
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.text import brief
 
@@ -103,6 +105,24 @@ class SensorMemory(NamedTuple):
 
     past: Array
     noise: np.random.Generator
+
+
+def kept(memories: Mapping[str, SensorMemory]) -> Memory:
+    """Copy of what sensors know, by number, as arrays and texts."""
+    found: Memory = {}
+    for number, memory in enumerate(memories.values()):
+        found[str(number)] = {"past": memory.past.copy(), "noise": json.dumps(memory.noise.bit_generator.state)}
+    return found
+
+
+def recalled(names: Iterable[str], memory: Memory) -> dict[str, SensorMemory]:
+    """What sensors of these names know, from what `kept` gave."""
+    found = dict[str, SensorMemory]()
+    for number, name in enumerate(names):
+        noise = np.random.default_rng()
+        noise.bit_generator.state = json.loads(memory[str(number)]["noise"])
+        found[name] = SensorMemory(memory[str(number)]["past"].copy(), noise)
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)

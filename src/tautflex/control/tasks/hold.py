@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from tautflex.control.tasks.task import Range, Task
 from tautflex.mechanics.loads.effects.nodal_force import NodalForce
 from tautflex.mechanics.loads.effects.temperature.membrane import MembraneTemperature
 from tautflex.mechanics.loads.inputs import Effect
-from tautflex.numeric import Array
 from tautflex.structure.model import Model
 
 
@@ -86,10 +85,13 @@ class HoldTask(Task):
         strike = NodalForce([node], direction=(0.0, 0.0, 1.0))
         return {"strike": strike, "film temperature": MembraneTemperature(None, self.expansion)}
 
-    def disturbances(self, parameters: dict[str, float], count: int, interval: float) -> Array:
+    def acting(self, parameters: dict[str, Any], place: Any, interval: float, xp: Any = np) -> list[Any]:
         """An impulse is given within the interval that its instant lies in; the temperature stays."""
-        acting = np.zeros((count, 2))
-        for strike in ("first", "second"):
-            acting[int(parameters[f"{strike}_time"] / interval), 0] += parameters[strike] / interval
-        acting[int(parameters["snap_time"] / interval) :, 1] = parameters["snap"]
-        return acting
+
+        def since(instant: str) -> Any:
+            return place - xp.floor(parameters[instant] / interval)
+
+        force = sum(
+            xp.where(since(f"{strike}_time") == 0, parameters[strike] / interval, 0.0) for strike in ("first", "second")
+        )
+        return [force, xp.where(since("snap_time") >= 0, parameters["snap"], 0.0)]

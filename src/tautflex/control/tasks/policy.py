@@ -189,6 +189,8 @@ class Policy(ControlLaw):
         if source.stat().st_size > _LARGEST_FILE:
             raise InputError(f"{source}: expected {expected}, got a file of more than 100 MB; choose another one")
         try:
+            if not zipfile.is_zipfile(source):  # numpy would take it for a pickle, and say how to trust it
+                raise zipfile.BadZipFile("no archive of arrays")
             with source.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
                 words = json.loads(str(file["words"]))
                 arrays = {name: np.asarray(file[name], dtype=float) for name in file.files if name != "words"}

@@ -54,6 +54,16 @@ class SlewTask(Task):
         angle = parameters["angle"]
         return Slew(angle, 2.0 * float(np.sqrt(angle / self.acceleration)), "bang-bang", axis=self.axis)
 
+    def reference(self, time: Any, parameters: dict[str, Any], xp: Any = np) -> list[Any]:
+        """The formula of the bang-bang turn; an instant on an edge belongs to what follows it."""
+        size, angle = self.acceleration, parameters["angle"]
+        half = xp.sqrt(angle / size)
+        first, done = time + 1e-9 < half, time + 1e-9 >= 2.0 * half
+        left = 2.0 * half - time
+        place = xp.where(first, 0.5 * size * time**2, xp.where(done, angle, angle - 0.5 * size * left**2))
+        rate = xp.where(first, size * time, xp.where(done, 0.0, size * left))
+        return [place, rate, xp.where(first, size, xp.where(done, 0.0, -size))]
+
     def goal(self, parameters: dict[str, Any]) -> Any:
         """The drawn angle."""
         return parameters["angle"]

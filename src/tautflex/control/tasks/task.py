@@ -132,13 +132,22 @@ class Task:
         """Angle about the hub's axis at the end [rad]."""
         return 0.0
 
+    def reference(self, time: Any, parameters: dict[str, Any], xp: Any = np) -> list[Any]:
+        """Angle, rate and acceleration about the hub's axis that laws follow, at instants [s]."""
+        return [0.0 * time] * 3
+
     def effects(self, model: Model) -> dict[str, Effect]:
         """What disturbs the structure, beside errors of its tension, by name."""
         return {}
 
+    def acting(self, parameters: dict[str, Any], place: Any, interval: float, xp: Any = np) -> list[Any]:
+        """How much of each effect acts in intervals [s] of some numbers, each of the shape of ``place``."""
+        return []
+
     def disturbances(self, parameters: dict[str, float], count: int, interval: float) -> Array:
-        """How much of each effect acts in each interval [s], shape (count, effects)."""
-        return np.zeros((count, 0))
+        """The same in each interval of an episode, shape (count, effects)."""
+        found = self.acting(parameters, np.arange(count), interval)
+        return np.reshape(np.array(found, dtype=float), (len(found), count)).T
 
     def cost(self, attitude_error: Any, surface_rms: Any, xp: Any = np) -> Any:
         """Cost of an instant, angle [rad] and rms [m] of any shape; ``xp`` is their array module."""

@@ -20,7 +20,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from tautflex.errors import InputError
-from tautflex.numeric import Array
+from tautflex.numeric import Array, jit
 from tautflex.structure.materials import LAW_NAMES, Material, Section
 
 _STRESS, _TANGENT, _VECTOR = types.float64[:, ::1], types.float64[:, :, ::1], types.float64[::1]
@@ -84,7 +84,7 @@ call_law: Any = intrinsic(_call_law)
 """``call_law(address, *arguments of a LawFunction)`` calls a law by its address, inside compiled code."""
 
 
-@numba.njit(cache=True)
+@jit
 def call_law_once(address: int, stress: Array, tangent: Array, energy: Array, parameters: Array) -> None:
     """Call a law for one point."""
     call_law(address, stress, tangent, energy, parameters, 1)

@@ -10,18 +10,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numba
 import numpy as np
 
 from tautflex.elements.laws.law import LawFunction, TensionOnly, register_law
-from tautflex.numeric import Array
+from tautflex.numeric import Array, jit
 from tautflex.structure.materials import Material
 
 # Two points are exact for the stress of taut and slack parts; in wrinkled ones they serve the tangent alone.
 _GAUSS = (0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0))
 
 
-@numba.njit(cache=True, error_model="numpy")
+@jit
 def tension_field(
     sx: float,
     sy: float,
@@ -79,7 +78,7 @@ def tension_field_points(stress: Array, tangent: Array, energy: Array, parameter
                 tangent[s, r, e] = slope[s, r]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@jit
 def _inside(slope: float, start: Array, end: Array) -> tuple[float, float]:
     """Where between two states ``slope * mean >= radius``, a cone: one stretch, as shares of the way; else (1, 1).
 
@@ -103,7 +102,7 @@ def _inside(slope: float, start: Array, end: Array) -> tuple[float, float]:
     return min(max(0.0, first), 1.0), min(max(0.0, last), 1.0)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@jit
 def _wrinkled_mean(start: Array, end: Array, stress: Array) -> None:
     """Fill in the mean stress of a wrinkled film between two states, mean, half difference and half shear of E e.
 

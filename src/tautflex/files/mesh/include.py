@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import codecs
+import io
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -19,7 +21,16 @@ _MOST_FILES = 1000
 def numbered_lines(text: str, file: str = "") -> list[Line]:
     """Lines of a text with their places, "line 3" or "wing.bdf line 3"."""
     prefix = f"{file} line" if file else "line"
-    return [(f"{prefix} {number}", line) for number, line in enumerate(text.splitlines(), start=1)]
+    # Not `str.splitlines`, which also ends lines at bytes that comments in other encodings have within letters.
+    lines = io.StringIO(text, newline=None)
+    return [(f"{prefix} {number}", line.rstrip("\n")) for number, line in enumerate(lines, start=1)]
+
+
+def decoded(content: bytes, where: str = "") -> str:
+    """Text of a file, whose comments may be in any encoding of bytes and all else is ASCII; MeshError if in UTF-16."""
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise MeshError(f"{where}expected text in ASCII or UTF-8, got UTF-16; save it as UTF-8")
+    return content.removeprefix(codecs.BOM_UTF8).decode("latin-1")
 
 
 class Folder:
@@ -56,7 +67,7 @@ class Folder:
                 f"{where}: expected at most {_MOST_FILES} included files of {LARGEST_FILE / 1e6:g} MB together, got "
                 "more; does a file include itself?"
             )
-        return numbered_lines(content.decode("latin-1"), shorten(path.name, 30).strip("'"))
+        return numbered_lines(decoded(content, f"{where}: {shown}: "), shorten(path.name, 30).strip("'"))
 
 
 Statement = Callable[[str, str, Iterator[Line]], str | None]

@@ -11,7 +11,7 @@ from tautflex.files.content import read_bytes
 from tautflex.files.mesh.abaqus import read_abaqus
 from tautflex.files.mesh.assembly import assemble
 from tautflex.files.mesh.gmsh import read_gmsh
-from tautflex.files.mesh.include import LARGEST_FILE, Folder
+from tautflex.files.mesh.include import LARGEST_FILE, Folder, decoded
 from tautflex.files.mesh.mesh_data import MeshData
 from tautflex.files.mesh.nastran import read_nastran
 from tautflex.files.mesh.raw import RawMesh, shorten
@@ -20,8 +20,7 @@ Reader = Callable[[bytes, Folder, int | None], RawMesh]
 
 
 def _text(reader: Callable[[str, Folder, int | None], RawMesh]) -> Reader:
-    # Comments may be in any encoding, the rest is ASCII.
-    return lambda content, folder, step: reader(content.decode("latin-1"), folder, step)
+    return lambda content, folder, step: reader(decoded(content), folder, step)
 
 
 def _gmsh(content: bytes, folder: Folder, step: int | None) -> RawMesh:

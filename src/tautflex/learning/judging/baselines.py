@@ -64,28 +64,25 @@ def _law(name: str, arena: Arena) -> ControlLaw:
     if wheels is None or not {"rad", "rad/s"} <= {*sensed}:
         text = f"law: expected a loop with a hub torque, attitude and rate for {name!r}, got none"
         raise InputError(f"{text}; choose 'tension' or 'none'")
+    inertia = _inertia(arena.model, wheels, sensed["rad"])
+    stiffness, damping = inertia * _BANDWIDTH**2, 2.0 * _DAMPING * _BANDWIDTH * inertia
     if name == "pd":
-        inertia = _inertia(arena.model, wheels, sensed["rad"])
-        return PD(
-            inertia * _BANDWIDTH**2,
-            2.0 * _DAMPING * _BANDWIDTH * inertia,
-            inertia,
-            attitude=sensed["rad"],
-            rate=sensed["rad/s"],
-            torque=wheels,
-        )
-    tolerances = {sensed["rad"]: arena.task.attitude_tolerance}
+        return PD(stiffness, damping, inertia, attitude=sensed["rad"], rate=sensed["rad/s"], torque=wheels)
+    tolerance = arena.task.attitude_tolerance
+    tolerances = {sensed["rad"]: tolerance}
     tolerances |= {each.name: arena.task.surface_tolerance for each in arena.spec.measurements if each.unit == "m"}
-    limit = float(np.max(arena.limits[arena.spec.command("commands", wheels)]))
+    # As stiff as the PD: a gain that meets the limit within milliradians leaves a limit cycle behind each turn, since
+    # the filter believes in commands that were cut.
+    efforts = {wheels: stiffness * tolerance}
     most = arena.model.coordinates
     for modes in range(min(_MODES, most), most, 4):
-        law = LQG(tolerances, {wheels: limit}, modes=modes)
+        law = LQG(tolerances, efforts, modes=modes)
         try:
             start_on(law, arena)
         except InputError:  # of spillover
             continue
         return law
-    return LQG(tolerances, {wheels: limit}, modes=most)
+    return LQG(tolerances, efforts, modes=most)
 
 
 def _tensions(name: str, arena: Arena) -> ControlLaw:

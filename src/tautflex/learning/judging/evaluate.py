@@ -84,6 +84,7 @@ def evaluate(
     if not laws:
         raise InputError("laws: expected at least one, got none; give for example {'pd': PD(30.0, 22.0)}")
     checks.instance("case", case, Case, "a case", remedy="load_case('slew.toml') gives one")
+    tell = checks.teller(progress)
     for kind in checks.several("plants", plants, str, "'full'"):
         checks.one_of("plants", kind, KINDS)
     asked = {name: law_of(f"laws.{name}", law) for name, law in laws.items()}
@@ -103,7 +104,6 @@ def evaluate(
         kept = _kept(folder, marks[job])
         if kept is not None:
             found[job] = kept
-    tell = progress or (lambda fraction, message: None)
     todo = [job for job in jobs if job not in found]
     for job, result in _played(case, asked, chosen, todo, workers):
         found[job] = result

@@ -91,7 +91,7 @@ def tune_law(
     InputError
         If an argument is wrong, or the law as it is does not fit the loop.
     """
-    chosen = law_of("law", law)
+    chosen, tell = law_of("law", law), checks.teller(progress)
     arena = case if isinstance(case, Arena) else Arena(case)
     random = np.random.default_rng(checks.whole("seed", seed, 0))
     nominal = arena.task.nominal()
@@ -116,8 +116,7 @@ def tune_law(
         costs.append(found)
         if found < best[0]:
             best = found, tried
-        if progress is not None:
-            progress(len(costs) / most, f"cost {best[0]:.4g}")
+        tell(len(costs) / most, f"cost {best[0]:.4g}")
         return found
 
     if len(first):

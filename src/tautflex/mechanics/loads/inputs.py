@@ -81,14 +81,15 @@ def require_equipped(item: TimeInput, system: StructuralSystem) -> None:
         )
 
 
-def require_still(plant: str, inputs: Iterable[TimeInput]) -> None:
-    """Raise UnsupportedError for supports that move where the plant, named in words, knows none."""
+def require_still(plant: str, inputs: Sequence[TimeInput]) -> Sequence[TimeInput]:
+    """Return the inputs, or raise UnsupportedError for supports that move where the plant, in words, knows none."""
     for item in inputs:
         if item.moves_supports:
             raise UnsupportedError(
                 f"inputs: expected supports that stand still {plant}, got {type(item).__name__}; simulate the full "
                 "state without a hub, or hold the structure by a Spring and push it by a NodalForce"
             )
+    return inputs
 
 
 def earlier(time: float, jump: float) -> float:
@@ -214,6 +215,11 @@ class InputSet:
     def labels(self) -> tuple[str, ...]:
         """Name and unit of each number of the linear inputs, for example ``"force_x [N]"``."""
         return tuple(label for item in self.linear for label in item.labels)
+
+    @cached_property
+    def all_linear(self) -> bool:
+        """Whether the numbers of the linear inputs are all that there is to know of an instant."""
+        return all(isinstance(item, PatternLoad | StressChange) for item in self._inputs)
 
     def values(self, time: float) -> Array:
         """Numbers u of the linear inputs at an instant [s], shape (n,)."""

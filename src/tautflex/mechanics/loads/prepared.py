@@ -14,7 +14,7 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.errors import InputError
-from tautflex.mechanics.loads.signals import Signal, check_signal, value_at
+from tautflex.mechanics.loads.signals import Held, Signal, check_signal, value_at
 from tautflex.numeric import Array, Indices
 
 
@@ -113,6 +113,8 @@ class LinearInput(PreparedInput):
             text = f"{self.name}: missing, expected a number, a TimeTable, a function of time, or Held numbers"
             raise InputError(f"{text}; give {self.name}=..., or command it as an actuator of a plant")
         value = value_at(self.name, self.function, time)
+        if isinstance(self.function, Held) and value.shape == (self.count,) and value.min() >= self.lowest:
+            return value
         if self.count > 1:
             value = checks.float_array(self.name, value, (self.count,))
         elif value.shape not in ((), (1,)) or not np.all(np.isfinite(value)):

@@ -104,7 +104,7 @@ function showFrequencies() {
   }));
   if (lines.length) {
     const marks = having.flatMap((run) => run.modes.map((mode) => mode.frequency));
-    const title = marks.length ? "Spectrum after the maneuver, dotted: natural frequencies" : "Spectrum after the maneuver";
+    const title = having[0].frequencies.of + (marks.length ? ", dotted: natural frequencies" : "");
     const options = { title, labelX: "f [Hz]", labelY: "amplitude of w [mm]", lines, logY: true, tall: true, marks };
     new Plot(element("frequencies"), options);
   }

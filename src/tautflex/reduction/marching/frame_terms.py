@@ -59,10 +59,14 @@ def in_blocks(read: Callable[..., Array], before: int, *rows: Array) -> Array:
     lead, count = before % BLOCK, len(rows[0])
     if not count:
         return read(*rows)
-    behind = -(lead + count) % BLOCK
-    padded = [np.pad(part, [(lead, behind), *[(0, 0)] * (part.ndim - 1)], mode="edge") for part in rows]
-    found = [read(*(part[k : k + BLOCK] for part in padded)) for k in range(0, len(padded[0]), BLOCK)]
-    return np.concatenate(found)[lead : lead + count]
+    found = np.zeros(0)
+    for first in range(-lead, count, BLOCK):
+        padded = np.arange(first, first + BLOCK).clip(0, count - 1)
+        block, start, end = read(*(part[padded] for part in rows)), max(first, 0), min(first + BLOCK, count)
+        if first == -lead:
+            found = np.empty((count, *block.shape[1:]))
+        found[start:end] = block[start - first : end - first]
+    return found
 
 
 def frame_terms(

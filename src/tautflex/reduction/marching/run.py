@@ -362,8 +362,9 @@ class ReducedRun:
         result = np.empty((len(times), 9))
         place, step = segment_numbers(self.segments, times), self.problem.every * self.problem.time_step
         block = np.floor((times - self.problem.shift) / (BLOCK * step) + 1e-9).astype(np.int64)
-        for number, which in np.unique(np.stack([place, block]), axis=1).T:
-            here, segment = (place == number) & (block == which), self.segments[number]
+        cuts = np.flatnonzero((np.diff(place) != 0) | (np.diff(block) != 0)) + 1
+        for here in filter(len, np.split(np.arange(len(times)), cuts)):
+            which, segment = int(block[here[0]]), self.segments[place[here[0]]]
             low, high = self.problem.shift + BLOCK * step * np.array([which, which + 1])
             low, high = max(float(low), segment.start), min(float(high), segment.end)
 

@@ -48,9 +48,6 @@ def solve_reduced(
     with deferred():
         try:
             if keeper is not None and keeper.kept is not None:
-                first = new_run(rom, problem)  # loads compiled functions in the order in which the run had them
-                first.start()
-                first.advance(problem.begin + 1)
                 began -= go_on(run, keeper.kept)
             elif not resume(run):
                 run.start()
@@ -92,7 +89,9 @@ def _dataset(run: ReducedRun) -> xr.Dataset:
     rows = np.array([row for row in problem.stored_steps if row <= run.reached], dtype=np.int64)
     times = np.asarray(problem.shift + rows * problem.time_step, dtype=np.float64)
     place = np.searchsorted(run.stored, rows)
-    eta, rate = run.eta[place], run.rate[place]
+    every = len(rows) and place[-1] - place[0] + 1 == len(rows)  # no copy of a long record where all is wanted
+    taken = slice(place[0], place[-1] + 1) if every else place
+    eta, rate = run.eta[taken], run.rate[taken]
     motions = run.motions(times)
     before = problem.stored_steps.start // problem.every
     energy = in_blocks(run.energies, before, times, eta, rate)

@@ -85,7 +85,7 @@ def campbell(
         raise InputError(f"n: expected 1 to {size} branches, got {n}; refine the mesh for more")
     # Modes beyond the wanted ones may come down and cross these.
     pool = min(n + max(4, n // 2), size)
-    tell = progress or (lambda fraction, message: None)
+    tell = checks.teller(progress)
 
     def solve(rate: float) -> SpinningModes:
         return solve_spinning_modes(state, rate * direction, origin, pool, coupling, damping)

@@ -45,6 +45,10 @@ class StagedStepper(Remembering):
                 break
         return reached, outcome
 
+    def prepare(self, at: MotionState, size: float, segment: Segment) -> None:
+        """Factorize the last stage's tangent at a state unless there is one."""
+        self._steppers[self._numbers[-1]].prepare(at, size, segment, len(self._numbers) - 1)
+
     def resolved(self, end: MotionState, error: Array) -> Array:
         """Part of a vector that the last stage resolves, shape (size,)."""
         return self._steppers[self._numbers[-1]].resolved(end, error)
@@ -133,7 +137,7 @@ class GridDriver(Remembering):
             return at
         before = self.segment.motion(at.time)
         self._current += 1
-        return self._stepper.equation.jump(at, before, self.segment.motion(at.time))
+        return self._stepper.equation.jump(at, before, self.segment.motion(at.time), self._stepper.resolved)
 
     def _attempt(self, at: MotionState, size: float) -> MotionState | None:
         """One step of the stepper; None if it fails, as one does whose numbers overflow (see `within_arithmetic`)."""

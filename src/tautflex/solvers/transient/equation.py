@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -22,9 +21,10 @@ from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, INTERNAL, LOAD, NONE, STRESS, Books
+from tautflex.solvers.transient.accuracy.norms import ErrorNorms
 from tautflex.solvers.transient.methods.scheme import Stage, StepScheme
 from tautflex.solvers.transient.moved_supports import MovedSupports
-from tautflex.solvers.transient.state import MotionState, MotionTerms, hermite
+from tautflex.solvers.transient.state import MotionState, MotionTerms, Resolved, hermite
 from tautflex.solvers.transient.status import Statistics
 from tautflex.solvers.transient.step_kernel import assemble_residual, begin_step, end_of_step, step_residual
 
@@ -32,7 +32,7 @@ _NONE = np.zeros(0)
 
 
 @dataclass
-class EquationOfMotion:
+class EquationOfMotion(ErrorNorms):
     """Forces of ``M a + P(q, v, t) = 0`` [paper (49)] for one run.
 
     Parameters
@@ -73,7 +73,8 @@ class EquationOfMotion:
         self.at_rest = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(self.system.size))
         self._terms = self.at_rest
         self.input_load = np.zeros(self.system.size)
-        self.restressed = self.moved is not None or bool(self.inputs and self.inputs.changes_stress())
+        self.restressed = bool(self.inputs and self.inputs.changes_stress())
+        self._numbers = _NONE
         self.followers: list[FollowerForce] = []
 
     def motion_terms(self, motion: RigidMotion) -> MotionTerms:
@@ -93,14 +94,21 @@ class EquationOfMotion:
         )
         return self._terms
 
-    def set_time(self, time: float, before: float = np.inf) -> None:
-        """Apply the inputs of an instant; a jump at ``before`` is not met yet."""
-        if self.inputs:
-            instant = earlier(time, before)
-            self.input_load, self.followers = self.inputs.load(instant), self.inputs.followers(instant)
-            self.workspace.change_initial_stress(self.inputs.stress(instant))
-            if self.moved is not None:
-                self.moved.set_time(instant)
+    def set_time(self, time: float, before: float = np.inf) -> bool:
+        """Apply the inputs of an instant; a jump at ``before`` is not met yet. Whether they may be other ones."""
+        if not self.inputs:
+            return False
+        instant = earlier(time, before)
+        if self.inputs.all_linear:
+            numbers = self.inputs.values(instant)
+            if np.array_equal(numbers, self._numbers):
+                return False
+            self._numbers = numbers
+        self.input_load, self.followers = self.inputs.load(instant), self.inputs.followers(instant)
+        self.workspace.change_initial_stress(self.inputs.stress(instant))
+        if self.moved is not None:
+            self.moved.set_time(instant)
+        return True
 
     def force(self, q: Array) -> Array:
         """Internal force above the reference."""
@@ -140,28 +148,40 @@ class EquationOfMotion:
         forces = self.frame_forces(at.q, at.v, self.motion_terms(motion)) + self.force(at.q)
         return np.append(forces, self.strain_energy(at.q))
 
-    def rebalanced(self, at: MotionState, before: Array, motion: RigidMotion) -> MotionState:
+    def rebalanced(self, at: MotionState, before: Array, motion: RigidMotion, resolved: Resolved) -> MotionState:
         """Same position and velocity where `balance` was another before: the acceleration takes up the difference."""
         change = self.balance(at, motion) - before
-        return self._behind_jump(at, change[:-1], self._stored(at.q) - change[-1]) if change.any() else at
+        return self._behind_jump(at, change[:-1], self._stored(at.q) - change[-1], resolved) if change.any() else at
 
-    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
+    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion, resolved: Resolved) -> MotionState:
         """Same position and velocity under another rigid motion; the acceleration takes up the jump of the forces.
 
         Only the change is solved for: re-computing the whole acceleration would throw the small imbalance that a
         collocation method leaves in the stiff directions into it.
+
+        Where inputs change stresses only what steps resolve is taken up: a tension that jumps accelerates the film in
+        its plane by ``w^2`` times its static answer, w far beyond the step, and methods ring with that. Slow motion
+        loses ``(w step)^2`` of its jump, which leaves second order as it is.
         """
         self.set_time(at.time, at.time)
         old, stored = self._all_forces(at, before), self._stored(at.q)
         self.set_time(at.time)
         change = self._all_forces(at, after) - old
-        return self._behind_jump(at, change, stored) if change.any() else at
+        return self._behind_jump(at, change, stored, resolved) if change.any() else at
 
-    def _behind_jump(self, at: MotionState, change: Array, stored: float) -> MotionState:
+    def _behind_jump(self, at: MotionState, change: Array, stored: float, resolved: Resolved) -> MotionState:
         """State whose forces have changed, from one that stored another strain energy [J]."""
-        forces = None if at.forces is None else at.forces + change
-        a = at.a + self.mass_solve(-change)
-        return MotionState(at.time, at.q, at.v, a, forces, books=self.books_behind_jump(at, stored))
+        pushed = self.mass_solve(-change)
+        return self._pushed_by(at, resolved(at, pushed) if self.restressed else pushed, stored)
+
+    def _pushed_by(self, at: MotionState, change: Array, stored: float) -> MotionState:
+        """State with this change of its acceleration, from one that stored another strain energy [J]."""
+        forces = None if at.forces is None else at.forces - self.products.mass_product(change)
+        return MotionState(at.time, at.q, at.v, at.a + change, forces, books=self.books_behind_jump(at, stored))
+
+    def settled(self, at: MotionState, resolved: Resolved) -> MotionState:
+        """A start with what steps resolve of its acceleration, where inputs change stresses; see `jump`."""
+        return self._pushed_by(at, resolved(at, at.a) - at.a, self._stored(at.q))
 
     def strain_energy(self, q: Array) -> float:
         """Strain energy above the reference at the instant that is set [J]."""
@@ -171,18 +191,24 @@ class EquationOfMotion:
         """The same where inputs change it, else zero."""
         return self.strain_energy(q) if self.restressed else 0.0
 
-    def book_restressing(self, work: Array, at: MotionState, end: MotionState, before: float) -> None:
-        """Add to the work of a step what inputs change of the strain energy, and dampers take of moved supports [J].
+    def book_inputs(self, work: Array, at: MotionState, end: MotionState, before: float) -> None:
+        """Add to the work of a step what inputs strain and what dampers take of moved supports."""
+        if self.restressed or self.moved is not None:
+            work[STRESS] += self.restressing_work(at, end, before)
+        if self.moved is not None:
+            self.moved.keep_books(work, at, end)
 
-        The end of the step is then set.
-        """
-        q, moved = 0.5 * (at.q + end.q), self.moved
+    def restressing_work(self, at: MotionState, end: MotionState, before: float) -> float:
+        """What inputs add to the strain energy over a step [J]; its end is then set."""
         self.set_time(at.time)
-        stored, since = self.strain_energy(q), None if moved is None else moved.places
+        if not self.set_time(end.time, before):
+            return 0.0
+        q = 0.5 * (at.q + end.q)
+        stored = self.strain_energy(q)
+        self.set_time(at.time)
+        stored -= self.strain_energy(q)
         self.set_time(end.time, before)
-        work[STRESS] += self.strain_energy(q) - stored
-        if moved is not None and since is not None:
-            moved.keep_books(work, at, end, since)
+        return stored
 
     def books_behind_jump(self, at: MotionState, stored: float) -> Books:
         """Books of a state behind a jump, before which ``stored`` [J] was its strain energy; that instant is set."""
@@ -201,24 +227,21 @@ class EquationOfMotion:
         """Forces of a step of this size [s] inside one smooth segment, see `StepForces`."""
         instant = at.time + numbers.scheme.evaluation * size
         terms = self.motion_terms(segment.motion(instant))
-        then = self.then(numbers, at)
+        then = self.then(numbers, at, segment)
         self.set_time(instant, segment.end)
         return StepForces(self, numbers, terms, at, size, diagonal, segment.end, then)
 
-    def then(self, numbers: StepNumbers, at: MotionState) -> Array:
+    def then(self, numbers: StepNumbers, at: MotionState, segment: Segment) -> Array:
         """Forces at the start of a step by kind, shape (5, size), if it weighs them; else empty."""
         if numbers.scheme.weight == 1.0 or at.books.now.size:
             return at.books.now
-        if at.forces is None:
-            raise RuntimeError("the method needs the forces at the start of the step")
+        assert at.forces is not None  # the method needs them
         self.set_time(at.time)
         rows = np.zeros((5, at.q.size))
-        rows[INTERNAL], rows[DAMPING], rows[LOAD] = (
-            self.force(at.q),
-            self.products.damping_product(at.v),
-            -self.applied(at.q),
-        )
-        rows[FRAME] = at.forces - rows.sum(axis=0)
+        beside = self.frame_forces(at.q, at.v, self.motion_terms(segment.motion(at.time)))
+        rows[DAMPING], rows[LOAD] = self.products.damping_product(at.v), -self.applied(at.q)
+        # What a jump left unresolved is the method's, so that it counts among internal forces.
+        rows[FRAME], rows[INTERNAL] = beside - rows[DAMPING] - rows[LOAD], at.forces - beside
         return rows
 
     def correction(self, q: Array, scheme: StepScheme) -> tuple[Array, Array]:
@@ -230,14 +253,9 @@ class EquationOfMotion:
         """Motion of the floating frame."""
         return segment.motion(at.time)
 
-    def translations(self, q: Array) -> Array:
-        """Displacement of all nodes at the instant that is set [m], shape (node, 3)."""
-        moved = self.moved
-        return self.system.translations(q) if moved is None else moved.system.translations(moved.whole(q, q)[0])
-
     def kinetic_energy(self, at: MotionState) -> float:
         """Energy of the motion relative to the floating frame [J]."""
-        return 0.5 * self.products.mass_norm(at.v) if self.moved is None else self.moved.kinetic_energy(at.v)
+        return 0.5 * self.products.mass_norm(at.v)
 
     def between(self, start: MotionState, end: MotionState, time: float) -> MotionState:
         """State at an instant between two states."""
@@ -248,21 +266,6 @@ class EquationOfMotion:
     def mobile_mass(self, at: MotionState, vector: Array) -> Array:
         """Mass that elastic motion alone moves, times a vector of shape (size,)."""
         return self.products.mass_product(vector)
-
-    def speeds(self, at: MotionState, since: MotionState) -> Array:
-        """Norms ``sqrt(x' M x)`` of the velocities that adaptive steps control each error against."""
-        return np.array([self._norm(at.v)])
-
-    def pushes(self, at: MotionState) -> Array:
-        """The same norms of the accelerations."""
-        return np.array([self._norm(at.a)])
-
-    def errors(self, at: MotionState, end: MotionState, share: float, smoothed: Callable[[Array], Array]) -> Array:
-        """The same norms of ``share`` times the change of the accelerations, less what ``smoothed`` takes out."""
-        return np.array([self._norm(smoothed(share * (end.a - at.a)))])
-
-    def _norm(self, x: Array) -> float:
-        return float(np.sqrt(max(float(x @ (self.inertia.mass_matrix @ x)), 0.0)))
 
     def count(self, *factors: SymmetricFactorization) -> None:
         """Bring the counters of the mass factors and of others into the statistics."""
@@ -393,6 +396,5 @@ class StepForces:
             forces = (residual - now[INERTIA] - (1.0 - weight) * self._history) / weight
         books = Books(work, rows[4:9], now, instant - self.size)
         end = MotionState(at.time + self.size, q, v, a, forces, jerk, books=books)
-        if equation.restressed:
-            equation.book_restressing(work, at, end, self.before)
+        equation.book_inputs(work, at, end, self.before)
         return end

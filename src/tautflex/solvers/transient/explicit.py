@@ -125,8 +125,7 @@ class ExplicitStepper(Remembering):
         a = self._acceleration(force, q, half, at.a, terms, size)
         end = MotionState(at.time + size, q, half + 0.5 * size * a, a, internal=force)
         end.books = self._books(at, end, terms, size)
-        if self.equation.restressed:
-            self.equation.book_restressing(end.books.work, at, end, segment.end)
+        self.equation.book_inputs(end.books.work, at, end, segment.end)
         return end, NewtonOutcome(q, bool(np.isfinite(a).all()), history=[size / self._limit])
 
     def _books(self, at: MotionState, end: MotionState, terms: MotionTerms, size: float) -> Books:
@@ -204,6 +203,9 @@ class ExplicitStepper(Remembering):
                 update.correct(products.matrix.vectors, 0.5 * key * products.matrix.coefficients)
             self._factors[key] = factors, update
         return self._factors[key][1]
+
+    def prepare(self, at: MotionState, size: float, segment: Segment) -> None:
+        """Nothing: there is no tangent."""
 
     def resolved(self, end: MotionState, error: Array) -> Array:
         """The whole vector: a stable step resolves everything."""

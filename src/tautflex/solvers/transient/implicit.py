@@ -160,6 +160,14 @@ class Stepper(Remembering):
         if self._corotation is not None:
             self._corotation.restart(q)
 
+    def prepare(self, at: MotionState, size: float, segment: Segment, place: int = 0) -> None:
+        """Factorize the tangent of a step from a state unless there is one, for `resolved` alone: steps make theirs."""
+        if not self.factor.ready:
+            numbers = self.numbers(size, place)
+            forces = self.equation.step_forces(numbers, at, numbers.share * size, segment, self._diagonal)
+            self.refresh(forces, np.zeros_like(at.q), size)
+            self._factor_size = 0.0
+
     def usable_factor(self, size: float) -> bool:
         """Whether the last factors belong to this step size."""
         return self.factor.ready and self._factor_size == size

@@ -87,18 +87,13 @@ class MovedSupports:
                 force += self.system.inertia.apply(weight, np.concatenate([still, moved]))[: self._size]
         return force
 
-    @property
-    def places(self) -> Array:
-        """Course of each input at the instant [m], shape (input,)."""
-        return self._now[0]
-
-    def keep_books(self, work: Array, at: MotionState, end: MotionState, since: Array) -> None:
+    def keep_books(self, work: Array, at: MotionState, end: MotionState) -> None:
         """Add to the work of a step, whose end is set, what dampers take of the supports' motion.
 
-        ``since`` is where the courses were. It follows the books' rule for ``v' C_ff v``: what moves as a whole leaves
-        nothing.
+        It follows the books' rule for ``v' C_ff v``: what moves as a whole leaves nothing.
         """
-        moved, size, went = end.q - at.q, end.time - at.time, self._now[0] - since
+        moved, size = end.q - at.q, end.time - at.time
+        went = self._now[0] - np.array([course(at.time)[0] for course in self._courses])
         v, rate, own = moved / size, went / size, self._damping[: self._size]
         if not at.books.own.size:  # behind a jump the forces of the step's equilibrium stand for the whole step
             instant = end.time + end.books.late
@@ -110,6 +105,10 @@ class MovedSupports:
     def whole(self, q: Array, v: Array) -> tuple[Array, Array]:
         """Displacements and velocities of free and moved unknowns, shapes (size + n,)."""
         return np.concatenate([q, self.workspace.held]), np.concatenate([v, self.rate])
+
+    def translations(self, q: Array) -> Array:
+        """Displacement of all nodes [m], shape (node, 3)."""
+        return self.system.translations(np.concatenate([q, self.workspace.held]))
 
     def kinetic_energy(self, v: Array) -> float:
         """Of the motion relative to the floating frame, that of the supports too [J]."""

@@ -19,6 +19,8 @@ from tautflex.structure.locate import locate
 from tautflex.structure.model import Model
 
 READINGS = ("interpolate", "nearest-node")
+# Part of the structure's size within which a node is meant.
+_NEAR = 1e-6
 
 
 @dataclass(frozen=True)
@@ -57,10 +59,10 @@ def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], read
     system
         The structure.
     probes
-        Name -> position (x, y) or (x, y, z) [m]; two numbers mean a point of the film seen along z.
+        Name -> position (x, y) or (x, y, z) [m], two numbers seen along z: a node, of the frame for one, or any point
+        of the film.
     reading
-        ``"interpolate"`` inside the film element that contains the point, or ``"nearest-node"``; a structure without
-        a film is read at its nodes.
+        ``"interpolate"`` inside the film element that contains the point, or ``"nearest-node"`` of the film.
 
     Returns
     -------
@@ -69,7 +71,7 @@ def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], read
     Raises
     ------
     InputError
-        If a probe lies outside the film or, without one, away from the nodes.
+        If a probe lies outside the film and away from the nodes.
     """
     checks.one_of("probe_reading", reading, READINGS)
     if not isinstance(probes, Mapping):
@@ -80,10 +82,7 @@ def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], read
         point = checks.numbers(f"probes.{name}", position).ravel()
         if point.size not in (2, 3) or not np.all(np.isfinite(point)):
             raise InputError(f"probes.{name}: expected two or three finite coordinates [m], got {position!r}")
-        if reading == "interpolate" and model.surfaces:
-            nodes, weights = _on_film(model, name, point)
-        else:
-            nodes, weights = np.array([_nearest_node(model, name, point, reading)]), np.ones(1)
+        nodes, weights = read_at(model, f"probes.{name}", point, reading)
         positions.append(weights @ model.nodes[nodes])
         for axis in range(3):
             rows += [3 * number + axis] * len(nodes)
@@ -94,22 +93,27 @@ def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], read
     return ProbeSet(tuple(probes), np.array(positions).reshape(-1, 3), matrix)
 
 
-def _nearest_node(model: Model, name: str, point: Array, reading: str) -> int:
-    """Node nearest to a point, of the film where there is one; without, "interpolate" expects a node there."""
-    candidates = np.unique(model.triangles) if model.surfaces else np.arange(len(model.nodes))
-    away = np.sum((model.nodes[candidates][:, : point.size] - point) ** 2, axis=1)
-    nearest = int(candidates[int(np.argmin(away))])
-    if reading == "interpolate" and np.sqrt(away.min()) > 1e-6 * np.ptp(model.nodes, axis=0).max():
-        x, y, z = model.nodes[nearest]
-        raise InputError(
-            f"probes.{name}: expected the position of a node, because there is no film to interpolate in, got "
-            f"{point.tolist()}; the nearest is node {nearest} at ({x:g}, {y:g}, {z:g}) m: give that, or set "
-            "probe_reading = 'nearest-node'"
-        )
-    return nearest
+def read_at(model: Model, name: str, point: Array, reading: str = "interpolate") -> tuple[Indices, Array]:
+    """Nodes and weights that a displacement at a point is read with; InputError, about ``name``, if there are none."""
+    away = np.linalg.norm(model.nodes[:, : point.size] - point, axis=1)
+    nearest = int(away.argmin())
+    if away[nearest] > _NEAR * np.ptp(model.nodes, axis=0).max():
+        if reading == "interpolate" and model.surfaces:
+            return _on_film(model, name, point, nearest)
+        if reading == "interpolate":
+            x, y, z = model.nodes[nearest]
+            raise InputError(
+                f"{name}: expected the position of a node, because there is no film to interpolate in, got "
+                f"{point.tolist()}; the nearest is node {nearest} at ({x:g}, {y:g}, {z:g}) m: give that, or set "
+                "probe_reading = 'nearest-node'"
+            )
+        if model.surfaces:
+            film = np.unique(model.triangles)
+            nearest = int(film[away[film].argmin()])
+    return np.array([nearest]), np.ones(1)
 
 
-def _on_film(model: Model, name: str, point: Array) -> tuple[Indices, Array]:
+def _on_film(model: Model, name: str, point: Array, nearest: int) -> tuple[Indices, Array]:
     """Nodes and weights of the film element under a point."""
     for group in model.surfaces:
         found = locate(group.shape, model.nodes, group.connectivity, point)
@@ -118,7 +122,8 @@ def _on_film(model: Model, name: str, point: Array) -> tuple[Indices, Array]:
             return group.connectivity[element], weights
     used = model.nodes[np.unique(model.triangles)]
     low, high = used.min(axis=0), used.max(axis=0)
+    x, y, z = model.nodes[nearest]
     raise InputError(
-        f"probes.{name}: expected a point on the film ({low[0]:g} <= x <= {high[0]:g}, {low[1]:g} <= y <= "
-        f"{high[1]:g} m), got {point.tolist()}; the origin is at the antenna's centre"
+        f"{name}: expected a point on the film ({low[0]:g} <= x <= {high[0]:g}, {low[1]:g} <= y <= {high[1]:g} m) or a "
+        f"node, got {point.tolist()}; the nearest is node {nearest} at ({x:g}, {y:g}, {z:g}) m"
     )

@@ -129,6 +129,7 @@ class Recorder:
         self.count = self._field_count = self._frame_count = 0
         workspace, products, moved = equation.workspace, equation.products, equation.moved
         rate, whole = (workspace.held, equation.system) if moved is None else (moved.rate, moved.system)
+        self._translations = (equation.system if moved is None else moved).translations
         self.parts: Any = (
             (workspace.store, workspace.stresses, self._survey.table, workspace.held, rate),
             (equation.state.reference_force, products.start, products.column, products.mass),
@@ -159,12 +160,12 @@ class Recorder:
             self._equation.set_time(at.time)
         if step in self._frame_steps:
             row = self._frame_count
-            self._frame_time[row], self._frames[row] = at.time, self._equation.translations(at.q)
+            self._frame_time[row], self._frames[row] = at.time, self._translations(at.q)
             self._frame_count += 1
         if step in self._field_steps:
             self._equation.workspace.strain_energy(at.q)  # the stresses on which the states depend
             row = self._field_count
-            self._field_time[row], self._field[row] = at.time, self._equation.translations(at.q)
+            self._field_time[row], self._field[row] = at.time, self._translations(at.q)
             self._field_states[row] = self._survey.membrane_states()
             self._field_count += 1
 

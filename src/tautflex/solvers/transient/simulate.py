@@ -41,8 +41,6 @@ from tautflex.solvers.transient.restart.keeper import Keeper, counted, in_memory
 from tautflex.solvers.transient.state import MotionState, recalled_state
 from tautflex.solvers.transient.status import Run, Statistics, Status
 
-_FIRST_STEPS = 5
-
 
 @within_arithmetic()
 def simulate(
@@ -186,6 +184,10 @@ class FullRun:
         if problem.initial is None:
             self.at, found = begin(equation, problem.maneuver, problem.velocity, problem.initial_imperfection)
             self.said += found
+            if equation.restressed:
+                self._stepper.prepare(self.at, problem.time_step, self._driver.segment)
+                equation.set_time(self.at.time)
+                self.at = equation.settled(self.at, self._stepper.resolved)
         elif not (problem.initial.remembers(problem.memory_of) and self._recall(nested(problem.initial.memory))):
             self.at = self._from_motion(problem.initial)
         if self._first is None:
@@ -218,8 +220,11 @@ class FullRun:
 
     def renew(self) -> None:
         """Meet a change of inputs that were set anew at the present instant: a jump as at the end of a segment."""
-        motion = self._driver.segment.motion(self.at.time)
-        self.at = self.equation.jump(self.at, motion, motion)
+        segment = self._driver.segment
+        motion = segment.motion(self.at.time)
+        if self.equation.restressed:
+            self._stepper.prepare(self.at, self.problem.time_step, segment)
+        self.at = self.equation.jump(self.at, motion, motion, self._stepper.resolved)
 
     def strain_energy(self) -> float:
         """Strain energy of the present state under the inputs of its instant [J]."""
@@ -264,11 +269,6 @@ class FullRun:
     def _go_on(self, kept: Mapping[str, Array]) -> None:
         """Go on where another process kept this run."""
         memory = nested(kept)
-        # Compiled functions share parts: those of the first that is loaded serve all, and how parts were optimised
-        # shows in the last bit. So they are loaded in the order in which the run had them, by its first steps.
-        first = FullRun(self.problem)
-        first.start()
-        first.advance(min(first.problem.begin + _FIRST_STEPS, int(memory["number"])))
         recalled = self._recall(memory["steps"])
         assert recalled
         self._recorder.recall(memory["record"])
@@ -323,7 +323,7 @@ class FullRun:
         driver.enter(ahead)
         motion = driver.segment.motion(ahead.time)
         if ahead is self.at:
-            self.at = self.equation.rebalanced(ahead, memory["balance"], motion)
+            self.at = self.equation.rebalanced(ahead, memory["balance"], motion, self._stepper.resolved)
         elif not np.array_equal(self.equation.balance(ahead, motion), memory["balance"]):
             # What was remembered belongs to these steps.
             self._stepper = _stepper(self.problem, self.equation)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -40,6 +41,10 @@ class MotionState:
     jerk: Array | None = None
     internal: Array | None = None
     books: Books = field(default_factory=lambda: Books(np.zeros(7)))
+
+
+Resolved = Callable[[MotionState, Array], Array]
+"""What steps resolve of an acceleration, shape (size,), at a state: see `Stepper.resolved`."""
 
 
 def recalled_state(kind: type[MotionState], memory: Memory) -> MotionState:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from tautflex.errors import InputError
 from tautflex.files.mesh.abaqus.materials import Materials
 from tautflex.files.mesh.abaqus.text import Block, fields
-from tautflex.files.mesh.numerals import vector
+from tautflex.files.mesh.numerals import finite, vector
 from tautflex.files.mesh.raw import shorten
 from tautflex.files.mesh.section.profiles import Profile, box, double_tee, rectangle, tube
 from tautflex.files.mesh.section.section_data import RawSection
@@ -23,6 +23,7 @@ KINDS = {
 }
 # ORIENTATION turns the axes of an isotropic material, the others are about how stiffness is integrated.
 _OPTIONS = ("ELSET", "MATERIAL", "SECTION", "ORIENTATION", "CONTROLS", "TEMPERATURE", "SECTION INTEGRATION", "ROTATION")
+_OF_BEAMS = (*_OPTIONS, "POISSON", "DENSITY")
 
 _LARGEST = 1e9  # [in the file's unit]; powers of it stay finite
 
@@ -62,10 +63,14 @@ def section(block: Block, materials: Materials) -> RawSection:
     kind, name = KINDS[block.keyword], block.option("MATERIAL").casefold()
     if "COMPOSITE" in block.options:
         return RawSection(block.where, kind, {}, "it is a laminate, expected one material")
-    doubt = ""
+    general = block.keyword == "BEAM GENERAL SECTION"
+    # Behind the direction of a beam stand the counts of points at which it is integrated, of a general one its moduli.
+    counted = "." not in "".join(line for _, line in block.lines[2:])
+    known = 1 if kind != "beam" else 3 if general or counted else 2
+    doubt = "it has lines that are not read here" if len(block.lines) > known else ""
     for option in block.options:
         centred = option == "OFFSET" and re.fullmatch(r"[-+]?0*\.?0*(e[-+]?\d+)?", block.option(option), re.IGNORECASE)
-        if option not in _OPTIONS and not (option == "POISSON" and kind == "beam") and not centred:
+        if option not in (_OF_BEAMS if kind == "beam" else _OPTIONS) and not centred:
             doubt = f"option {shorten(option)} is not read here"
     if name:
         unknown = "" if name in materials.values else f"its material {shorten(name)} is not in the file"
@@ -81,7 +86,8 @@ def section(block: Block, materials: Materials) -> RawSection:
         values["area"] = first[0] if first and first[0] else 1.0  # the format's default
     else:
         shape = " ".join(block.option("SECTION").upper().split())
-        general = block.keyword == "BEAM GENERAL SECTION"
+        if general and block.option("DENSITY"):
+            values["density"] = finite(block.option("DENSITY"), block.where)
         if general and len(numbers) > 2:
             young, shear = (numbers[2] + [0.0, 0.0])[:2]
             values |= {"youngs_modulus": young, **({"poisson_ratio": 0.5 * young / shear - 1.0} if shear else {})}

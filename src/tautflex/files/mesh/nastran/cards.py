@@ -19,8 +19,10 @@ WORDS = Words(
         "sections of films: thickness and nonstructural mass; laminates need theirs stated": "PSHELL PCOMP PCOMPG",
         "sections of cables: area and nonstructural mass, torsion without effect": "PROD PTUBE",
         "sections of beams: area, moments, torsion, nonstructural mass; PBARL and PBEAML with ROD, TUBE, TUBE2, BAR, "
-        "BOX and I of equal flanges; others, tapers, I12, warping and offsets need theirs stated; shear flexibility "
-        "and stress recovery without effect": "PBAR PBARL PBEAM PBEAML PBRSECT PBMSECT PBCOMP",
+        "BOX, I, I1, H, CROSS, PBARL also with CHAN, CHAN1, CHAN2, T, T1, T2, HAT; others, tapers, I12, warping and "
+        "offsets need theirs stated; shear flexibility and stress recovery without effect": (
+            "PBAR PBARL PBEAM PBEAML PBRSECT PBMSECT PBCOMP"
+        ),
         "isotropic materials (MAT1): E, G, nu, density, expansion; sections of others need theirs stated; damping and "
         "strength without effect": "MAT1 MAT2 MAT3 MAT8 MAT9 MAT10 MATHP MATPOR",
         "cables": "CROD CONROD CTUBE",
@@ -28,7 +30,7 @@ WORDS = Words(
             "CBAR CBEAM BAROR BEAMOR"
         ),
         "supports: the set that the case control selects": "SPC SPC1 SPCADD",
-        "point masses and inertias; of the parameters only their factor WTMASS": (
+        "point masses and inertias; of the parameters only their factor WTMASS, and CM1 and CK1 are refused": (
             "CONM1 CONM2 CMASS1 CMASS2 PMASS PARAM"
         ),
         "masses per area or length (NSM, NSM1) or in total (NSML, NSML1): the set that the case control selects": (

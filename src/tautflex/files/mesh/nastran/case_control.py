@@ -21,11 +21,12 @@ _WORDS = {
     "DEFORM": r"DEFO\w*",
     "STATSUB": r"STATSUB\s*(?:\([^)]*\))?",
 }
-_CHOICE = {word: re.compile(rf"\s*{text}\s*=\s*(\w+)", re.IGNORECASE) for word, text in _WORDS.items()}
+_CHOICE = {word: re.compile(rf"\s*{text}(?:\s*=\s*|\s+)(\w+)", re.IGNORECASE) for word, text in _WORDS.items()}
 # What the subcase of STATSUB, a preload, hands on.
 _PRELOADS = ("TEMPERATURE(LOAD)", "DEFORM")
 _BEGIN = re.compile(r"\s*BEGIN\b[\s,=]*(?P<bulk>BULK\b)?\s*(?P<rest>[^\s$][^$]*)?", re.IGNORECASE)
 _END = re.compile(r"\s*CEND\b", re.IGNORECASE)
+_PARAMETER = re.compile(r"\s*PARAM\b", re.IGNORECASE)
 
 Sets = Mapping[str, int | None]
 Unions = Mapping[int, set[int]]
@@ -73,7 +74,7 @@ def _unselected(word: str, card: str, there: Collection[int]) -> MeshError:
 
 
 def bulk_and_selection(lines: Iterable[Line], step: int | None) -> tuple[list[Line], Selection]:
-    """Bulk data section, the whole deck if it is not marked, and what subcase ``step`` selects.
+    """Bulk data, the whole deck if it is not marked, with parameters of the case control, and what ``step`` selects.
 
     Raises
     ------
@@ -84,7 +85,9 @@ def bulk_and_selection(lines: Iterable[Line], step: int | None) -> tuple[list[Li
     begin = next((k for k, (where, line) in enumerate(everything) if _begins(where, line)), -1)
     control = everything[: max(begin, 0)]
     end = next((k for k, (_, line) in enumerate(control) if _END.match(line)), None)
-    return everything[begin + 1 :], Selection(end is not None, _selected(control[(end or 0) :], step))
+    parameters = [line for line in control[(end or 0) :] if _PARAMETER.match(line[1])]
+    selection = Selection(end is not None, _selected(control[(end or 0) :], step))
+    return [*parameters, *everything[begin + 1 :]], selection
 
 
 def _begins(where: str, line: str) -> bool:

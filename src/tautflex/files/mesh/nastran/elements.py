@@ -21,6 +21,7 @@ from tautflex.numeric import Array, Indices
 
 _INTEGER = re.compile(r"\+?\d{1,19}")
 _OFFSET_FLAG = re.compile(r"[GB][GO][GO]", re.IGNORECASE)
+_OLD_FLAGS = ("1", "2")  # of Nastran's first decks: a vector, a third point
 
 
 class Layout(NamedTuple):
@@ -72,6 +73,8 @@ class Elements(Gathered):
             self.cards.append(card)
         elif card.name in _DEFAULTS.values():
             card.require_only(2, *ORIENTATION)
+            if "O" in card.get(8).upper():
+                raise MeshError(f"{card.where}: expected GGG or BGG in field 9, got {shorten(card.get(8))}; correct it")
             if card.name in self.defaults:
                 raise MeshError(f"{card.where}: expected one {card.name}, got a second one; remove it")
             self.defaults[card.name] = card
@@ -145,13 +148,14 @@ class Elements(Gathered):
                 given[:3] = [default.get(place) for place in ORIENTATION[:3]]
             given[3] = given[3] or (default.get(8) if default else "")
             first, second = (natural(card.get(place), card.where) for place in (3, 4))
-            if given[3] and not _OFFSET_FLAG.fullmatch(given[3]):
+            if given[3] and not _OFFSET_FLAG.fullmatch(given[3]) and given[3] not in _OLD_FLAGS:
                 raise MeshError(f"{card.where}: expected GGG or BGG in field 9, got {shorten(given[3])}; correct it")
             if not any(given[:3]):
                 continue
             along = point(second, card.where) + offset(card, 1, second, turned)
             along -= point(first, card.where) + offset(card, 0, first, turned)
-            if _INTEGER.fullmatch(given[0]) and not any(given[1:3]):
+            third = _INTEGER.fullmatch(given[0]) and not any(given[1:3])
+            if given[3] == _OLD_FLAGS[1] or (third and given[3] != _OLD_FLAGS[0]):
                 side = point(natural(given[0], card.where), card.where) - point(first, card.where)
             else:
                 side = vector(given[:3], card.where)

@@ -11,12 +11,13 @@ from tautflex.errors import MeshError
 from tautflex.files.mesh.nastran.coordinates import Systems
 from tautflex.files.mesh.nastran.text import Card
 from tautflex.files.mesh.numerals import finite, natural, real, vector
-from tautflex.files.mesh.raw import RawMass
+from tautflex.files.mesh.raw import RawMass, shorten
 from tautflex.numeric import Array, cross_matrix
 
 MASSES = ("CONM1", "CONM2", "CMASS1", "CMASS2", "PMASS", "PARAM")
 _LOWER = np.tril_indices(6)
 _SQUARE = 1e-9
+_SCALES = ("CK1", "CM1")  # of all stiffness, of all mass
 
 
 @dataclass
@@ -28,18 +29,29 @@ class Masses:
     factor: float | None = None
 
     def read(self, card: Card) -> None:
-        """Keep a card; of parameters WTMASS only, the factor of all masses."""
+        """Keep a card; of parameters WTMASS, the factor of all masses. MeshError if others scale the structure."""
         if card.name == "PMASS":
             card.require_only(*range(1, 9))
             for place in (1, 3, 5, 7):
                 if card.get(place):
-                    self.properties[natural(card.get(place), card.where)] = finite(card.get(place + 1), card.where)
+                    number = natural(card.get(place), card.where)
+                    if number in self.properties:
+                        raise MeshError(f"{card.where}: property {number} is defined twice; give it its own number")
+                    self.properties[number] = finite(card.get(place + 1), card.where)
         elif card.name != "PARAM":
             self.cards.append(card)
         elif card.get(1).upper() == "WTMASS":
-            self.factor = real(card.get(2), card.where)
-            if not 0.0 < self.factor < np.inf:
-                raise MeshError(f"{card.where}: expected a factor > 0, got {self.factor:g}; correct it")
+            factor = real(card.get(2), card.where)
+            if not 0.0 < factor < np.inf:
+                raise MeshError(f"{card.where}: expected a factor > 0, got {factor:g}; correct it")
+            if self.factor not in (None, factor):
+                raise MeshError(f"{card.where}: expected one WTMASS, got {self.factor:g} before; remove one")
+            self.factor = factor
+        elif card.get(1).upper() in _SCALES and real(card.get(2), card.where) != 1.0:
+            raise MeshError(
+                f"{card.where}: expected no factor of the whole structure, got {card.get(1).upper()} = "
+                f"{shorten(card.get(2))}, which is not read here; scale the materials"
+            )
 
     def bodies(
         self, systems: Systems, point: Callable[[int, str], Array], axes: Callable[[int], Array | None]

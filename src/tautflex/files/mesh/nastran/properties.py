@@ -10,7 +10,7 @@ from tautflex.files.mesh.nastran.materials import MATERIALS, Materials
 from tautflex.files.mesh.nastran.text import Card
 from tautflex.files.mesh.numerals import natural, real, vector
 from tautflex.files.mesh.raw import shorten
-from tautflex.files.mesh.section.profiles import Profile, box, double_tee, rectangle, tube
+from tautflex.files.mesh.section.profiles import Profile, Wall, box, double_tee, rectangle, tube, walls
 from tautflex.files.mesh.section.section_data import RawSection
 
 KINDS = {
@@ -23,10 +23,43 @@ _BEAM = ("area", "inertia_z", "inertia_y", "torsion_constant")
 _STATION = 16  # fields of one station of a PBEAM, its points of stress recovery among them
 
 
-def _double_tee(height: float, low: float, high: float, web: float, under: float, over: float) -> Profile:
-    if low != high or under != over:
-        raise InputError("cross-section: expected flanges that are alike, got others; write it as PBAR")
-    return double_tee(height, low, web, under)
+def _i(height: float, low: float, high: float, web: float, under: float, over: float) -> Profile:
+    upright = Wall(0.5 * (under - over), 0.0, height - under - over, web, 0.5 * (under + over))
+    return walls(upright, Wall(0.5 * (under - height), 0.0, under, low), Wall(0.5 * (height - over), 0.0, over, high))
+
+
+def _channel(width: float, height: float, web: float, flange: float) -> Profile:
+    middle = 0.5 * (height - flange), 0.5 * (width - web)
+    upper, lower = (Wall(side * middle[0], middle[1], flange, width, -0.5 * web) for side in (1.0, -1.0))
+    return walls(upper, Wall(0.0, 0.0, height - 2.0 * flange, web, flange), lower)
+
+
+def _lying(profile: Profile) -> Profile:
+    return profile._replace(inertia_y=profile.inertia_z, inertia_z=profile.inertia_y)
+
+
+def _tee(width: float, height: float, flange: float, web: float) -> Profile:
+    return walls(Wall(0.0, 0.0, flange, width), Wall(0.5 * height, 0.0, height - flange, web, 0.5 * flange))
+
+
+def _cross(arms: float, upright: float, height: float, thickness: float) -> Profile:
+    side = 0.25 * arms + 0.5 * upright
+    outer = (Wall(0.0, z, thickness, 0.5 * arms, 0.5 * upright) for z in (-side, side))
+    return walls(Wall(0.0, 0.0, height, upright), *outer)
+
+
+def _h(clear: float, legs: float, height: float, bar: float) -> Profile:
+    side = 0.5 * clear + 0.25 * legs
+    outer = (Wall(0.0, z, height, 0.5 * legs) for z in (-side, side))
+    return walls(Wall(0.0, 0.0, bar, clear, 0.5 * legs), *outer)
+
+
+def _hat(height: float, wall: float, top: float, brim: float) -> Profile:
+    middle = 0.5 * (top - wall)
+    sides = (Wall(0.5 * (wall - height), z, height - 2.0 * wall, wall, wall) for z in (-middle, middle))
+    out = middle + 0.5 * brim
+    brims = (Wall(wall - height, z, wall, brim + wall, -0.5 * wall) for z in (-out, out))
+    return walls(Wall(0.0, 0.0, wall, top, -wall), *sides, *brims)
 
 
 # Local y is up in the figures of PBARL, local z is across.
@@ -36,8 +69,20 @@ _PROFILES: dict[str, tuple[int, Callable[..., Profile]]] = {
     "TUBE2": (2, tube),
     "BAR": (2, lambda across, up: rectangle(up, across)),
     "BOX": (4, lambda across, up, flange, web: box(up, across, flange, web)),
-    "I": (6, _double_tee),
+    "I": (6, _i),
+    "I1": (4, lambda flange, web, clear, height: double_tee(height, flange + web, web, 0.5 * (height - clear))),
+    "CHAN": (4, _channel),
+    "CHAN1": (4, lambda flange, web, clear, height: _channel(flange + web, height, web, 0.5 * (height - clear))),
+    "CHAN2": (4, lambda leg, web, height, width: _lying(_channel(height, width, web, leg))),
+    "T": (4, _tee),
+    "T1": (4, lambda height, stem, flange, web: _lying(_tee(height, stem + flange, flange, web))),
+    "T2": (4, _tee),
+    "CROSS": (4, _cross),
+    "H": (4, _h),
+    "HAT": (4, _hat),
 }
+# Their centroid is beside their shear centre, which a CBEAM keeps apart and a CBAR does not.
+_ONE_SIDED = ("CHAN", "CHAN1", "CHAN2", "T", "T1", "T2", "HAT")
 
 
 @dataclass
@@ -155,7 +200,12 @@ def _profiled(card: Card) -> tuple[dict[str, float], str]:
     numbers = [card.get(place) for place in range(9, 10 + count)]
     *sizes, nonstructural = vector(numbers, card.where).tolist()
     values = {"nonstructural_mass": nonstructural}
+    flanges = name == "I" and (sizes[1], sizes[4]) != (sizes[2], sizes[5])
+    if card.name == "PBEAML" and (flanges or name in _ONE_SIDED):
+        return {}, f"its centroid is beside its shear centre ({name}), which is not read here; write it as PBARL"
     rest = card.fields[9 + count :]
+    if card.name == "PBARL" and any(rest):
+        return {}, f"{name} has {count} dimensions and a mass, got more"
     for start in range(0, len(rest), count + 3) if card.name == "PBEAML" else ():
         other = rest[start + 2 : start + 3 + count]
         if any(

@@ -94,17 +94,18 @@ class Temperatures:
 
     def _field(self, number: int, what: str) -> Callable[[Sequence[int]], float]:
         """Temperature of an element, given its number and those of its points, in a set."""
-        points = {point: finite(text, card.where, _LARGEST) for point, card, text in self._pairs("TEMP", number)}
-        own = dict[int, float]()
-        default: float | None = None
+        points, own, everywhere = dict[int, float](), dict[int, float](), dict[int, float]()
+        for point, card, text in self._pairs("TEMP", number):
+            _keep(points, point, finite(text, card.where, _LARGEST), card)
         for card in self.cards:
             if card.name == "TEMPD":
                 for place in (1, 3, 5, 7):
                     if card.get(place) and natural(card.get(place), card.where) == number:
-                        default = finite(card.get(place + 1), card.where, _LARGEST)
+                        _keep(everywhere, number, finite(card.get(place + 1), card.where, _LARGEST), card)
             elif card.name in ("TEMPP1", "TEMPRB") and natural(card.get(1), card.where) == number:
-                own |= dict.fromkeys(_listed(card), _mean(card))
-        if not points and default is None and not own:
+                for element in _listed(card):
+                    _keep(own, element, _mean(card), card)
+        if not points and not everywhere and not own:
             raise MeshError(
                 f"expected set {number}, which TEMPERATURE({what}) = {number} selects, got none; add its TEMP"
             )
@@ -112,7 +113,7 @@ class Temperatures:
         def mean(line: Sequence[int]) -> float:
             if line[0] in own:
                 return own[line[0]]
-            values = [points.get(point, default) for point in line[1:]]
+            values = [points.get(point, everywhere.get(number)) for point in line[1:]]
             if None in values:
                 point = line[1 + values.index(None)]
                 raise MeshError(
@@ -122,6 +123,15 @@ class Temperatures:
             return float(np.mean(np.array(values, dtype=float)))
 
         return mean
+
+
+def _keep(temperatures: dict[int, float], number: int, value: float, card: Card) -> None:
+    """Keep a temperature; MeshError if there is another one of the same."""
+    if temperatures.setdefault(number, value) != value:
+        raise MeshError(
+            f"{card.where}: expected one temperature of {number} in a set, got {temperatures[number]:g} and {value:g}; "
+            "remove one"
+        )
 
 
 def _mean(card: Card) -> float:

@@ -1,4 +1,4 @@
-"""Areas, second moments and torsion constants of cross-sections that are symmetric about local y and z."""
+"""Areas, second moments and torsion constants of cross-sections whose principal axes are local y and z."""
 
 from __future__ import annotations
 
@@ -71,24 +71,51 @@ def box(along_y: float, along_z: float, wall_y: float, wall_z: float) -> Profile
     )
 
 
+class Wall(NamedTuple):
+    """Rectangle of an open cross-section [m]: its middle, its sides, and how far its midline runs on into others."""
+
+    y: float
+    z: float
+    along_y: float
+    along_z: float
+    onward: float = 0.0
+
+
+def walls(*parts: Wall) -> Profile:
+    """Open cross-section of rectangles, symmetric about y or z, about its centroid.
+
+    Its torsion constant is that of thin walls, ``sum of b t^3 / 3`` over their midlines [Timoshenko and Goodier 112].
+
+    Raises
+    ------
+    InputError
+        If a side is not > 0.
+    """
+    y, z, along_y, along_z, onward = np.transpose(parts)
+    shortest = float(min(along_y.min(), along_z.min()))
+    _require(shortest > 0.0, f"walls with sides > 0, got one of {shortest:g}")
+    areas, thickness = along_y * along_z, np.minimum(along_y, along_z)
+    area = areas.sum()
+    y, z = y - areas @ y / area, z - areas @ z / area
+    moments = [areas @ (along_z**2 / 12.0 + z**2), areas @ (along_y**2 / 12.0 + y**2)]
+    return Profile(*map(float, (area, *moments, (np.maximum(along_y, along_z) + onward) @ thickness**3 / 3.0)))
+
+
 def double_tee(height: float, width: float, web: float, flange: float) -> Profile:
-    """I section of two equal flanges along z and a web along y [m]; torsion of thin walls, ``sum of b t^3 / 3``.
+    """I section of two equal flanges along z and a web along y [m].
 
     Raises
     ------
     InputError
         If flanges and web do not make an I.
     """
-    clear = height - 2.0 * flange
+    clear, middle = height - 2.0 * flange, 0.5 * (height - flange)
     _require(
         min(clear, web, flange, width - web) > 0.0,
         f"two flanges and a web between them, got {height:g} x {width:g} with web {web:g} and flanges {flange:g}",
     )
-    return Profile(
-        2.0 * width * flange + clear * web,
-        (2.0 * flange * width**3 + clear * web**3) / 12.0,
-        (width * height**3 - (width - web) * clear**3) / 12.0,
-        (2.0 * width * flange**3 + (height - flange) * web**3) / 3.0,
+    return walls(
+        Wall(middle, 0.0, flange, width), Wall(0.0, 0.0, clear, web, flange), Wall(-middle, 0.0, flange, width)
     )
 
 

@@ -69,7 +69,8 @@ def judge(
         Mean size of its steps [s].
     """
     method, warnings, error = problem.method, _about_maneuver(problem), float("nan")
-    if energy + abs(balance["damping"]) <= _STILL * _stored(problem):
+    missed = errors is not None and errors.missed > 0.0
+    if not missed and energy + abs(balance["damping"]) <= _STILL * _stored(problem):
         return Accuracy(error if errors is None else 0.0, balance, warnings)
     if errors is not None:
         phase = float(np.clip(errors.frequency * mean_step, *_PHASES))

@@ -52,7 +52,7 @@ from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy, m
 from tautflex.solvers.transient.free_hub.motion import HubMotion, slopes
 from tautflex.solvers.transient.methods.scheme import StepScheme
 from tautflex.solvers.transient.probes import ProbeSet
-from tautflex.solvers.transient.state import MotionState, hermite
+from tautflex.solvers.transient.state import MotionState, Resolved, hermite
 
 _NONE = np.zeros(0)
 
@@ -86,14 +86,15 @@ class HubEquation(EquationOfMotion):
         self._moves = self.system.place[dofs]
         self._turns = self.system.place[model.dof_offset[turning][:, None] + np.arange(3, 6)]
 
-    def set_time(self, time: float, before: float = np.inf) -> None:
+    def set_time(self, time: float, before: float = np.inf) -> bool:
         """Apply the inputs of an instant, those on held nodes too; a jump at ``before`` is not met yet."""
-        super().set_time(time, before)
-        if self.inputs:
+        changed = super().set_time(time, before)
+        if changed and self.inputs:
             instant = earlier(time, before)
             self._held, self._outside = self.inputs.held_wrench(instant), self.input_load
             if self.inputs.internal:
                 self._outside = self.inputs.outside_load(instant)
+        return changed
 
     def nodal_wrench(self, q: Array) -> Array:
         """Force, and torque about O, of the inputs at the instant that is set, hub axes, shape (6,)."""
@@ -135,16 +136,21 @@ class HubEquation(EquationOfMotion):
         parts.wrench[:] = self.wrench(time, rigid, q, v)
         return self._balanced(HubMotion(time, q, v, np.zeros_like(q), rigid=rigid))
 
-    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion) -> MotionState:
+    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion, resolved: Resolved) -> MotionState:
         """Same positions and velocities under another wrench or other inputs; only the change is solved for."""
         assert isinstance(at, HubMotion)
         self.set_time(at.time, at.time)
-        old, stored = self._balanced(at), self._stored(at.q)
+        old, stored = self.force(at.q) - self.applied(at.q), self._stored(at.q)
         self.set_time(at.time)
-        new = self._pushed(at, known=True)
-        if np.array_equal(old.rigid, new.rigid) and np.array_equal(old.a, new.a):
+        change, wrench = self.force(at.q) - self.applied(at.q) - old, self.wrench(at.time, at.rigid, at.q, at.v)
+        push = wrench - at.hub.wrench
+        if not (change.any() or push.any()):
             return at
-        return self._behind(at, new, new.a - old.a, new.hub.rates - old.hub.rates, stored)
+        mass, coupling = self._mobilize(at.q)
+        push = self.hub.freedom * push
+        moved = self._mobile.solve(-change - coupling.T @ np.linalg.solve(mass, push))
+        rates = np.asarray(np.linalg.solve(mass, push - coupling @ moved), dtype=np.float64)
+        return self._behind(at, wrench, moved, rates, stored, resolved)
 
     def _given(self) -> Array:
         """The hub with its given attitude and velocities, shape (31,)."""
@@ -162,47 +168,68 @@ class HubEquation(EquationOfMotion):
         new = self._pushed(at)
         return np.concatenate([new.a, new.hub.rates, new.hub.wrench, [self.strain_energy(at.q)]])
 
-    def rebalanced(self, at: MotionState, before: Array, motion: RigidMotion) -> MotionState:
+    def rebalanced(self, at: MotionState, before: Array, motion: RigidMotion, resolved: Resolved) -> MotionState:
         """Same positions and velocities where `balance` was another before."""
         assert isinstance(at, HubMotion)
         change = self.balance(at, motion) - before
         if not change.any():
             return at
         stored = self._stored(at.q) - change[-1]
-        return self._behind(at, self._pushed(at), change[:-13], change[-13:-7], stored)
+        return self._behind(at, self._pushed(at).hub.wrench, change[:-13], change[-13:-7], stored, resolved)
 
-    def _pushed(self, at: HubMotion, known: bool = False) -> HubMotion:
-        """The state with the wrench and the accelerations of the instant that is set; ``known`` as of `_balanced`."""
+    def _pushed(self, at: HubMotion) -> HubMotion:
+        """The state with the wrench and the accelerations of the instant that is set."""
         rigid = at.rigid.copy()
         rigid_parts(rigid).wrench[:] = self.wrench(at.time, rigid, at.q, at.v)
-        return self._balanced(replace(at, rigid=rigid), known)
+        return self._balanced(replace(at, rigid=rigid))
 
-    def _behind(self, at: HubMotion, new: HubMotion, change: Array, rates: Array, stored: float) -> HubMotion:
+    def _behind(
+        self, at: HubMotion, wrench: Array, change: Array, rates: Array, stored: float, resolved: Resolved
+    ) -> HubMotion:
         """State under a new wrench with these changes of accelerations, from one that stored another energy [J]."""
+        if self.restressed:
+            change, rates = self._resolved(at, change, rates, resolved)
+        return self._shifted(at, wrench, change, rates, stored)
+
+    def settled(self, at: MotionState, resolved: Resolved) -> MotionState:
+        """A start with what steps resolve of its acceleration, where inputs change stresses; see `jump`."""
+        assert isinstance(at, HubMotion)
+        change, rates = self._resolved(at, at.a, np.zeros(6), resolved)
+        return self._shifted(at, at.hub.wrench, change - at.a, rates, self._stored(at.q))
+
+    def _resolved(self, at: HubMotion, change: Array, rates: Array, resolved: Resolved) -> tuple[Array, Array]:
+        """What steps resolve of a change of the elastic acceleration, and the hub's that goes with it."""
+        kept, (mass, coupling) = resolved(at, change), self.blocks(at.q)
+        return kept, rates + np.linalg.solve(mass, coupling @ (change - kept))
+
+    def _shifted(self, at: HubMotion, wrench: Array, change: Array, rates: Array, stored: float) -> HubMotion:
+        """State under a wrench with these changes of accelerations, from one that stored another energy [J]."""
         rigid = at.rigid.copy()
         hub = rigid_parts(rigid)
-        hub.wrench[:] = new.hub.wrench
+        hub.wrench[:] = wrench
         hub.rates[:] += rates
         forces = None if at.forces is None else at.forces - self.products.mass_product(change)
         balanced = at.balanced + change if at.balanced.size else _NONE
         books = self.books_behind_jump(at, stored)
         moved = replace(at, a=at.a + change, forces=forces, jerk=None, books=books)
-        return replace(moved, rigid=rigid, balanced=balanced, power=new.power)
+        return replace(moved, rigid=rigid, balanced=balanced, power=self.power(rigid, at.q, at.v))
 
-    def _balanced(self, at: HubMotion, known: bool = False) -> HubMotion:
-        """The state with the accelerations that balance all forces of the instant that is set.
+    def _mobilize(self, q: Array) -> tuple[Array, Array]:
+        """`blocks`, with the factors of the mass that moves made anew."""
+        if not self._mass_factor.ready:
+            self._mass_factor.factorize(self.inertia.mass_entries)
+        mass, coupling = self.blocks(q)
+        free = self.hub.freedom > 0.0
+        self._mobile.correct(coupling[free], -np.asarray(np.linalg.inv(mass[free][:, free]), dtype=np.float64))
+        return mass, coupling
 
-        ``known``: the last call was at the same place, so that the mass that moves is the same.
-        """
+    def _balanced(self, at: HubMotion) -> HubMotion:
+        """The state with the accelerations that balance all forces of the instant that is set."""
         forces = self.force(at.q) - self.applied(at.q)
         if self.products.damped:
             forces += self.products.damping_product(at.v)
         add_forces_at_rates(self.body, at.q, at.v, np.zeros_like(at.q), at.rigid, forces)
-        if not self._mass_factor.ready:
-            self._mass_factor.factorize(self.inertia.mass_entries)
-        if not known:
-            mass, coupling = self.blocks(at.q)
-            self._mobile.correct(coupling, -np.asarray(np.linalg.inv(mass), dtype=np.float64))
+        self._mobilize(at.q)
         a = self._mobile.solve(-forces)
         rigid = add_forces_at_rates(self.body, at.q, at.v, a, at.rigid, forces)
         forces = -self.products.mass_product(a)
@@ -218,15 +245,15 @@ class HubEquation(EquationOfMotion):
     ) -> StepForces:
         """Forces of a step of this size [s] inside one smooth segment, see `HubForces`."""
         assert isinstance(at, HubMotion)
-        then = self.then(numbers, at)
+        then = self.then(numbers, at, segment)
         self.set_time(at.time + numbers.scheme.evaluation * size, segment.end)
         return HubForces(self, numbers, at, size, diagonal, segment.end, then)
 
     def correction(self, q: Array, scheme: StepScheme) -> tuple[Array, Array]:
         """With what the free hub takes from the effective stiffness, ``-c B' R^-1 B``."""
-        (mass, coupling), (vectors, core) = self.blocks(q), super().correction(q, scheme)
-        taken = -scheme.inertia.d * np.linalg.inv(mass)
-        return np.concatenate([coupling, vectors.reshape(-1, q.size)]), block_diag(taken, core)
+        (mass, coupling), (vectors, core), free = self.blocks(q), super().correction(q, scheme), self.hub.freedom > 0.0
+        taken = -scheme.inertia.d * np.linalg.inv(mass[free][:, free])
+        return np.concatenate([coupling[free], vectors.reshape(-1, q.size)]), block_diag(taken, core)
 
     def motion(self, at: MotionState, segment: Segment) -> RigidMotion:
         """Motion of the floating frame."""

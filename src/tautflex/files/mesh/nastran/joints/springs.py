@@ -145,7 +145,9 @@ def _bush(card: Card) -> Array:
     while place < len(words):
         word = words[place]
         if word in ("K", "B"):
-            values = vector(card.fields[place + 1 : place + 7], card.where)
+            if word in words[1:place]:
+                raise MeshError(f"{card.where}: expected {word} once, got it twice; remove one")
+            values = vector(card.fields[place + 1 : place + 7], card.where, largest=1e300)
             found["KB".index(word), : len(values)] = values
             place += 7
         elif word in ("GE", "RCV", "M"):

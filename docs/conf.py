@@ -1,0 +1,90 @@
+"""How Sphinx builds the manual: `make docs` writes it to docs/_build, and every warning is an error."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tools"))
+
+from tautflex import __version__  # noqa: E402 - what runs may stand beside the checkout
+
+project = "tautflex"
+author = "tautflex contributors"
+copyright = author
+version = release = __version__
+
+extensions = [
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "myst_nb",
+    "sphinx_gallery.gen_gallery",
+    "manual.api",
+    "manual.commands",
+    "manual.equations",
+    "manual.links",
+    "manual.variables",
+]
+exclude_patterns = [
+    "_build",
+    "generated/variables.md",
+    "generated/gallery/*.ipynb",
+    "generated/gallery/*.py",
+    "generated/gallery/*.json",
+]
+
+# Pages: Markdown, with cells that run where a page asks for it.
+myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence"]
+myst_heading_anchors = 4
+nb_execution_mode = "cache"
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_merge_streams = True
+os.environ.setdefault("PYDEVD_DISABLE_FILE_VALIDATION", "1")  # the kernel's debugger would warn on the pages
+
+# Public names, from their docstrings.
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
+autodoc_member_order = "bysource"
+autosummary_generate = False  # `manual.api` writes the pages
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+
+# Examples: each is run, and shows its figures.
+sphinx_gallery_conf = {
+    "examples_dirs": [str(ROOT / "examples" / "gallery")],
+    "gallery_dirs": ["generated/gallery"],
+    "filename_pattern": r"\.py$",
+    "image_scrapers": "manual.pictures.figures",
+    "within_subsection_order": "FileNameSortKey",
+    "reset_modules": (),  # figures carry their own style, and compiled code shall stay loaded
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "show_signature": False,
+    "remove_config_comments": True,
+    "plot_gallery": "True",
+    "min_reported_time": 1e9,
+    "write_computation_times": False,
+    "copyfile_regex": r".*\.inp",
+}
+
+html_math_renderer = "mathml"
+html_theme = "pydata_sphinx_theme"
+html_title = f"tautflex {release}"
+html_static_path = ["_static"]
+html_css_files = ["tautflex.css"]
+html_show_sourcelink = False
+html_copy_source = False
+html_theme_options = {
+    "show_prev_next": True,
+    "navigation_with_keys": False,
+    "header_links_before_dropdown": 6,
+    "navbar_end": ["theme-switcher"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "secondary_sidebar_items": ["page-toc"],
+}
