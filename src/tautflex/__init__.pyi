@@ -110,6 +110,7 @@ from .mechanics.loads.effects.piezo_film import PiezoFilm as PiezoFilm
 from .mechanics.loads.effects.piezo_pair import PiezoPair as PiezoPair
 from .mechanics.loads.effects.solar_pressure import SolarPressure as SolarPressure
 from .mechanics.loads.effects.stay_cable import StayCable as StayCable
+from .mechanics.loads.effects.support_motion import SupportMotion as SupportMotion
 from .mechanics.loads.effects.temperature.cables import CableTemperature as CableTemperature
 from .mechanics.loads.effects.temperature.frame import FrameTemperature as FrameTemperature
 from .mechanics.loads.effects.temperature.membrane import MembraneTemperature as MembraneTemperature

@@ -12,6 +12,7 @@ from regression import mesh_files
 from tautflex import CaseError, InputError
 from tautflex.case import parse_case, template
 from tautflex.case.build import build_inputs
+from tautflex.case.loop import build_sensors
 from tautflex.cli import main
 
 M2_TEMPLATE = template("m2-nearest-node")
@@ -224,6 +225,21 @@ force = [0.0, 0.0, 1e-3]
     pull, push = build_inputs(parse_case(case), state)
     assert sorted(pull.cables) == np.flatnonzero(along).tolist()
     assert sorted(push.nodes) == np.unique(state.model.cables[~along]).tolist()
+    sensors = """
+[sensors.load]
+kind = "cable-tension"
+group = "pid2"
+[sensors.ends]
+kind = "displacement"
+group = "pid3"
+"""
+    told = build_sensors(parse_case(case + sensors), state, None)
+    assert sorted(told["load"].cables) == sorted(pull.cables)
+    assert told["ends"].points == tuple(map(tuple, state.model.nodes[sorted(push.nodes)].tolist()))
+    with pytest.raises(CaseError, match="points: missing, kind = 'displacement' expects points or group"):
+        parse_case(case + '[sensors.ends]\nkind = "displacement"\n')
+    with pytest.raises(CaseError, match="group: expected no value beside points"):
+        parse_case(case + '[sensors.ends]\nkind = "displacement"\npoints = [0, 0]\ngroup = "pid3"\n')
     for change, words in (
         ('group = "pid9"', "group: expected a group of the mesh file with cables .pid2, pid3., got 'pid9'"),
         ('group = "pid1"', "group: expected a group of the mesh file with cables"),

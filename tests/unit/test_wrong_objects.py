@@ -367,6 +367,16 @@ def doors(t):
         ),
         "Stop": (tf.Stop, fixed),
         "Support": (tf.Support, {"nodes": (0, 1), "directions": ("x",)}),
+        "SupportMotion": (
+            bound(tf.SupportMotion),
+            {
+                "nodes": state.model.supports[0].nodes[:1],
+                "direction": (0.0, 0.0, 1.0),
+                "motion": 1.0,
+                "quantity": "acceleration",
+                "breaks": (),
+            },
+        ),
         "Tabulated": (
             tf.Tabulated,
             {

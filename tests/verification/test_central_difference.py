@@ -22,7 +22,7 @@ from tautflex import (
     solve_prestress,
 )
 from tautflex.solvers.transient.equation import EquationOfMotion
-from tautflex.solvers.transient.stability import largest_eigenvalue
+from tautflex.solvers.transient.methods.largest_eigenvalue import largest_eigenvalue
 from tautflex.solvers.transient.status import Status
 from verification.dynamic_cases import TINY_VELOCITY, small_antenna, soft_film, string, two_term_root
 

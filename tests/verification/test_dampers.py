@@ -37,7 +37,8 @@ def oscillators(**given: Any) -> tf.PrestressedState:
     return tf.solve_prestress(model)
 
 
-def test_ratios_and_decay_of_two_masses(verification_row: Any) -> None:
+@pytest.mark.parametrize("method", [tf.Newmark(), tf.CentralDifference()])
+def test_ratios_and_decay_of_two_masses(method: Any, verification_row: Any) -> None:
     """c between both damps the motion against each other by c/sqrt(k m), that along each other not at all."""
     damper, mass, stiffness = 1.5, 2.0, 50.0
     found = oscillators(dampers=[Damper((0, 1), (0.0, 0.0, damper))])
@@ -45,7 +46,7 @@ def test_ratios_and_decay_of_two_masses(verification_row: Any) -> None:
     ratio = damper / np.sqrt(stiffness * mass)
     assert np.sort(modes[1].damping_ratios) == pytest.approx([0.0, ratio], abs=1e-7)
     thrown = np.array([[0.0, 0.0, 0.05], [0.0, 0.0, -0.05]])
-    given = {"time_step": 2e-3, "end_time": 1.0, "probes": {"A": (0.5, 0.0)}, "method": tf.Newmark()}
+    given = {"time_step": 2e-3, "end_time": 1.0, "probes": {"A": (0.5, 0.0)}, "method": method}
     run = tf.simulate(found, initial_velocity=thrown, **given)
     natural = np.sqrt(stiffness / mass)
     own, time = natural * np.sqrt(1.0 - ratio**2), run.data.time.values

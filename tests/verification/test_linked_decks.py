@@ -109,6 +109,11 @@ DAMPERS = {
         "PVISC,5,.3\nCVISC,80,5,11,50\n",
     ),
     "DASHPOT1": (".inp", "*Element, type=DASHPOT1, elset=s\n80, 11\n*Dashpot, elset=s\n2\n.3\n"),
+    "DASHPOT2": (
+        ".inp",
+        "*Node\n50, 1., .5, 0.\n51, 1.2, .5, 0.\n*Element, type=B31\n70, 50, 51\n*Boundary\n50, 1, 6\n"
+        "*Element, type=DASHPOT2, elset=s\n80, 11, 50\n*Dashpot, elset=s\n2, 2\n.3\n",
+    ),
     "DASHPOTA": (
         ".inp",
         "*Node\n50, 1., .5, 0.\n51, 1.2, .5, 0.\n*Element, type=B31\n70, 50, 51\n*Boundary\n50, 1, 6\n"
@@ -172,6 +177,9 @@ def test_units_of_links_and_springs(read):
     assert found == pytest.approx(wanted, rel=1e-9)
     with pytest.raises(MeshError, match="expected unit_mass beside unit_length"):
         read(".bdf", small, unit_length=1e-3)
+    dampers = "PBUSH,5,B,0.,3.-4,0.,0.,0.,2.+3\nCBUSH,80,5,11,,,,,0\n"  # t/s, and t mm^2/s
+    mesh = read(".bdf", decks.nastran(decks.HELD + dampers, grids=grids), unit_length=1e-3, unit_mass=1e3)
+    assert sorted(mesh.model(beam=TUBE).dampers[0].values) == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.3, 2.0])
 
 
 def test_payload_on_a_distributing_link(read):

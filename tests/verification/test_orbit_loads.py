@@ -10,6 +10,7 @@ import pytest
 import tautflex as tf
 from tautflex.case import parse_case, template
 from tautflex.structure.mesh import rectangle_mesh
+from verification.builders import FILM_CASE
 from verification.dynamic_cases import small_antenna
 
 STEEL = tf.Material(70e9, 2700.0, 0.3)
@@ -247,3 +248,15 @@ def test_wrong_loads_are_refused(make, words):
     system = tf.solve_prestress(small_antenna()).system
     with pytest.raises(tf.InputError, match=words):
         make(system)
+
+
+def test_a_flat_film_that_only_cools_has_nothing_to_be_warned_of() -> None:
+    """Held edges and one temperature: the tension follows ``E h a dT/(1 - nu)``, and nothing moves but round-off."""
+    case = parse_case(FILM_CASE)
+    state = tf.solve_prestress(tf.build_model(case))
+    shade = tf.MembraneTemperature(change=tf.TimeTable([0.05, 0.2], [0.0, -20.0]), expansion=20e-6)
+    run = tf.simulate(state, inputs=[shade], time_step=5e-3, end_time=0.3, damping=tf.Rayleigh(1.0))
+    wanted = 0.3 + 3.5e9 * 1e-4 * 20e-6 * 20.0 / (1.0 - 0.34)
+    assert float(run.data.min_principal_resultant[-1]) == pytest.approx(wanted, rel=1e-9)
+    assert run.data.attrs["warnings"] == []
+    assert run.error == 0.0

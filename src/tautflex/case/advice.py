@@ -108,7 +108,7 @@ def _about_probes(case: Case, state: PrestressedState, read: Array) -> list[str]
 
 
 def _about_run(case: Case, maneuver: Maneuver) -> Iterator[str]:
-    if case.maneuver.kind == "none" and case.hub is None:
+    if case.maneuver.kind == "none" and case.hub is None and not case.inputs:
         yield "maneuver.kind = 'none': nothing moves the antenna; set kind = 'stop' to excite it"
     fields, solver = case.output.fields, case.solver
     late = [instant for instant in fields if instant > solver.end_time] if isinstance(fields, tuple) else []

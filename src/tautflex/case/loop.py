@@ -48,7 +48,7 @@ def build_sensors(case: Case, state: PrestressedState, hub: FreeHub | None) -> d
     found = dict[str, Sensor]()
     for name, given in case.sensors.items():
         with within(f"sensors.{name}"):
-            found[name] = given.build()
+            found[name] = given.placed(state.model)
             found[name].prepare(state, hub)
     return found
 

@@ -122,6 +122,7 @@ INPUTS = Registry(
         "cable-temperature": "mechanics.loads.effects.temperature.cables:CableTemperature",
         "frame-temperature": "mechanics.loads.effects.temperature.frame:FrameTemperature",
         "solar-pressure": "mechanics.loads.effects.solar_pressure:SolarPressure",
+        "support-motion": "mechanics.loads.effects.support_motion:SupportMotion",
         "piezo-film": "mechanics.loads.effects.piezo_film:PiezoFilm",
         "piezo-pair": "mechanics.loads.effects.piezo_pair:PiezoPair",
     },

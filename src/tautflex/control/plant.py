@@ -29,7 +29,7 @@ from tautflex.control.sensors.sensor import SensedMotion, Sensor, checked_sensor
 from tautflex.control.signals import Channel
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.loads.inputs import TimeInput, require_equipped
+from tautflex.mechanics.loads.inputs import TimeInput, require_equipped, require_still
 from tautflex.mechanics.loads.prepared import LinearInput
 from tautflex.motion.attitude import attitude
 from tautflex.motion.hub import FreeHub
@@ -152,7 +152,7 @@ class Plant:
         self.interval, self._steps = checks.positive("interval", interval), steps_of(interval, time_step)
         known = (Method, CentralDifference, type(None)) if reduced else (Method, type(None))
         checks.instance("method", method, known, "an implicit method such as GeneralizedAlpha()")
-        given = checks.several("inputs", inputs, TimeInput, "NodalForce(...)")
+        given = require_still("in a plant", checks.several("inputs", inputs, TimeInput, "NodalForce(...)"))
         effects = [*given, *(each.effect for each in self.actuators.values() if isinstance(each, Actuator))]
         self.state_of = bare if reduced else equip(bare, effects)
         for each in effects if reduced else ():

@@ -32,6 +32,8 @@ class FilmSurface:
     ----------
     model
         The structure.
+    expansion
+        All its unknowns from the free ones, shape (dof, size); None is the model's.
 
     Attributes
     ----------
@@ -47,7 +49,7 @@ class FilmSurface:
         What `measure_surface` reads.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, expansion: csr_array | None = None) -> None:
         nodes = np.unique(np.concatenate([np.zeros(0, int), *(group.connectivity.ravel() for group in model.surfaces)]))
         self.weights = _area_products(model, nodes)
         positions, own = model.nodes[nodes], self.weights.sum(axis=1)
@@ -57,7 +59,7 @@ class FilmSurface:
         self.plane = np.column_stack([np.ones(len(nodes)), from_centre @ axes[0], from_centre @ axes[1]])
         weighed = self.weights @ self.plane
         self.fit = np.linalg.solve(self.plane.T @ weighed, weighed.T).T if len(nodes) else weighed
-        self.look = _seen_across(model, nodes, axes[2])
+        self.look = _seen_across(model, nodes, axes[2], model.expansion if expansion is None else expansion)
         self.parts = (*_rows(self.look), *_rows(self.weights), self.plane, self.fit, self.area)
 
     def measure(self, q: Array, found: Array) -> None:
@@ -124,12 +126,12 @@ def _axes(second_moment: Array) -> Array:
     return np.array([first, np.cross(normal, first), normal])
 
 
-def _seen_across(model: Model, nodes: Indices, normal: Array) -> csr_array:
+def _seen_across(model: Model, nodes: Indices, normal: Array, expansion: csr_array) -> csr_array:
     """Displacement of nodes along a direction, from free unknowns, shape (node, size)."""
     row, axis = np.nonzero(np.broadcast_to(normal != 0.0, (len(nodes), 3)))
     shape = (len(nodes), model.dof_count)
     across = csr_array((normal[axis], (row, model.translation_dofs[nodes][row, axis])), shape=shape)
-    result = csr_array(across @ model.expansion)
+    result = csr_array(across @ expansion)
     result.sort_indices()
     return result
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, csr_array, hstack
 
 from tautflex import checks
 from tautflex.elements import ElementBlock, element_blocks
@@ -33,7 +33,8 @@ class StructuralSystem:
     What calls them over and over (a run, an iteration) takes a `workspace` of its own instead. ``blocks`` and
     ``initial_stress``, the stresses at zero unknowns, shapes (row, strain), follow ``model.element_groups``, springs
     behind them; ``pattern`` holds all square operators on the free unknowns, ``upper_slots`` the rows' places in its
-    upper triangle, by block. Vectors of free unknowns have shape (size,) in the order of ``model.free_dofs``.
+    upper triangle, by block. Vectors of free unknowns have shape (size,) in the order of ``model.free_dofs``; held ones
+    that somebody moves, ``moved``, stand behind these as if they were free (`with_moved`).
     """
 
     model: Model
@@ -41,6 +42,7 @@ class StructuralSystem:
     initial_stress: tuple[Array, ...]
     pattern: SparsityPattern
     upper_slots: list[Places]
+    moved: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def __repr__(self) -> str:
         return f"StructuralSystem({self.size} unknowns, {len(self.blocks)} groups of elements)"
@@ -62,15 +64,33 @@ class StructuralSystem:
         """Same structure with other initial stresses (and, if given, blocks of the same shape); the rest is shared."""
         return replace(self, initial_stress=tuple(initial_stress), blocks=blocks or self.blocks)
 
+    def with_moved(self, dofs: Indices) -> StructuralSystem:
+        """Same structure with some held unknowns of the model, shape (n,), behind the free ones."""
+        size = len(self.model.free_dofs) + len(dofs)
+        places = [_place(self.model, dofs)[block.dofs] for block in self.blocks]
+        bodies = [_place(self.model, dofs)[body.dofs] for body in self._bodies]
+        pattern = SparsityPattern.from_elements(size, [*places, *bodies])
+        slots = [pattern.upper_slots(block.rows_of(own)) for block, own in zip(self.blocks, places, strict=True)]
+        return replace(self, pattern=pattern, upper_slots=slots, moved=dofs)
+
     @property
     def size(self) -> int:
         """Number of free unknowns."""
         return self.pattern.size
 
-    @property
+    @cached_property
     def place(self) -> Indices:
         """Free unknown of every unknown of the model, ``size`` where it is held or linked, shape (dof + 1,)."""
-        return self.model.free_places
+        return _place(self.model, self.moved)
+
+    @cached_property
+    def expansion(self) -> csr_array:
+        """All unknowns of the model from the free ones, shape (dof, size)."""
+        if not self.moved.size:
+            return self.model.expansion
+        result = csr_array(hstack([self.model.expansion, self.model.constraints.matrix[:-1][:, self.moved]]))
+        result.sort_indices()
+        return result
 
     @cached_property
     def row_places(self) -> list[Indices]:
@@ -80,7 +100,7 @@ class StructuralSystem:
     @cached_property
     def surface(self) -> FilmSurface:
         """The film as a reflecting surface."""
-        return FilmSurface(self.model)
+        return FilmSurface(self.model, self.expansion)
 
     @cached_property
     def inertia(self) -> InertiaOperator:
@@ -179,6 +199,8 @@ class StructuralSystem:
 
     def full(self, q: Array) -> Array:
         """All unknowns of the model from the free ones, shape (..., dof)."""
+        if self.moved.size:
+            return np.asarray(self.expansion @ q.reshape(-1, self.size).T).T.reshape(*q.shape[:-1], -1)
         result = np.zeros((*q.shape[:-1], self.model.dof_count))
         result[..., self.model.free_dofs] = q
         if self.model.links:
@@ -207,6 +229,16 @@ class StructuralSystem:
         every = list(stress)
         found = [every[index] for index in self.block_index(kind)]
         return np.concatenate(found) if found else np.zeros((0, 1))
+
+
+def _place(model: Model, moved: Indices) -> Indices:
+    """`StructuralSystem.place` with moved unknowns behind the free ones."""
+    if not moved.size:
+        return model.free_places
+    count = len(model.free_dofs)
+    places = np.where(model.free_places == count, count + len(moved), model.free_places)
+    places[moved] = count + np.arange(len(moved))
+    return places
 
 
 class HasSystem(Protocol):

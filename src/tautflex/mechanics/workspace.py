@@ -22,7 +22,8 @@ class Workspace:
 
     It owns what changes in a run: a copy of the store's values with changes of the initial stresses, and the stresses
     of the last evaluation, in ``stresses`` as compiled code fills them, one block after the other, and in
-    ``stress_rows`` by block, shapes (strain, element). The rest is shared.
+    ``stress_rows`` by block, shapes (strain, element). ``held`` is where those unknowns are that are held and
+    moved, whose places in the store lie between the free ones and that of all others. The rest is shared.
     """
 
     def __init__(
@@ -31,6 +32,7 @@ class Workspace:
         initial_stress: tuple[Array, ...],
         pattern: SparsityPattern,
         upper_slots: list[Places],
+        moved: int = 0,
     ) -> None:
         slots, terms, values, table = store
         self.store: tuple[NDArray[Any], ...] = (slots, terms, values.copy(), table)
@@ -42,7 +44,8 @@ class Workspace:
             self.stresses[first:last].reshape(now.shape)
             for first, last, now in zip(ends[:-1], ends[1:], self._current_stress, strict=True)
         ]
-        self._extended = np.zeros(pattern.size + 1)
+        self.held = np.zeros(moved)
+        self._extended = np.zeros(pattern.size + moved + 1)
         self._changed: set[int] = set()
 
     @property
@@ -64,8 +67,8 @@ class Workspace:
         self._changed = set(change)
 
     def _extend(self, q: Array) -> Array:
-        """Free unknowns with the zero of all supported ones behind them (a reused buffer)."""
-        self._extended[:-1] = q
+        """Free unknowns with those that are moved and the zero of all supported ones behind them (a reused buffer)."""
+        self._extended[: q.size], self._extended[q.size : -1] = q, self.held
         return self._extended
 
     def force(self, q: Array) -> tuple[Array, float]:
@@ -75,7 +78,7 @@ class Workspace:
         """
         force = np.zeros(len(self._extended))
         energy = add_forces(self.store, self._extend(q), force, self.stresses, True, True, False)
-        return force[:-1], energy
+        return force[: q.size], energy
 
     def added_force(self, q: Array, change: dict[int, Array]) -> Array:
         """What a change of initial stresses, which then stands, adds to the internal force, shape (size,)."""
@@ -92,17 +95,17 @@ class Workspace:
         """Sum of the sizes of the elements' forces on each unknown [N, N m], shape (size,)."""
         sizes = np.zeros(len(self._extended))
         add_forces(self.store, self._extend(q), sizes, self.stresses, True, False, True)
-        return sizes[:-1]
+        return sizes[: q.size]
 
     def average_force(self, start: Array, end: Array) -> Array:
         """Internal force [N, N m] of the average stress between two states, shape (size,).
 
         Its work on ``end - start`` is the change of the strain energy [theory.md 8].
         """
-        before, after = np.append(start, 0.0), np.append(end, 0.0)
+        before, after = (np.concatenate([each, self.held, [0.0]]) for each in (start, end))
         force = np.zeros(len(self._extended))
         add_average_forces(self.store, before, after, force)
-        return force[:-1]
+        return force[: start.size]
 
     def upper_tangent(self, q: Array, start: Array = _NONE, blocks: Iterable[int] | None = None) -> Array:
         """Upper triangle of the tangent stiffness [N/m ...] at free unknowns ``q``, shape (upper entries,).
@@ -111,7 +114,7 @@ class Workspace:
         numbers of those that count; None is all.
         """
         if start.size:
-            start = np.append(start, 0.0)
+            start = np.concatenate([start, self.held, [0.0]])
         extended, values = self._extend(q), np.zeros(len(self._pattern.upper[0]) + 1)
         for block in range(len(self._slots)) if blocks is None else blocks:
             add_tangent(self.store, block, extended, start, self._slots[block], values)

@@ -53,11 +53,13 @@ def stresses_over_time(structure: Structure, times: Array, frames: Array) -> tup
     system, model = state.system, state.model
     if inputs is None:
         raise TautflexError("actuators change the stress, by amounts that the record does not tell")
-    given, workspace, full = InputSet(system, inputs), system.workspace(), np.zeros(model.dof_count)
+    given, full = InputSet(system, inputs), np.zeros(model.dof_count)
+    system = given.whole
+    workspace, unknowns = system.workspace(), np.concatenate([model.free_dofs, system.moved])
     survey, tension, states = StressSurvey(system, workspace), list[Array](), list[NDArray[np.int8]]()
     for time, frame in zip(times, frames, strict=True):
         full[model.translation_dofs] = frame
-        q = full[model.free_dofs]
+        q = full[unknowns]
         if np.abs(system.translations(q) - frame).max(initial=0.0) > _SAME * np.abs(frames).max(initial=0.0):
             raise TautflexError("nodes follow links that turn, which the record does not tell")
         if given:

@@ -22,7 +22,7 @@ import numpy as np
 
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
-from tautflex.mechanics.loads.inputs import InputSet, earlier
+from tautflex.mechanics.loads.inputs import InputSet, earlier, require_still
 from tautflex.mechanics.loads.prepared import LinearInput, PreparedInput, StressChange
 from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.numeric import Array
@@ -42,6 +42,7 @@ _MISSED = 0.05
 
 def require_linear(inputs: InputSet) -> None:
     """Raise UnsupportedError for an input that is not linear in a few numbers."""
+    require_still("on a reduced model", inputs.given)
     for name, item in inputs.named:
         if not isinstance(item, StressChange) and type(item).stress is not PreparedInput.stress:
             raise UnsupportedError(

@@ -11,7 +11,7 @@ from tautflex.case.messages import problem
 from tautflex.case.options import Built, Chosen, section_of, within
 from tautflex.case.registry import ACTUATORS, CONTROLLERS, SENSORS, TASKS
 from tautflex.case.section import Positive, Section, Vector, key
-from tautflex.case.sections.inputs import Placed
+from tautflex.case.sections.inputs import ChosenPoints, Placed
 from tautflex.control.actuators.drive import Drive
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import Effect
@@ -71,10 +71,16 @@ class Actuator(section_of(Drive), Placed):  # type: ignore[misc] # beside the ke
         return Driven(effect=made, **self._driven())
 
 
-class Sensor(Chosen):
+class Sensor(Placed):
     """What the controller is told."""
 
     registry = SENSORS
+
+    @classmethod
+    def parts_for(cls, kind: str, target: type) -> tuple[type[Chosen], ...]:
+        """Points and cables may be chosen by names of a mesh file."""
+        own = super().parts_for(kind, target)
+        return (ChosenPoints, *own) if "points" in {field.name for field in dataclasses.fields(target)} else own
 
 
 class Controller(Chosen):

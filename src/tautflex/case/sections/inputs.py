@@ -116,6 +116,39 @@ class _Cables(Chosen):
         return self.build(cables=_cables_of_side(model, self.side))
 
 
+class ChosenPoints(Chosen):
+    """Points by place, or by the nodes that stand there."""
+
+    optional_keys: ClassVar[tuple[str, ...]] = ("points",)
+    group: str | None = key(
+        "group of the mesh file whose nodes are the points, those of its elements too", "tips", None
+    )
+
+    def check_values(self) -> None:
+        """Raise CaseError unless the points are said in one way and the class takes the values."""
+        if self.points is not None and self.group is not None:
+            raise CaseError(f"group: expected no value beside points, got {show(self.group)}; keep one of the two")
+        if self.points is None and self.group is None:
+            text = f"points: missing, {self.choice()} expects points or group"
+            raise CaseError(f"{text}; add for example points = [[0.5, 0.2]]")
+        if self.group is None:
+            super().check_values()
+
+    def placed(self, model: Model) -> Any:
+        """Make it for a model."""
+        if self.group is None:
+            return self.build()
+        nodes = _nodes_of_group(model, self.group)
+        for node in nodes:
+            first = int(np.linalg.norm(model.nodes - model.nodes[node], axis=1).argmin())
+            if first != node:
+                raise CaseError(
+                    f"group: expected nodes that stand alone where they are, got {show(self.group)}, whose node {node} "
+                    f"shares its place with node {first}; name another group, or place points"
+                )
+        return self.build(points=tuple(map(tuple, model.nodes[list(nodes)].tolist())))
+
+
 def nearest_node(model: Model, point: Array) -> int:
     """Node nearest to a point (x, y) of the plane z = 0, or (x, y, z)."""
     place = np.zeros(3)

@@ -17,8 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tautflex import checks
-from tautflex.errors import InputError
-from tautflex.mechanics.loads.prepared import FollowerForce, LinearInput, PatternLoad, PreparedInput, StressChange
+from tautflex.errors import InputError, UnsupportedError
+from tautflex.mechanics.loads.prepared import (
+    FollowerForce,
+    LinearInput,
+    MovedSupport,
+    PatternLoad,
+    PreparedInput,
+    StressChange,
+)
 from tautflex.mechanics.loads.signals import Signal
 from tautflex.mechanics.loads.time_table import TimeTable
 from tautflex.mechanics.system import StructuralSystem
@@ -33,6 +40,7 @@ class TimeInput(ABC):
     """
 
     breaks: tuple[float, ...] = ()
+    moves_supports: ClassVar[bool] = False
 
     @abstractmethod
     def prepare(self, system: StructuralSystem) -> PreparedInput:
@@ -73,6 +81,17 @@ def require_equipped(item: TimeInput, system: StructuralSystem) -> None:
         )
 
 
+def require_still(plant: str, inputs: Sequence[TimeInput]) -> Sequence[TimeInput]:
+    """Return the inputs, or raise UnsupportedError for supports that move where the plant, in words, knows none."""
+    for item in inputs:
+        if item.moves_supports:
+            raise UnsupportedError(
+                f"inputs: expected supports that stand still {plant}, got {type(item).__name__}; simulate the full "
+                "state without a hub, or hold the structure by a Spring and push it by a NodalForce"
+            )
+    return inputs
+
+
 def earlier(time: float, jump: float) -> float:
     """The time, or the last one before a jump that is not met yet."""
     return min(time, float(np.nextafter(jump, -np.inf)))
@@ -105,6 +124,11 @@ class InputSet:
 
     def __bool__(self) -> bool:
         return bool(self._inputs)
+
+    @property
+    def given(self) -> Sequence[TimeInput]:
+        """Inputs as they were given."""
+        return self._given
 
     @property
     def named(self) -> list[tuple[str, PreparedInput]]:
@@ -166,6 +190,17 @@ class InputSet:
             for name, item in self.named
             if item.idle
         ]
+
+    @property
+    def moved(self) -> list[MovedSupport]:
+        """Supports that move."""
+        return [item for item in self._inputs if isinstance(item, MovedSupport)]
+
+    @property
+    def whole(self) -> StructuralSystem:
+        """The system with the unknowns of supports that move behind the free ones."""
+        dofs = np.unique(np.concatenate([np.zeros(0, np.int64), *(item.dofs for item in self.moved)]))
+        return self.system.with_moved(dofs) if dofs.size else self.system
 
     def changes_stress(self) -> bool:
         """Whether an input acts through the initial stress."""

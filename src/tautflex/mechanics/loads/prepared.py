@@ -6,6 +6,7 @@ linear in a few numbers u, and a stress acts through ``Gᵀ V B(g)ᵀ s u``: a f
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -14,7 +15,7 @@ import numpy as np
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.signals import Held, Signal, check_signal, value_at
-from tautflex.numeric import Array
+from tautflex.numeric import Array, Indices
 
 
 class FollowerForce(Protocol):
@@ -60,6 +61,15 @@ class PreparedInput:
     def turned(self, q: Array) -> float:
         """Angle by which motion turns a direction that the input keeps [rad]."""
         return 0.0
+
+
+@dataclass(frozen=True)
+class MovedSupport(PreparedInput):
+    """Held unknowns of the model that move, shape (n,), by shares, (n,), of a course: s, s' and s'' in time, (3,)."""
+
+    dofs: Indices
+    shares: Array
+    course: Callable[[float], Array]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -22,7 +21,9 @@ from tautflex.numeric import Array
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, INTERNAL, LOAD, NONE, STRESS, Books
+from tautflex.solvers.transient.accuracy.norms import ErrorNorms
 from tautflex.solvers.transient.methods.scheme import Stage, StepScheme
+from tautflex.solvers.transient.moved_supports import MovedSupports
 from tautflex.solvers.transient.state import MotionState, MotionTerms, Resolved, hermite
 from tautflex.solvers.transient.status import Statistics
 from tautflex.solvers.transient.step_kernel import assemble_residual, begin_step, end_of_step, step_residual
@@ -31,7 +32,7 @@ _NONE = np.zeros(0)
 
 
 @dataclass
-class EquationOfMotion:
+class EquationOfMotion(ErrorNorms):
     """Forces of ``M a + P(q, v, t) = 0`` [paper (49)] for one run.
 
     Parameters
@@ -57,10 +58,11 @@ class EquationOfMotion:
 
     def __post_init__(self) -> None:
         self.system = self.state.system
-        self.workspace = self.system.workspace()
         self.inertia = self.system.inertia
         linear = self.state.linear
         matrix = self.damping.of(linear)
+        self.moved = MovedSupports(self.state, matrix, self.inputs) if self.inputs and self.inputs.moved else None
+        self.workspace = self.system.workspace() if self.moved is None else self.moved.workspace
         kinds = linear.by_kind if matrix.kinds else None
         self.products = MassDamping(
             self.system.pattern, self.inertia.mass_entries, self.state.tangent_entries, matrix, kinds
@@ -104,6 +106,8 @@ class EquationOfMotion:
             self._numbers = numbers
         self.input_load, self.followers = self.inputs.load(instant), self.inputs.followers(instant)
         self.workspace.change_initial_stress(self.inputs.stress(instant))
+        if self.moved is not None:
+            self.moved.set_time(instant)
         return True
 
     def force(self, q: Array) -> Array:
@@ -117,9 +121,13 @@ class EquationOfMotion:
         """Force of the inputs at the instant that is set."""
         return sum((item.force(q) for item in self.followers), self.input_load)
 
+    def frame_load(self, terms: MotionTerms) -> Array:
+        """Load of the moving frame, and of moved supports at the instant that is set; left-hand side."""
+        return terms.load if self.moved is None else terms.load + self.moved.load(terms)
+
     def frame_forces(self, q: Array, v: Array, terms: MotionTerms) -> Array:
         """Forces of damping, of the moving frame and of the inputs."""
-        total = terms.load - self.applied(q)
+        total = self.frame_load(terms) - self.applied(q)
         if self.products.damped:
             total += self.products.damping_product(v)
         if terms.velocity.any():
@@ -183,6 +191,13 @@ class EquationOfMotion:
     def _stored(self, q: Array) -> float:
         """The same where inputs change it, else zero."""
         return self.strain_energy(q) if self.restressed else 0.0
+
+    def book_inputs(self, work: Array, at: MotionState, end: MotionState, before: float) -> None:
+        """Add to the work of a step what inputs strain and what dampers take of moved supports."""
+        if self.restressed or self.moved is not None:
+            work[STRESS] += self.restressing_work(at, end, before)
+        if self.moved is not None:
+            self.moved.keep_books(work, at, end)
 
     def restressing_work(self, at: MotionState, end: MotionState, before: float) -> float:
         """What inputs add to the strain energy over a step [J]; its end is then set."""
@@ -252,21 +267,6 @@ class EquationOfMotion:
         """Mass that elastic motion alone moves, times a vector of shape (size,)."""
         return self.products.mass_product(vector)
 
-    def speeds(self, at: MotionState, since: MotionState) -> Array:
-        """Norms ``sqrt(x' M x)`` of the velocities that adaptive steps control each error against."""
-        return np.array([self._norm(at.v)])
-
-    def pushes(self, at: MotionState) -> Array:
-        """The same norms of the accelerations."""
-        return np.array([self._norm(at.a)])
-
-    def errors(self, at: MotionState, end: MotionState, share: float, smoothed: Callable[[Array], Array]) -> Array:
-        """The same norms of ``share`` times the change of the accelerations, less what ``smoothed`` takes out."""
-        return np.array([self._norm(smoothed(share * (end.a - at.a)))])
-
-    def _norm(self, x: Array) -> float:
-        return float(np.sqrt(max(float(x @ (self.inertia.mass_matrix @ x)), 0.0)))
-
     def count(self, *factors: SymmetricFactorization) -> None:
         """Bring the counters of the mass factors and of others into the statistics."""
         every = (self._mass_factor, *factors)
@@ -320,10 +320,10 @@ class StepForces:
     ) -> None:  # fmt: skip
         self.equation, self.numbers, self.at, self.size = equation, numbers, at, size
         self.displacement, self.before = terms.displacement, before
-        self._then, self._input, self._frame = then, equation.input_load, terms.load
+        self._then, self._input, self._frame = then, equation.input_load, equation.frame_load(terms)
         self._scheme = scheme = numbers.scheme
         products, pairs = equation.products, equation.inertia.pairs
-        load = terms.load - equation.input_load if equation.inputs else terms.load
+        load = self._frame - equation.input_load if equation.inputs else self._frame
         self._rows, turning, self.known_norm, self._load_norm, self.stiff_norm = begin_step(
             products.start, products.column, products.mass, products.damping, products.spread, pairs,
             numbers.known, terms.velocity, terms.displacement, load, diagonal, at.q, at.v, at.a,
@@ -344,7 +344,8 @@ class StepForces:
             products.start, products.column, numbers.linear, pairs, turning, scheme.weight,
             equation.state.reference_force, self._rows,
         )  # fmt: skip
-        self._elements: Any = equation.workspace.store, equation.workspace.stresses
+        workspace = equation.workspace
+        self._elements: Any = workspace.store, workspace.stresses, workspace.held
 
     def residual(self, x: Array) -> tuple[Array, float, float, float]:
         """Residual of an increment [N], its norm, the norm of the forces it is measured against, that of inertia."""
@@ -395,6 +396,5 @@ class StepForces:
             forces = (residual - now[INERTIA] - (1.0 - weight) * self._history) / weight
         books = Books(work, rows[4:9], now, instant - self.size)
         end = MotionState(at.time + self.size, q, v, a, forces, jerk, books=books)
-        if equation.restressed:
-            work[STRESS] += equation.restressing_work(at, end, self.before)
+        equation.book_inputs(work, at, end, self.before)
         return end

@@ -13,9 +13,9 @@ from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.remembering import Memory, Remembering
-from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, NONE, STRESS, Books, write_books
+from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, NONE, Books, write_books
 from tautflex.solvers.transient.equation import EquationOfMotion
-from tautflex.solvers.transient.stability import largest_eigenvalue
+from tautflex.solvers.transient.methods.largest_eigenvalue import largest_eigenvalue
 from tautflex.solvers.transient.state import MotionState, MotionTerms
 
 # The limit is estimated anew after so many steps, or as soon as the largest stress has grown by this factor.
@@ -125,8 +125,7 @@ class ExplicitStepper(Remembering):
         a = self._acceleration(force, q, half, at.a, terms, size)
         end = MotionState(at.time + size, q, half + 0.5 * size * a, a, internal=force)
         end.books = self._books(at, end, terms, size)
-        if self.equation.restressed:
-            end.books.work[STRESS] += self.equation.restressing_work(at, end, segment.end)
+        self.equation.book_inputs(end.books.work, at, end, segment.end)
         return end, NewtonOutcome(q, bool(np.isfinite(a).all()), history=[size / self._limit])
 
     def _books(self, at: MotionState, end: MotionState, terms: MotionTerms, size: float) -> Books:
@@ -135,7 +134,9 @@ class ExplicitStepper(Remembering):
         inertia = equation.inertia
         own[INERTIA] = equation.products.mass_product(end.a)
         own[DAMPING] = equation.products.damping_product(end.v)
-        own[FRAME] = terms.load + inertia.apply(terms.velocity, end.v) + inertia.apply(terms.displacement, end.q)
+        own[FRAME] = (
+            equation.frame_load(terms) + inertia.apply(terms.velocity, end.v) + inertia.apply(terms.displacement, end.q)
+        )
         instants = size, size, at.books.late
         work = write_books(
             1.0,

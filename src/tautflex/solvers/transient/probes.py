@@ -88,7 +88,7 @@ def place_probes(system: StructuralSystem, probes: Mapping[str, ArrayLike], read
             rows += [3 * number + axis] * len(nodes)
             columns += model.translation_dofs[nodes, axis].tolist()
             values += weights.tolist()
-    matrix = csr_array((values, (rows, columns)), shape=(3 * len(probes), model.dof_count)) @ model.expansion
+    matrix = csr_array((values, (rows, columns)), shape=(3 * len(probes), model.dof_count)) @ system.expansion
     matrix.sort_indices()
     return ProbeSet(tuple(probes), np.array(positions).reshape(-1, 3), matrix)
 

@@ -16,6 +16,7 @@ from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.dampings.rayleigh import Rayleigh
 from tautflex.mechanics.loads.inputs import TimeInput
+from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver
@@ -283,7 +284,11 @@ class TransientProblem:
     @cached_property
     def placed(self) -> ProbeSet:
         """Probes on the structure."""
-        return place_probes(self.state.system, {} if self.probes is None else self.probes, self.probe_reading)
+        return self.placed_on(self.state.system)
+
+    def placed_on(self, system: StructuralSystem) -> ProbeSet:
+        """Probes on a system of the structure, one with moved supports for example."""
+        return place_probes(system, {} if self.probes is None else self.probes, self.probe_reading)
 
     @cached_property
     def field_steps(self) -> set[int]:

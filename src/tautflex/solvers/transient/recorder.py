@@ -58,14 +58,15 @@ class Samples(NamedTuple):
 def record(parts: Any, q: Array, v: Array, time: float, row: int) -> None:
     """Store a sample in a row of the arrays of a `Recorder`, whose ``parts`` these are."""
     elements, (reference, start, column, mass), probes, surface, (largest, places), stored = parts
-    (store, stresses, table), (first, unknown, weights), (times, numbers, probe, surfaces) = elements, probes, stored
+    (store, stresses, table, held, rate), (first, unknown, weights) = elements, probes
+    times, numbers, probe, surfaces = stored
     size, linear, square = q.size, 0.0, 0.0
-    extended, found = np.empty(size + 1), numbers[row]
+    extended, moving, found = np.zeros(size + held.size + 1), np.empty(size + held.size), numbers[row]
     for i in range(size):
-        extended[i] = q[i]
+        extended[i], moving[i] = q[i], v[i]
         linear += reference[i] * q[i]
         square += q[i] * q[i]
-    extended[size] = 0.0
+    extended[size : size + held.size], moving[size:] = held, rate
     times[row] = time
     found[0] = 0.5 * quadratic_form(start, column, mass, v)
     found[1] = add_forces(store, extended, extended, stresses, False, True, False) - linear
@@ -73,10 +74,10 @@ def record(parts: Any, q: Array, v: Array, time: float, row: int) -> None:
     for k in range(first.size - 1):
         place, speed = 0.0, 0.0
         for entry in range(first[k], first[k + 1]):
-            place += weights[entry] * q[unknown[entry]]
-            speed += weights[entry] * v[unknown[entry]]
+            place += weights[entry] * extended[unknown[entry]]
+            speed += weights[entry] * moving[unknown[entry]]
         probe[row, 0, k], probe[row, 1, k] = place, speed
-    measure_surface(surface, q, surfaces[row])
+    measure_surface(surface, extended, surfaces[row])
     for k, value in ((0, found[1]), (1, square)):
         if value > largest[k, 0]:
             largest[k, 0], largest[k, 1] = value, time
@@ -126,12 +127,14 @@ class Recorder:
         self._frame_time = storage("frame_time", (len(frame_steps),), "f8")
         self._frames = storage("frames", (len(frame_steps), len(model.nodes), 3), "f4")
         self.count = self._field_count = self._frame_count = 0
-        workspace, products = equation.workspace, equation.products
+        workspace, products, moved = equation.workspace, equation.products, equation.moved
+        rate, whole = (workspace.held, equation.system) if moved is None else (moved.rate, moved.system)
+        self._translations = (equation.system if moved is None else moved).translations
         self.parts: Any = (
-            (workspace.store, workspace.stresses, self._survey.table),
+            (workspace.store, workspace.stresses, self._survey.table, workspace.held, rate),
             (equation.state.reference_force, products.start, products.column, products.mass),
             probes.rows,
-            equation.system.surface.parts,
+            whole.surface.parts,
             (self._watch.largest, self._watch.places),
             (self._time, self._numbers, self._probe, self._surface),
         )
@@ -140,6 +143,8 @@ class Recorder:
         """Store one sample, of an instant in this stretch of the maneuver."""
         self._equation.set_time(at.time)
         record(self.parts, at.q, at.v, at.time, self.count)
+        if self._equation.moved is not None:
+            self._numbers[self.count, 0] = self._equation.moved.kinetic_energy(at.v)
         self.stored([self._equation.motion(at, segment)])
 
     def stored(self, motions: Sequence[RigidMotion]) -> None:
@@ -151,14 +156,16 @@ class Recorder:
 
     def store_field(self, step: int, at: MotionState) -> None:
         """Store the whole field, and a frame, if this step was asked for."""
+        if self._equation.moved is not None and step in self._frame_steps | self._field_steps:
+            self._equation.set_time(at.time)
         if step in self._frame_steps:
             row = self._frame_count
-            self._frame_time[row], self._frames[row] = at.time, self._equation.system.translations(at.q)
+            self._frame_time[row], self._frames[row] = at.time, self._translations(at.q)
             self._frame_count += 1
         if step in self._field_steps:
             self._equation.workspace.strain_energy(at.q)  # the stresses on which the states depend
             row = self._field_count
-            self._field_time[row], self._field[row] = at.time, self._equation.system.translations(at.q)
+            self._field_time[row], self._field[row] = at.time, self._translations(at.q)
             self._field_states[row] = self._survey.membrane_states()
             self._field_count += 1
 

@@ -13,7 +13,7 @@ import numpy as np
 from tautflex import checks
 from tautflex.errors import InputError, NotConvergedError
 from tautflex.interrupts import deferred, meet
-from tautflex.mechanics.loads.inputs import InputSet
+from tautflex.mechanics.loads.inputs import InputSet, require_still
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, Maneuver, RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, one_thread, within_arithmetic
@@ -149,6 +149,7 @@ class FullRun:
         kind: type[Recorder] = Recorder
         if isinstance(maneuver, FreeHub):
             check_coupling(problem.coupling)
+            require_still("on a free hub", problem.inputs)
             kind = HubRecorder
             self.equation = HubEquation(*parts, inputs=driven, hub=maneuver, probes=problem.placed)
             # The motion is not known beforehand.
@@ -159,7 +160,9 @@ class FullRun:
             self.said += driven.idle()
         self._stepper = _stepper(problem, self.equation)
         steps = problem.field_steps, problem.frame_steps
-        parts_of_record = self.equation, problem.placed, len(problem.stored_steps), *steps
+        moved = self.equation.moved
+        placed = problem.placed if moved is None else problem.placed_on(moved.system)
+        parts_of_record = self.equation, placed, len(problem.stored_steps), *steps
         self._recorder = kind(*parts_of_record, storage=in_memory if keeper is None else keeper.array)
         self._errors = TimeError(self.equation, self._stepper.resolved) if problem.time_error else None
         watch = None if self._errors is None else self._errors.step

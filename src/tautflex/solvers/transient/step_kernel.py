@@ -84,15 +84,18 @@ def assemble_residual(
 
 @jit
 def step_residual(
-    x: Array, q: Array, store: Any, stresses: Array, start: Indices, column: Places, linear: Array, pairs: Any,
-    turning: Array, weight: float, reference: Array, rows: Array,
+    x: Array, q: Array, store: Any, stresses: Array, held: Array, start: Indices, column: Places, linear: Array,
+    pairs: Any, turning: Array, weight: float, reference: Array, rows: Array,
 ) -> tuple[Array, Array, float, float, float]:  # fmt: skip
-    """Internal force and residual of the increment ``x`` from ``q``, and the norms of `assemble_residual`."""
+    """Internal force and residual of the increment ``x`` from ``q``, and the norms of `assemble_residual`.
+
+    ``held`` is where moved unknowns are.
+    """
     size = x.size
-    extended, force = np.empty(size + 1), np.zeros(size + 1)
+    extended, force = np.zeros(size + held.size + 1), np.zeros(size + held.size + 1)
     for i in range(size):
         extended[i] = q[i] + x[i]
-    extended[size] = 0.0
+    extended[size : size + held.size] = held
     add_forces(store, extended, force, stresses, True, False, False)
     residual, norm, internal, inertia = assemble_residual(
         x, force, start, column, linear, pairs, turning, weight, reference, rows

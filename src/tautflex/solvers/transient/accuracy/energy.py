@@ -92,11 +92,16 @@ def energies_at(
     equation: EquationOfMotion, maneuver: Maneuver | FreeHub, segments: tuple[Segment, ...], at: MotionState
 ) -> Energies:
     """Energies of a state of the full model."""
-    body = equation.body if isinstance(equation, HubEquation) else tuple(Body.of(equation.inertia, None))
+    moved, inertia = equation.moved, equation.inertia if equation.moved is None else equation.moved.system.inertia
+    body = equation.body if isinstance(equation, HubEquation) else tuple(Body.of(inertia, None))
     twist = at.hub.twist if isinstance(at, HubMotion) else frame_twist(maneuver, segments, at.time)
     equation.set_time(at.time)
     elastic, strain = 0.5 * equation.products.mass_norm(at.v), equation.strain_energy(at.q)
-    return Energies(elastic, carried_energy(body, at.q, at.v, twist), strain)
+    if moved is None:
+        return Energies(elastic, carried_energy(body, at.q, at.v, twist), strain)
+    # What supports add is prescribed as the frame's motion is.
+    carried = carried_energy(body, *moved.whole(at.q, at.v), twist) + moved.kinetic_energy(at.v) - elastic
+    return Energies(elastic, carried, strain)
 
 
 def frame_twist(maneuver: Maneuver | FreeHub, segments: tuple[Segment, ...], time: float) -> Array:

@@ -54,7 +54,7 @@ def _left(
     start, column, _, _, _, linear, pairs, reference = matrices
     rows, turning, _, load_norm, _ = begun
     force, residual, norm, internal, inertia = step_residual(
-        x, q, elements[0], elements[1], start, column, linear, pairs, turning, weight, reference, rows
+        x, q, elements[0], elements[1], elements[2], start, column, linear, pairs, turning, weight, reference, rows
     )
     scale = max(internal, load_norm)
     measured = max(scale, lost + limits[2] * (inertia + 0.02 * limits[3]), floor)

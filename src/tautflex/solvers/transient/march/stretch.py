@@ -54,7 +54,7 @@ class March:
             products.start, products.column, products.mass, products.damping, products.spread, self._numbers.linear,
             equation.inertia.pairs, equation.state.reference_force,
         )  # fmt: skip
-        self._elements: Any = workspace.store, workspace.stresses
+        self._elements: Any = workspace.store, workspace.stresses, workspace.held
         scheme, size = self._numbers.scheme, float(problem.time_step)
         reach, share = scheme.evaluation * size, self._numbers.turning_share
         self._scheme: Any = self._numbers.known, self._numbers.end, scheme.weight, reach, size, share
