@@ -55,18 +55,18 @@ def force_at(arrays, eta):
 
 
 def test_dampers_of_the_structure():
-    """All elements on natural modes: one damper does the same to the hyper-reduced model as to the full one."""
+    """All elements on natural modes, small motion: a damper does the same to the hyper-reduced and to the full model."""
     bare = small_antenna((6, 4))
     node = int(np.linalg.norm(bare.nodes - [0.3, 0.1, 0.0], axis=1).argmin())
     runs = []
-    for dampers in ((), (tf.Damper((node,), (0.0, 0.0, 0.02)),)):
+    for dampers in ((), (tf.Damper((node,), (0.0, 0.0, 0.5)),)):
         state = tf.solve_prestress(replace(bare, dampers=dampers))
         rom = all_elements(state, solve_modes(state, 40).vectors)
         given = {"time_step": 1e-3, "end_time": 0.3, "probes": {"A": (0.3, 0.1)}, "method": tf.Newmark()}
-        runs.append([tf.simulate(plant, STOP, **given).data.w.values[:, 0] for plant in (state, rom)])
+        runs.append([tf.simulate(plant, tf.SpinUp(6e-4, 0.1), **given).data.w.values[:, 0] for plant in (state, rom)])
     scale = np.abs(runs[0][0]).max()
     changes = [damped - free for free, damped in zip(*runs, strict=True)]
-    assert np.abs(changes[0]).max() > 0.1 * scale
+    assert np.abs(changes[0]).max() > 0.05 * scale
     assert changes[1] == pytest.approx(changes[0], abs=0.03 * np.abs(changes[0]).max())
 
 

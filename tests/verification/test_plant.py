@@ -317,7 +317,7 @@ def test_bad_plants_are_told(state):
     for command in ([0.0, 1.0], np.nan, [[0.0]]):
         with pytest.raises(InputError, match="command: expected"):
             made.step(command)
-    with pytest.raises(InputError, match="options: expected 'state', 'maneuver' or 'frames', got 'sate'"):
+    with pytest.raises(InputError, match="options: expected 'state', 'maneuver', 'frames' or 'runs', got 'sate'"):
         made.reset(options={"sate": None})
     assert [(each.name, each.unit) for each in made.inputs] == [("torque", "N m")]
     assert "torque [N m]" in repr(made)

@@ -305,7 +305,7 @@ class Plant:
 
     def cut(self) -> list[Run]:
         """Runs that make up the record so far but for the present one, which begins here if a long one is to end."""
-        if self._intervals and self._intervals % _RESERVED == 0 and self.time > self._at_work.problem.start_time:
+        if self.time > self._at_work.problem.start_time and self._intervals % _RESERVED == 0:
             self._parts.append(self._at_work.result(Status.COMPLETED))
             self._begin(self._parts[-1].final)
         return list(self._parts)

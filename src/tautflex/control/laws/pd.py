@@ -58,6 +58,8 @@ class PD(LinearLaw):
     __repr__ = brief
 
     def __post_init__(self) -> None:
+        for name in ("attitude", "rate", "torque"):
+            checks.instance(name, getattr(self, name), str, "a name, such as 'rate' or 'rate[0]'")
         for name in ("stiffness", "damping", "inertia"):
             checks.non_negative(name, getattr(self, name))
         frequencies = checks.float_array("frequencies", self.frequencies, (None,))

@@ -14,7 +14,7 @@ from tautflex.solvers.remembering import Remembering
 from tautflex.solvers.transient.explicit import ExplicitStepper
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.scheme import Method
-from tautflex.solvers.transient.state import MotionState
+from tautflex.solvers.transient.state import MotionState, Resolved
 
 
 class StagedStepper(Remembering):
@@ -52,6 +52,11 @@ class StagedStepper(Remembering):
     def resolved(self, end: MotionState, error: Array) -> Array:
         """Part of a vector that the last stage resolves, shape (size,)."""
         return self._steppers[self._numbers[-1]].resolved(end, error)
+
+    @property
+    def dulling(self) -> Resolved | None:
+        """That of the last stage, see `Stepper`."""
+        return self._steppers[self._numbers[-1]].dulling
 
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""
@@ -137,7 +142,7 @@ class GridDriver(Remembering):
             return at
         before = self.segment.motion(at.time)
         self._current += 1
-        return self._stepper.equation.jump(at, before, self.segment.motion(at.time), self._stepper.resolved)
+        return self._stepper.equation.jump(at, before, self.segment.motion(at.time), self._stepper.dulling)
 
     def _attempt(self, at: MotionState, size: float) -> MotionState | None:
         """One step of the stepper; None if it fails, as one does whose numbers overflow (see `within_arithmetic`)."""

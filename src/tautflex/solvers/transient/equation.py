@@ -148,31 +148,32 @@ class EquationOfMotion(ErrorNorms):
         forces = self.frame_forces(at.q, at.v, self.motion_terms(motion)) + self.force(at.q)
         return np.append(forces, self.strain_energy(at.q))
 
-    def rebalanced(self, at: MotionState, before: Array, motion: RigidMotion, resolved: Resolved) -> MotionState:
+    def rebalanced(self, at: MotionState, before: Array, motion: RigidMotion, dulling: Resolved | None) -> MotionState:
         """Same position and velocity where `balance` was another before: the acceleration takes up the difference."""
         change = self.balance(at, motion) - before
-        return self._behind_jump(at, change[:-1], self._stored(at.q) - change[-1], resolved) if change.any() else at
+        if not change.any():
+            return at
+        pushed = self.mass_solve(-change[:-1])
+        return self._pushed_by(
+            at, dulling(at, pushed) if dulling and self.restressed else pushed, self._stored(at.q) - change[-1]
+        )
 
-    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion, resolved: Resolved) -> MotionState:
+    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion, dulling: Resolved | None) -> MotionState:
         """Same position and velocity under another rigid motion; the acceleration takes up the jump of the forces.
 
         Only the change is solved for: re-computing the whole acceleration would throw the small imbalance that a
         collocation method leaves in the stiff directions into it.
 
-        Where inputs change stresses only what steps resolve is taken up: a tension that jumps accelerates the film in
-        its plane by ``w^2`` times its static answer, w far beyond the step, and methods ring with that. Slow motion
-        loses ``(w step)^2`` of its jump, which leaves second order as it is.
+        Of stresses that jump only what steps resolve is taken up by methods that overshoot in the rest: a tension that
+        jumps accelerates the film in its plane by ``w^2`` times its static answer, w far beyond the step. The film then
+        feels the jump late, by up to half a step.
         """
         self.set_time(at.time, at.time)
-        old, stored = self._all_forces(at, before), self._stored(at.q)
+        old, stored, inside = self._all_forces(at, before), self._stored(at.q), self.force(at.q).copy()
         self.set_time(at.time)
-        change = self._all_forces(at, after) - old
-        return self._behind_jump(at, change, stored, resolved) if change.any() else at
-
-    def _behind_jump(self, at: MotionState, change: Array, stored: float, resolved: Resolved) -> MotionState:
-        """State whose forces have changed, from one that stored another strain energy [J]."""
-        pushed = self.mass_solve(-change)
-        return self._pushed_by(at, resolved(at, pushed) if self.restressed else pushed, stored)
+        change, pull = self._all_forces(at, after) - old, self.force(at.q) - inside
+        pushed = self._pushed_by(at, self.mass_solve(-change), stored) if change.any() else at
+        return self.settled(pushed, pull, dulling) if dulling and pull.any() else pushed
 
     def _pushed_by(self, at: MotionState, change: Array, stored: float) -> MotionState:
         """State with this change of its acceleration, from one that stored another strain energy [J]."""
@@ -180,7 +181,7 @@ class EquationOfMotion(ErrorNorms):
         return MotionState(at.time, at.q, at.v, at.a + change, forces, books=self.books_behind_jump(at, stored))
 
     def settled(self, at: MotionState, pull: Array, resolved: Resolved) -> MotionState:
-        """A start with what steps resolve of the acceleration by a force of stresses, shape (size,); see `jump`."""
+        """A state with what steps resolve of the acceleration by a force of stresses, shape (size,); see `jump`."""
         pushed = self.mass_solve(-pull)
         return self._pushed_by(at, resolved(at, pushed) - pushed, self._stored(at.q))
 
@@ -204,8 +205,7 @@ class EquationOfMotion(ErrorNorms):
         self.set_time(at.time)
         if not self.set_time(end.time, before):
             return 0.0
-        q = 0.5 * (at.q + end.q)
-        stored = self.strain_energy(q)
+        stored = self.strain_energy(q := 0.5 * (at.q + end.q))
         self.set_time(at.time)
         stored -= self.strain_energy(q)
         self.set_time(end.time, before)

@@ -204,6 +204,8 @@ class ExplicitStepper(Remembering):
             self._factors[key] = factors, update
         return self._factors[key][1]
 
+    dulling = None
+
     def prepare(self, at: MotionState, size: float, segment: Segment) -> None:
         """Nothing: there is no tangent."""
 

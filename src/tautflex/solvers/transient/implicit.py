@@ -17,7 +17,7 @@ from tautflex.solvers.remembering import Memory, Remembering
 from tautflex.solvers.transient.corotation import Corotation
 from tautflex.solvers.transient.equation import EquationOfMotion, StepForces, StepNumbers
 from tautflex.solvers.transient.methods.scheme import Method
-from tautflex.solvers.transient.state import MotionState
+from tautflex.solvers.transient.state import MotionState, Resolved
 from tautflex.solvers.transient.step_kernel import first_guess
 
 # The force scale of a step never falls below this part of the largest one met so far: after the motion has died
@@ -206,6 +206,15 @@ class Stepper(Remembering):
         if not self.factor.ready:
             return error
         return self.solver.solve(self._factor_inertia * self.equation.mobile_mass(end, error))
+
+    @property
+    def dulling(self) -> Resolved | None:
+        """What takes the edge off stresses that jump; None where the method does not overshoot in what it leaves out.
+
+        Forces weighed at both ends of a step, or beyond it, overshoot by ``(w h)^2`` where w is far beyond the step.
+        """
+        schemes = [stage.scheme for stage in self.method.stages(1.0)]
+        return self.resolved if any(one.weight < 1.0 or one.evaluation > 1.0 for one in schemes) else None
 
     def collect_counts(self) -> None:
         """Bring the solvers' counters into the statistics."""

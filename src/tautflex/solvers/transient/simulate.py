@@ -185,10 +185,11 @@ class FullRun:
             self.at, found = begin(equation, problem.maneuver, problem.velocity, problem.initial_imperfection)
             self.said += found
             stress = equation.inputs.stress(self.at.time) if equation.inputs else {}
-            if stress and (pull := equation.workspace.added_force(self.at.q, stress)).any():
+            dulling = self._stepper.dulling
+            if stress and dulling and (pull := equation.workspace.added_force(self.at.q, stress)).any():
                 self._stepper.prepare(self.at, problem.time_step, self._driver.segment)
                 equation.set_time(self.at.time)
-                self.at = equation.settled(self.at, pull, self._stepper.resolved)
+                self.at = equation.settled(self.at, pull, dulling)
         elif not (problem.initial.remembers(problem.memory_of) and self._recall(nested(problem.initial.memory))):
             self.at = self._from_motion(problem.initial)
         if self._first is None:
@@ -222,9 +223,9 @@ class FullRun:
     def renew(self) -> None:
         """Meet a change of inputs that were set anew at the present instant: a jump as at the end of a segment."""
         motion = self._driver.segment.motion(self.at.time)
-        if self.equation.restressed:
+        if self.equation.restressed and self._stepper.dulling:
             self._stepper.prepare(self.at, self.problem.time_step, self._driver.segment)
-        self.at = self.equation.jump(self.at, motion, motion, self._stepper.resolved)
+        self.at = self.equation.jump(self.at, motion, motion, self._stepper.dulling)
 
     def strain_energy(self) -> float:
         """Strain energy of the present state under the inputs of its instant [J]."""
@@ -323,7 +324,7 @@ class FullRun:
         driver.enter(ahead)
         motion = driver.segment.motion(ahead.time)
         if ahead is self.at:
-            self.at = self.equation.rebalanced(ahead, memory["balance"], motion, self._stepper.resolved)
+            self.at = self.equation.rebalanced(ahead, memory["balance"], motion, self._stepper.dulling)
         elif not np.array_equal(self.equation.balance(ahead, motion), memory["balance"]):
             # What was remembered belongs to these steps.
             self._stepper = _stepper(self.problem, self.equation)

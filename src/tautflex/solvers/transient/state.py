@@ -44,6 +44,7 @@ class MotionState:
 
 
 Resolved = Callable[[MotionState, Array], Array]
+"""What steps resolve of a vector, at a state."""
 """What steps resolve of an acceleration, shape (size,), at a state: see `Stepper.resolved`."""
 
 

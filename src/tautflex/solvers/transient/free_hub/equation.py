@@ -136,21 +136,22 @@ class HubEquation(EquationOfMotion):
         parts.wrench[:] = self.wrench(time, rigid, q, v)
         return self._balanced(HubMotion(time, q, v, np.zeros_like(q), rigid=rigid))
 
-    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion, resolved: Resolved) -> MotionState:
+    def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion, dulling: Resolved | None) -> MotionState:
         """Same positions and velocities under another wrench or other inputs; only the change is solved for."""
         assert isinstance(at, HubMotion)
         self.set_time(at.time, at.time)
-        old, stored = self.force(at.q) - self.applied(at.q), self._stored(at.q)
+        inside, applied, stored = self.force(at.q).copy(), self.applied(at.q), self._stored(at.q)
         self.set_time(at.time)
-        change, wrench = self.force(at.q) - self.applied(at.q) - old, self.wrench(at.time, at.rigid, at.q, at.v)
-        push = wrench - at.hub.wrench
+        pull, wrench = self.force(at.q) - inside, self.wrench(at.time, at.rigid, at.q, at.v)
+        change, push = pull - (self.applied(at.q) - applied), wrench - at.hub.wrench
         if not (change.any() or push.any()):
             return at
         mass, coupling = self._mobilize(at.q)
         push = self.hub.freedom * push
         moved = self._mobile.solve(-change - coupling.T @ np.linalg.solve(mass, push))
         rates = np.asarray(np.linalg.solve(mass, push - coupling @ moved), dtype=np.float64)
-        return self._behind(at, wrench, moved, rates, stored, resolved)
+        pushed = self._shifted(at, wrench, moved, rates, stored)
+        return self.settled(pushed, pull, dulling) if dulling and pull.any() else pushed
 
     def _given(self) -> Array:
         """The hub with its given attitude and velocities, shape (31,)."""
@@ -168,14 +169,16 @@ class HubEquation(EquationOfMotion):
         new = self._pushed(at)
         return np.concatenate([new.a, new.hub.rates, new.hub.wrench, [self.strain_energy(at.q)]])
 
-    def rebalanced(self, at: MotionState, before: Array, motion: RigidMotion, resolved: Resolved) -> MotionState:
+    def rebalanced(self, at: MotionState, before: Array, motion: RigidMotion, dulling: Resolved | None) -> MotionState:
         """Same positions and velocities where `balance` was another before."""
         assert isinstance(at, HubMotion)
         change = self.balance(at, motion) - before
         if not change.any():
             return at
-        stored = self._stored(at.q) - change[-1]
-        return self._behind(at, self._pushed(at).hub.wrench, change[:-13], change[-13:-7], stored, resolved)
+        moved, rates = change[:-13], change[-13:-7]
+        if dulling and self.restressed:
+            moved, rates = self._resolved(at, moved, rates, dulling)
+        return self._shifted(at, self._pushed(at).hub.wrench, moved, rates, self._stored(at.q) - change[-1])
 
     def _pushed(self, at: HubMotion) -> HubMotion:
         """The state with the wrench and the accelerations of the instant that is set."""
@@ -183,16 +186,8 @@ class HubEquation(EquationOfMotion):
         rigid_parts(rigid).wrench[:] = self.wrench(at.time, rigid, at.q, at.v)
         return self._balanced(replace(at, rigid=rigid))
 
-    def _behind(
-        self, at: HubMotion, wrench: Array, change: Array, rates: Array, stored: float, resolved: Resolved
-    ) -> HubMotion:
-        """State under a new wrench with these changes of accelerations, from one that stored another energy [J]."""
-        if self.restressed:
-            change, rates = self._resolved(at, change, rates, resolved)
-        return self._shifted(at, wrench, change, rates, stored)
-
     def settled(self, at: MotionState, pull: Array, resolved: Resolved) -> MotionState:
-        """A start with what steps resolve of the acceleration by a force of stresses, shape (size,); see `jump`."""
+        """A state with what steps resolve of the acceleration by a force of stresses, shape (size,); see `jump`."""
         assert isinstance(at, HubMotion)
         pushed = self._mobile.solve(-pull)
         change, rates = self._resolved(at, pushed, np.zeros(6), resolved)
