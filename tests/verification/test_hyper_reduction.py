@@ -55,7 +55,7 @@ def force_at(arrays, eta):
 
 
 def test_dampers_of_the_structure():
-    """All elements on natural modes, small motion: a damper does the same to the hyper-reduced and to the full model."""
+    """All elements on natural modes, small motion: a damper does the same to the hyper-reduced as to the full model."""
     bare = small_antenna((6, 4))
     node = int(np.linalg.norm(bare.nodes - [0.3, 0.1, 0.0], axis=1).argmin())
     runs = []
