@@ -190,6 +190,29 @@ def test_cable_ends_anywhere_on_an_edge() -> None:
         tf.Model.from_mesh(nodes, triangles=triangles, membrane=FILM, links=[Attachment([9, 10])])
 
 
+def test_cables_that_end_between_the_nodes_of_a_film_pull_it_whole() -> None:
+    """Across every column of cells the film carries the pull of the cables that end on its edge."""
+    nodes, triangles = sheet((8, 8), 0.0, 1.0)
+    ends = np.array([[1.0, y, 0.0] for y in (0.17, 0.4, 0.61, 0.83)])
+    places = len(nodes) + np.arange(4)
+    nodes = np.concatenate([nodes, ends, ends + [0.5, 0.0, 0.0]])
+    model = tf.Model.from_mesh(
+        nodes,
+        triangles=triangles,
+        membrane=FILM,
+        membrane_stress=(8e4, 0.0, 0.0),
+        cables=np.column_stack([places, places + 4]),
+        cable=tf.CableSection(tf.Material(1.3e11, 1440.0, 0.3), 1e-6),
+        cable_tension=2.0,
+        supports=[Support.pinned([*range(9), *(places + 4)])],
+        links=[Attachment(places.tolist())],
+    )
+    state = tf.solve_prestress(model, check=False)  # unpulled corners of the edge are pressed
+    stress, column = state.membrane_stress[:, 0], (8 * nodes[triangles].mean(axis=1)[:, 0]).astype(int)
+    for k in range(8):
+        assert 1e-4 * stress[column == k].mean() == pytest.approx(8.0, rel=1e-9)
+
+
 def lifted(state: tf.PrestressedState, node: int, force: float) -> np.ndarray:
     """Deflections of all nodes under a force on one."""
     forces = np.zeros((len(state.model.nodes), 3))
