@@ -195,7 +195,7 @@ def test_cables_that_end_between_the_nodes_of_a_film_pull_it_whole() -> None:
     nodes, triangles = sheet((8, 8), 0.0, 1.0)
     ends = np.array([[1.0, y, 0.0] for y in (0.17, 0.4, 0.61, 0.83)])
     places = len(nodes) + np.arange(4)
-    nodes = np.concatenate([nodes, ends, ends + [0.5, 0.0, 0.0]])
+    nodes = np.concatenate([nodes, ends, ends + np.array([0.5, 0.0, 0.0])])
     model = tf.Model.from_mesh(
         nodes,
         triangles=triangles,
