@@ -2,22 +2,9 @@
 
 from __future__ import annotations
 
-from functools import partial
-
-from tautflex.cli.cards import show_run
-from tautflex.cli.figures import FORMATS, Formats, run_figures
-from tautflex.cli.options import (
-    Answer,
-    CaseFile,
-    Force,
-    Overrides,
-    ResultFolder,
-    about,
-    command,
-    load,
-)
-from tautflex.cli.runs.run import ENDED, Resume, Seconds, default_directory, ended, progress_bar
-from tautflex.files.transaction import result_folder
+from tautflex.cli.figures import Formats
+from tautflex.cli.options import Answer, CaseFile, Force, Overrides, ResultFolder, command, load
+from tautflex.cli.runs.run import Resume, Seconds, performed
 
 
 @command
@@ -41,22 +28,7 @@ def control(
 
     Example: tautflex control slew.toml -o slew --set controller.damping=60
     """
-    loaded = load(case, override)
-    directory = output if output is not None else default_directory(case)
-    earlier = ended(loaded, case, directory, force=force, resume=resume, checkpoint=checkpoint)
-    if earlier is not None:
-        return earlier
-
     from tautflex.case.loop import write_case_loop
 
-    with result_folder(directory), about(case), progress_bar() as progress:
-        summary = write_case_loop(
-            loaded,
-            directory,
-            progress,
-            figures=partial(run_figures, formats=form or FORMATS),
-            title=case.stem,
-            seconds=checkpoint,
-            resume=resume,
-        )
-    return Answer(summary, partial(show_run, case, summary), ENDED[summary["status"]])
+    loaded = load(case, override)
+    return performed(case, loaded, write_case_loop, output, form, force=force, resume=resume, checkpoint=checkpoint)

@@ -60,16 +60,30 @@ def run(
 
     Example: tautflex run m2.toml -o m2 --set damping.alpha=0.01 --set solver.end_time=5
     """
-    loaded = load(case, override)
-    directory = output if output is not None else default_directory(case)
-    earlier = ended(loaded, case, directory, force=force, resume=resume, checkpoint=checkpoint)
-    if earlier is not None:
-        return earlier
-
     from tautflex.case.run import write_case_run
 
+    loaded = load(case, override)
+    return performed(case, loaded, write_case_run, output, form, force=force, resume=resume, checkpoint=checkpoint)
+
+
+def performed(
+    case: Path,
+    loaded: Case,
+    write: Callable[..., dict[str, Any]],
+    output: Path | None,
+    form: Formats,
+    *,
+    force: bool,
+    resume: bool,
+    checkpoint: float,
+) -> Answer:
+    """Have a run written into its folder, anew or going on from what is there, and say what came of it."""
+    directory = output if output is not None else default_directory(case)
+    earlier = _ended(loaded, case, directory, force=force, resume=resume, checkpoint=checkpoint)
+    if earlier is not None:
+        return earlier
     with result_folder(directory), about(case), progress_bar() as progress:
-        summary = write_case_run(
+        summary = write(
             loaded,
             directory,
             progress,
@@ -81,7 +95,7 @@ def run(
     return Answer(summary, partial(show_run, case, summary), ENDED[summary["status"]])
 
 
-def ended(loaded: Case, case: Path, directory: Path, *, force: bool, resume: bool, checkpoint: float) -> Answer | None:
+def _ended(loaded: Case, case: Path, directory: Path, *, force: bool, resume: bool, checkpoint: float) -> Answer | None:
     """Answer of a run that is to go on but had ended by itself, None if there is something to do.
 
     Raises
