@@ -178,8 +178,9 @@ class TransientProblem:
         free = self.state.model.rigid_freedom
         if free and not isinstance(self.maneuver, AtRest):
             raise UnsupportedError(
-                f"supports: expected a structure held against rigid motion, {free} rigid motion(s) are free; hold the "
-                "frame (frame.support = 'corners') or study its modes instead"
+                f"supports: expected a structure held against rigid motion, {free} rigid motion(s) are free; hold it "
+                "where the spacecraft does (in the mesh, or frame.support = 'corners'; a free hub lets that move), or "
+                "study its modes instead"
             )
         example = "an object such as Adaptive(tolerance=1e-4), or None"
         checks.instance("adaptive", self.adaptive, (Adaptive, type(None)), example)
