@@ -7,7 +7,11 @@ import html
 import json
 from functools import lru_cache
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
+
+from tautflex import checks
+from tautflex.errors import InputError
 
 _HERE = files("tautflex.pages")
 # Name in import statements -> file.
@@ -36,6 +40,14 @@ def assembled(page: str, title: str, data: Any) -> str:
         name, after = part.split("}}", 1)
         found += [parts[name.strip()], after]
     return "".join(found)
+
+
+def page_file(path: Any, example: str) -> Path:
+    """Where a page is to be written; InputError unless its name ends as that of a page."""
+    target = checks.path("path", path)
+    if target.suffix not in (".html", ".htm"):
+        raise InputError(f"path: expected a name that ends with .html, got {str(target)!r}; write {example}")
+    return target
 
 
 @lru_cache(maxsize=16)

@@ -11,12 +11,11 @@ from tautflex._version import __version__
 from tautflex.case.schema import Case
 from tautflex.control.actuators.drive import Drive
 from tautflex.control.laws.pd import PD
-from tautflex.errors import InputError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.motion.fixed_axis import Slew
 from tautflex.motion.hub import FreeHub
 from tautflex.numeric import within_arithmetic
-from tautflex.pages.assemble import assembled
+from tautflex.pages.assemble import assembled, page_file
 from tautflex.pages.board import board_of
 from tautflex.pages.encode import plain
 from tautflex.pages.explorable import explorable
@@ -82,9 +81,7 @@ def explore(
     --------
     >>> tf.explore(tf.load_case("m2.toml"), "explorer.html")  # doctest: +SKIP
     """
-    target = checks.path("path", path)
-    if target.suffix not in (".html", ".htm"):
-        raise InputError(f"path: expected a name that ends with .html, got {str(target)!r}; write explorer.html")
+    target = page_file(path, "explorer.html")
     given = explorable(model, hub, actuators, damping, law, slew)
     given.title = checks.instance("title", title, str, "a text")
     data = plant_data(given, board_of(given)) | {"made": f"tautflex {__version__}"}

@@ -11,7 +11,7 @@ from tautflex import checks
 from tautflex._version import __version__
 from tautflex.errors import InputError
 from tautflex.files.results import results_of_a_run
-from tautflex.pages.assemble import assembled
+from tautflex.pages.assemble import assembled, page_file
 from tautflex.pages.content import content_of
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.status import Run
@@ -69,9 +69,7 @@ def report(
     """
     given = [run] if other is None else [run, other]
     data = [_framed(each, "run" if number == 0 else "other") for number, each in enumerate(given)]
-    target, place = checks.path("path", path), checks.path("folder", folder)
-    if target.suffix not in (".html", ".htm"):
-        raise InputError(f"path: expected a name that ends with .html, got {str(target)!r}; write report.html")
+    target, place = page_file(path, "report.html"), checks.path("folder", folder)
     if not checks.positive("size", size) >= 2.0:
         raise InputError(f"size: expected 2 MB or more, which hold the page and a picture, got {size:g}")
     checks.instance("state", state, (PrestressedState, type(None)), "a prestressed state, or None")

@@ -153,10 +153,8 @@ class EquationOfMotion(ErrorNorms):
         change = self.balance(at, motion) - before
         if not change.any():
             return at
-        pushed = self.mass_solve(-change[:-1])
-        return self._pushed_by(
-            at, dulling(at, pushed) if dulling and self.restressed else pushed, self._stored(at.q) - change[-1]
-        )
+        pushed, stored = self.mass_solve(-change[:-1]), self._stored(at.q) - change[-1]
+        return self._pushed_by(at, dulling(at, pushed) if dulling and self.restressed else pushed, stored)
 
     def jump(self, at: MotionState, before: RigidMotion, after: RigidMotion, dulling: Resolved | None) -> MotionState:
         """Same position and velocity under another rigid motion; the acceleration takes up the jump of the forces.
@@ -169,10 +167,12 @@ class EquationOfMotion(ErrorNorms):
         feels the jump late, by up to half a step.
         """
         self.set_time(at.time, at.time)
-        old, stored, inside = self._all_forces(at, before), self._stored(at.q), self.force(at.q).copy()
+        old, stored = self._all_forces(at, before), self._stored(at.q)
+        inside = self.force(at.q) if dulling and self.restressed else _NONE
         self.set_time(at.time)
-        change, pull = self._all_forces(at, after) - old, self.force(at.q) - inside
+        change = self._all_forces(at, after) - old
         pushed = self._pushed_by(at, self.mass_solve(-change), stored) if change.any() else at
+        pull = self.force(at.q) - inside if inside.size else _NONE
         return self.settled(pushed, pull, dulling) if dulling and pull.any() else pushed
 
     def _pushed_by(self, at: MotionState, change: Array, stored: float) -> MotionState:

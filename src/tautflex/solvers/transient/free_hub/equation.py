@@ -140,7 +140,7 @@ class HubEquation(EquationOfMotion):
         """Same positions and velocities under another wrench or other inputs; only the change is solved for."""
         assert isinstance(at, HubMotion)
         self.set_time(at.time, at.time)
-        inside, applied, stored = self.force(at.q).copy(), self.applied(at.q), self._stored(at.q)
+        inside, applied, stored = self.force(at.q), self.applied(at.q), self._stored(at.q)
         self.set_time(at.time)
         pull, wrench = self.force(at.q) - inside, self.wrench(at.time, at.rigid, at.q, at.v)
         change, push = pull - (self.applied(at.q) - applied), wrench - at.hub.wrench
