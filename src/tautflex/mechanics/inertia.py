@@ -27,6 +27,9 @@ from tautflex.numeric import Array, Indices, Places, jit
 class LoadMoments(Protocol):
     """What turns accelerations of the frame into loads, of a structure or of a reduced model."""
 
+    first_moment: Array
+    zeroth_moment: Array
+
     @property
     def size(self) -> int:
         """Length of the load."""
@@ -41,11 +44,12 @@ class WeighedMoments:
     """Loads of any motion, shape (12, n), as ``int rho N_a' x_b`` and ``int rho N_a'``; of many instants too."""
 
     def __init__(self, loads: Array) -> None:
-        self._first, self._zeroth, self.size = loads[:9].reshape(3, 3, -1), loads[9:], loads.shape[1]
+        self.first_moment, self.zeroth_moment, self.size = loads[:9].reshape(3, 3, -1), loads[9:], loads.shape[1]
 
     def load(self, weight: ArrayLike, acceleration: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
         """Load ``Z : first + a . zeroth`` for weights (..., 3, 3) and accelerations (..., 3), shape (..., n)."""
-        return np.einsum("...ab,abi->...i", np.asarray(weight), self._first) + np.asarray(acceleration) @ self._zeroth
+        turning = np.einsum("...ab,abi->...i", np.asarray(weight), self.first_moment)
+        return turning + np.asarray(acceleration) @ self.zeroth_moment
 
 
 @jit

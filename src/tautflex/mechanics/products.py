@@ -30,6 +30,20 @@ class PairProducts(NamedTuple):
 
 
 @jit
+def inner(a: Array, b: Array) -> float:
+    """``a' b``, summed in four parts, which take turns."""
+    s0, s1, s2, s3, whole = 0.0, 0.0, 0.0, 0.0, a.size - a.size % 4
+    for i in range(0, whole, 4):
+        s0 += a[i] * b[i]
+        s1 += a[i + 1] * b[i + 1]
+        s2 += a[i + 2] * b[i + 2]
+        s3 += a[i + 3] * b[i + 3]
+    for i in range(whole, a.size):
+        s0 += a[i] * b[i]
+    return (s0 + s1) + (s2 + s3)
+
+
+@jit
 def add_pair_products(pairs: Any, weight: Array, factor: float, vector: Array, result: Array) -> None:
     """Add ``factor M(weight) vector`` to ``result``; ``pairs`` holds the parts of a `PairProducts`."""
     first, line, start, column, value = pairs
@@ -84,10 +98,8 @@ def quadratic_form(start: Indices, column: Places, value: Array, vector: Array) 
 def add_low_rank(vectors: Array, coefficients: Array, factor: float, vector: Array, result: Array) -> None:
     """Add ``factor sum_k coefficients_k v_k v_k' vector`` to ``result``, for v of shape (rank, size)."""
     for k in range(vectors.shape[0]):
-        row, total = vectors[k], 0.0
-        for i in range(vector.size):
-            total += row[i] * vector[i]
-        total *= factor * coefficients[k]
+        row = vectors[k]
+        total = factor * coefficients[k] * inner(row, vector)
         for i in range(vector.size):
             result[i] += total * row[i]
 

@@ -91,11 +91,24 @@ class FixedAxis(Maneuver):
 
         def turning(start: float, end: float) -> Segment:
             rates = formula.around(0.5 * (start + end))
-            return Segment(start, end, lambda time: fixed_axis_motion(*rates(time), *line))
+            return Segment(start, end, lambda time: fixed_axis_motion(*rates(time), *line), _many(rates, *line))
 
         edges = formula.step.edges
         after = fixed_axis_motion(*formula.around(edges[-1] + 1.0)(edges[-1]), *line)
         return (*(turning(*limits) for limits in pairwise(edges)), Segment(edges[-1], np.inf, lambda time: after))
+
+
+def _many(rates: Callable[[Any], tuple[Any, Any]], axis: Array, origin: Array) -> Callable[[Array], Array] | None:
+    """What `Segment.many` asks for, about a line through the frame's origin."""
+    if origin.any():
+        return None
+
+    def rows(times: Array) -> Array:
+        found, turned = np.zeros((len(times), 9)), np.array([rates(time) for time in times.tolist()])
+        found[:, :3], found[:, 3:6] = turned[:, :1] * axis, turned[:, 1:] * axis
+        return found
+
+    return rows
 
 
 @dataclass(frozen=True)

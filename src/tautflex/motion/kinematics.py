@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -47,6 +47,11 @@ class RigidMotion:
             ((-y * y - z * z, x * y, x * z), (x * y, -x * x - z * z, y * z), (x * z, y * z, -x * x - y * y))
         )
 
+    @property
+    def row(self) -> Array:
+        """All three after one another, shape (9,)."""
+        return np.concatenate([self.angular_velocity, self.angular_acceleration, self.origin_acceleration])
+
 
 @dataclass(frozen=True)
 class Segment:
@@ -59,11 +64,26 @@ class Segment:
     motion
         Smooth function of time. Integrators may evaluate it slightly beyond ``end`` (Wilson-theta looks ahead), so
         it must continue analytically.
+    many
+        The same at many instants, number by number, as `rows` returns it; None: one after the other.
     """
 
     start: float
     end: float
     motion: Callable[[float], RigidMotion]
+    many: Callable[[Array], Array] | None = None
+
+    def rows(self, times: Array) -> Array:
+        """Motions at instants [s], shape (n,): each a `RigidMotion.row`, shape (n, 9)."""
+        if self.many is not None:
+            return self.many(times)
+        rows, last, row = np.empty((len(times), 9)), None, np.empty(0)
+        for number, time in enumerate(times.tolist()):
+            motion = self.motion(time)
+            if motion is not last:
+                last, row = motion, motion.row
+            rows[number] = row
+        return rows
 
 
 def split_segments(segments: tuple[Segment, ...], breaks: Collection[float]) -> tuple[Segment, ...]:
@@ -72,7 +92,7 @@ def split_segments(segments: tuple[Segment, ...], breaks: Collection[float]) -> 
     for segment in segments:
         inside = sorted({instant for instant in breaks if segment.start < instant < segment.end})
         limits = pairwise((segment.start, *inside, segment.end))
-        pieces.extend(Segment(start, end, segment.motion) for start, end in limits)
+        pieces.extend(replace(segment, start=start, end=end) for start, end in limits)
     return tuple(pieces)
 
 

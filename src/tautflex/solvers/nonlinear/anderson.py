@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from tautflex.mechanics.products import inner
 from tautflex.numeric import Array, jit
 from tautflex.solvers.remembering import Memory, Remembering
 
@@ -23,11 +24,11 @@ def _learn(
     ``last`` holds the last step, residual and uncorrected step.
     """
     size = solution.size
-    change, answer, energy = np.empty(size), np.empty(size), 0.0
+    change, answer = np.empty(size), np.empty(size)
     for i in range(size):
         change[i] = residual[i] - last[1, i]
         answer[i] = last[2, i] + solution[i]
-        energy += change[i] * answer[i]
+    energy = inner(change, answer)
     if not energy > 0.0 or not np.isfinite(energy):
         return False
     scale = 1.0 / np.sqrt(energy)
@@ -35,10 +36,7 @@ def _learn(
         changes[row, i] = scale * change[i]
         shifts[row, i] = scale * (answer[i] - last[0, i])
     for k in range(used):
-        total, other = 0.0, changes[k]
-        for i in range(size):
-            total += other[i] * answer[i]
-        gram[row, k] = gram[k, row] = scale * total
+        gram[row, k] = gram[k, row] = scale * inner(changes[k], answer)
     return True
 
 
@@ -47,10 +45,7 @@ def _correct(changes: Array, shifts: Array, gram: Array, used: int, step: Array)
     """Solve ``(gram + ridge) gamma = -changes . step`` by Cholesky and add ``gamma . shifts`` to the step."""
     gamma, factor = np.empty(used), np.empty((used, used))
     for k in range(used):
-        total, other = 0.0, changes[k]
-        for i in range(step.size):
-            total += other[i] * step[i]
-        gamma[k] = -total
+        gamma[k] = -inner(changes[k], step)
     for k in range(used):
         for m in range(k + 1):
             value = gram[k, m]
@@ -86,11 +81,8 @@ def propose_step(
         last[1, i], last[2, i] = residual[i], step[i]
     if count > 0:
         _correct(changes, shifts, gram, min(count, depth), step)
-    slope = 0.0
-    for i in range(size):
-        last[0, i] = step[i]
-        slope += step[i] * residual[i]
-    return step, slope, count
+    last[0] = step
+    return step, inner(step, residual), count
 
 
 class Axes(Protocol):

@@ -22,6 +22,7 @@ from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, INTERNAL, LOAD, NONE, STRESS, Books
 from tautflex.solvers.transient.accuracy.norms import ErrorNorms
+from tautflex.solvers.transient.march.frame import frame_of, frame_terms
 from tautflex.solvers.transient.methods.scheme import Stage, StepScheme
 from tautflex.solvers.transient.moved_supports import MovedSupports
 from tautflex.solvers.transient.state import MotionState, MotionTerms, Resolved, hermite
@@ -67,7 +68,7 @@ class EquationOfMotion(ErrorNorms):
         self.products = MassDamping(
             self.system.pattern, self.inertia.mass_entries, self.state.tangent_entries, matrix, kinds
         )
-        self._load_moments = self.coupling.moments(self.system)
+        self.frame: Any = frame_of(self.coupling, self.coupling.moments(self.system))
         self._mass_factor = SymmetricFactorization(self.system.pattern)
         self._motion: RigidMotion | None = None
         self.at_rest = MotionTerms((), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(self.system.size))
@@ -82,16 +83,10 @@ class EquationOfMotion(ErrorNorms):
         if motion is self._motion:
             return self._terms
         self._motion = motion
-        parts = motion.angular_velocity, motion.angular_acceleration, motion.origin_acceleration
-        key = tuple(number for part in parts for number in part.tolist())
-        if self._terms.key == key:
-            return self._terms
-        self._terms = MotionTerms(
-            key,
-            self.coupling.velocity_weight(motion),
-            self.coupling.displacement_weight(motion),
-            self.coupling.load(motion, self._load_moments),
-        )
+        row = motion.row
+        key = tuple(row.tolist())
+        if self._terms.key != key:
+            self._terms = MotionTerms(key, *frame_terms(row, self.frame))
         return self._terms
 
     def set_time(self, time: float, before: float = np.inf) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +12,7 @@ from tautflex.mechanics.kernel import add_forces
 from tautflex.mechanics.membrane import MEMBRANE_STATES, SURVEYED, StressSurvey, survey_stresses
 from tautflex.mechanics.products import quadratic_form
 from tautflex.mechanics.surface import measure_surface
-from tautflex.motion.kinematics import RigidMotion, Segment
+from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array, jit
 from tautflex.solvers.plausibility import MotionWatch
 from tautflex.solvers.remembering import Memory
@@ -145,27 +144,25 @@ class Recorder:
         record(self.parts, at.q, at.v, at.time, self.count)
         if self._equation.moved is not None:
             self._numbers[self.count, 0] = self._equation.moved.kinetic_energy(at.v)
-        self.stored([self._equation.motion(at, segment)])
+        self.stored(self._equation.motion(at, segment).row[None])
 
-    def stored(self, motions: Sequence[RigidMotion]) -> None:
-        """Count samples that `record` has stored, with the motion of the frame at each."""
-        for motion in motions:
-            spin = self._spin[self.count]
-            spin[0], spin[1] = motion.angular_velocity, motion.angular_acceleration
-            self.count += 1
+    def stored(self, motions: Array) -> None:
+        """Count samples that `record` has stored, with the motion of the frame at each, rows of `Segment.rows`."""
+        self._spin[self.count : self.count + len(motions)] = motions[:, :6].reshape(-1, 2, 3)
+        self.count += len(motions)
 
-    def store_field(self, step: int, at: MotionState) -> None:
+    def store_field(self, step: int, time: float, q: Array) -> None:
         """Store the whole field, and a frame, if this step was asked for."""
         if self._equation.moved is not None and step in self._frame_steps | self._field_steps:
-            self._equation.set_time(at.time)
+            self._equation.set_time(time)
         if step in self._frame_steps:
             row = self._frame_count
-            self._frame_time[row], self._frames[row] = at.time, self._translations(at.q)
+            self._frame_time[row], self._frames[row] = time, self._translations(q)
             self._frame_count += 1
         if step in self._field_steps:
-            self._equation.workspace.strain_energy(at.q)  # the stresses on which the states depend
+            self._equation.workspace.strain_energy(q)  # the stresses on which the states depend
             row = self._field_count
-            self._field_time[row], self._field[row] = at.time, self._translations(at.q)
+            self._field_time[row], self._field[row] = time, self._translations(q)
             self._field_states[row] = self._survey.membrane_states()
             self._field_count += 1
 

@@ -211,7 +211,6 @@ class FullRun:
                 self._number, self.at = self._march.take(self.at, before, number, self._driver.segment)
             if self._number > before:
                 self._driver.last, self._inside = self.at, False
-                self._recorder.store_field(self._number, self.at)
                 continue
             advanced = self._driver.advance(self.at, self.problem.instant(before + 1))
             if advanced is None:
@@ -353,7 +352,7 @@ class FullRun:
         return energies_at(self.equation, self.problem.maneuver, self.segments, at)
 
     def _record(self, number: int) -> None:
-        self._recorder.store_field(number, self.at)
+        self._recorder.store_field(number, self.at.time, self.at.q)
         if number % self.problem.every == 0:
             self._recorder.store(self.at, self._driver.segment_at(self.at.time))
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from tautflex.mechanics.kernel import add_forces
-from tautflex.mechanics.products import add_low_rank, add_pair_products
+from tautflex.mechanics.products import add_low_rank, add_pair_products, inner
 from tautflex.numeric import Array, Indices, Places, jit
 from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, write_books
 
@@ -31,13 +31,12 @@ def begin_step(
     size, rows = q.size, np.empty((6, q.size))
     weight, inertia_v, inertia_a, velocity_v, velocity_a, velocity_d = coefficients
     acceleration, velocity, known = np.empty(size), np.empty(size), np.empty(size)
-    load_square, stiff_square = 0.0, 0.0
     for i in range(size):
         acceleration[i] = inertia_v * v[i] + inertia_a * a[i]
         velocity[i] = weight * (velocity_v * v[i] + velocity_a * a[i])
         known[i] = weight * load[i]
-        load_square += known[i] * known[i]
-        stiff_square += diagonal[i] * diagonal[i] * q[i] * q[i]
+        rows[2, i] = diagonal[i] * q[i]
+    load_norm, stiff_norm = np.sqrt(inner(known, known)), np.sqrt(inner(rows[2], rows[2]))
     for i in range(size):
         total, first, second = 0.0, 0.0, 0.0
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
@@ -54,7 +53,7 @@ def begin_step(
         rows[0, i], rows[1, i] = known[i], known[i] - rows[1, i]
     # Gyroscopic and K_T forces are both M(Z) times something, so one product serves the increment.
     turning = weight * (velocity_d * gyroscopic + displacement)
-    return rows, turning, np.sqrt(np.sum(known * known)), np.sqrt(load_square), np.sqrt(stiff_square)
+    return rows, turning, np.sqrt(inner(known, known)), load_norm, stiff_norm
 
 
 @jit
@@ -75,11 +74,11 @@ def assemble_residual(
         inertia += part * part
         rows[5, i] = part
         residual[i] = f + part + known[i]
-    turned[:] = residual
+        turned[i] = residual[i]
     add_pair_products(pairs, turning, 1.0, x, residual)
     for i in range(x.size):
         turned[i] = residual[i] - turned[i]
-    return residual, np.sqrt(np.sum(residual * residual)), np.sqrt(internal), np.sqrt(inertia)
+    return residual, np.sqrt(inner(residual, residual)), np.sqrt(internal), np.sqrt(inertia)
 
 
 @jit

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tautflex.mechanics.products import inner
 from tautflex.numeric import Array, jit
 
 NONE = np.zeros((0, 0))
@@ -75,15 +76,12 @@ def write_books(
                 now[kind, i] = own[kind, i]
                 if kind != INERTIA:
                     own[kind, i] = weight * own[kind, i] + other * then[kind, i]
-    work, share, (instant, last, late) = done.copy(), 1.0, instants
+    work, share, moved, (instant, last, late) = done.copy(), 1.0, np.empty(size), instants
+    for i in range(size):
+        moved[i] = end[i] - place[i]
     if before.size:
         share = (0.5 * last - late) / (instant - late)
     for kind in range(5):
-        here, there = 0.0, 0.0
-        for i in range(size):
-            here += own[kind, i] * (end[i] - place[i])
-        if before.size:
-            for i in range(size):
-                there += before[kind, i] * (end[i] - place[i])
-        work[kind] += share * here + (1.0 - share) * there
+        there = inner(before[kind], moved) if before.size else 0.0
+        work[kind] += share * inner(own[kind], moved) + (1.0 - share) * there
     return work

@@ -18,7 +18,7 @@ tangent   pattern, values and reciprocal pivots of L D L', see `substitute`; dia
           the mass
 axes      operator, places, owner of a `Corotation` and where the tangent was factorized
 pairs     changes, shifts, Gram matrix and last step of `AndersonAcceleration`
-frame     row of every step, then velocity and displacement weights and loads of the rows, see `MotionTerms`
+frame     motion of the frame at the evaluation instants, see `Segment.rows`, and what `frame_of` gives
 limits    Newton tolerance, iterations allowed, round-off over tolerance, sizes of the elements' forces at the tangent,
           floor of the force scale over its largest value, iterations that pay for a new tangent
 ========= ==================================================================================================
@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from tautflex.mechanics.products import product
+from tautflex.mechanics.products import inner, product
 from tautflex.numeric import Array, Indices, jit
 from tautflex.solvers.linear.substitution import substitute
 from tautflex.solvers.nonlinear.anderson import propose_step
@@ -38,6 +38,7 @@ from tautflex.solvers.nonlinear.newton import PATIENCE, SLOPE_ACCEPTED
 from tautflex.solvers.transient.accuracy.books import INERTIA
 from tautflex.solvers.transient.accuracy.time_error import is_sampled, see_step
 from tautflex.solvers.transient.corotation import node_angles, turn
+from tautflex.solvers.transient.march.frame import frame_terms
 from tautflex.solvers.transient.recorder import record
 from tautflex.solvers.transient.step_kernel import begin_step, end_of_step, first_guess, step_residual
 
@@ -106,12 +107,10 @@ def _solve(
             kept[0][learned - first], kept[1][learned - first] = pairs[0][learned % depth], pairs[1][learned % depth]
         step, slope, learned = propose_step(pairs[0], pairs[1], pairs[2], learned, known, pairs[3], solution, turned)
         turn(places, owner, angle, 1.0, step)
-        iterations, evaluations, known, before, along = iterations + 1, evaluations + 1, True, error, 0.0
+        iterations, evaluations, known, before = iterations + 1, evaluations + 1, True, error
         x = x + step
         force, residual, error, scale = _left(x, q, matrices, elements, weight, begun, limits, lost, floor)
-        for i in range(step.size):
-            along += step[i] * residual[i]
-        good = error <= tolerance or abs(along) <= SLOPE_ACCEPTED * abs(slope)
+        good = error <= tolerance or abs(inner(step, residual)) <= SLOPE_ACCEPTED * abs(slope)
         good = good and not _given_up(before, error, tolerance, iterations)
     if not good or not error <= tolerance:
         if learned > first:
@@ -130,14 +129,14 @@ def _solve(
 @jit
 def take_steps(
     times: Array, matrices: Any, elements: Any, scheme: Any, tangent: Any, axes: Any, pairs: Any, frame: Any,
-    limits: Any, counts: Indices, scales: Array, begin: Any, watched: bool, watch: Any, samples: Any, rows: Indices,
+    limits: Any, counts: Indices, scales: Array, begin: Any, watched: bool, watch: Any, samples: Any,
 ) -> tuple[int, Array, Array, Array, float]:  # fmt: skip
     """Take steps between instants, shape (steps + 1,), until one is left undone or the tangent is to be renewed.
 
     ``scales`` holds the largest force scale of the run; ``begin`` the parts of a `MotionState`: displacement, velocity,
     acceleration, jerk, forces, and of its `Books` work, forces by kind of the last equilibrium and of its evaluation
     instant alone, and lateness; ``watch`` those of a `TimeError`, if the run is ``watched``; ``samples`` what `record`
-    writes to, and ``rows`` where, for every step; -1: nowhere.
+    writes to and where, for every step, then an array for displacements and the row of every step; -1: nowhere.
 
     Returns the number of steps taken, then of the last one rows as `end_of_step` has them, all forces but inertia,
     the work since the start of the run, and the lateness.
@@ -145,25 +144,24 @@ def take_steps(
     start, column, mass, damping, damped, _, products, reference = matrices
     known, ends, weight, reach, size, share = scheme
     operator, columns, values, _, _, then = axes
-    which, velocities, displacements, loads = frame
+    (motions, fixed), (recorded, rows, fields, places) = frame, samples
+    velocity, displacement, load = frame_terms(motions[0], fixed)
     q, v, a, jerk, forces, work, own, now, late = begin
     end, taken, none = np.zeros((0, q.size)), 0, np.zeros((0, 0))
     beside, strengths, depth = none, np.zeros(0), pairs[0].shape[0]
     kept = np.empty((depth, q.size)), np.empty((depth, q.size)), np.empty((depth, depth))
     no_input, unseen = np.zeros(q.size), np.zeros(0)
     for k in range(times.size - 1):
-        load = loads[which[k]]
+        if k and not np.array_equal(motions[k], motions[k - 1]):
+            velocity, displacement, load = frame_terms(motions[k], fixed)
         begun = begin_step(
-            start, column, mass, damping, damped, products, known, velocities[which[k]], displacements[which[k]], load,
-            tangent[3], q, v, a,
-        )  # fmt: skip
+            start, column, mass, damping, damped, products, known, velocity, displacement, load, tangent[3], q, v, a
+        )
         parts, known_norm = begun[0], begun[2]
         if weight < 1.0:
-            square = 0.0
             for i in range(q.size):
                 parts[0, i] += (1.0 - weight) * forces[i]
-                square += parts[0, i] * parts[0, i]
-            known_norm = np.sqrt(square)
+            known_norm = np.sqrt(inner(parts[0], parts[0]))
         lost = limits[2] * (known_norm + 0.1 * begun[4])
         guess = first_guess(reach, v, a, jerk)
         angle = node_angles(operator, columns, values, q + guess, then, share)
@@ -192,7 +190,9 @@ def take_steps(
             see_step(watch, end[0], end[1], end[2], a, error, time, time - times[k])
         q, v, a, jerk, own = end[0], end[1], end[2], end[3], end[4:9]
         if rows[k] >= 0:
-            record(samples, q, v, times[k + 1], rows[k])
+            record(recorded, q, v, times[k + 1], rows[k])
+        if places[k] >= 0:
+            fields[places[k]] = q
         taken += 1
         if counts[LOST] > limits[5]:
             break

@@ -1,8 +1,7 @@
 """Stretches of a run that one compiled call takes: where they may begin, how far they go, and what they leave.
 
 They save what a step costs in Python, half of it on a small antenna, and give the same numbers. Steps that something
-else happens in (a jump, a new tangent, a sample of the time error, a whole field to be stored) end a stretch or are
-left to the driver.
+else happens in (a jump, a new tangent) end a stretch or are left to the driver.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tautflex.motion.kinematics import Segment
-from tautflex.numeric import Array
+from tautflex.numeric import Array, Indices, Mask
 from tautflex.solvers.transient.accuracy.books import NONE, Books
 from tautflex.solvers.transient.accuracy.time_error import TimeError, long_for
 from tautflex.solvers.transient.driver import AnyStepper
@@ -21,10 +20,11 @@ from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.march.many_steps import take_steps
 from tautflex.solvers.transient.problem import TransientProblem
 from tautflex.solvers.transient.recorder import Recorder
-from tautflex.solvers.transient.state import MotionState, MotionTerms
+from tautflex.solvers.transient.state import MotionState
 
-# A stretch has at most so many steps, and so many steps times unknowns: it cannot be interrupted.
-_MOST_STEPS, _MOST_UNKNOWNS = 256, 500_000
+# A stretch has at most so many steps, and so many steps times unknowns: it cannot be interrupted. It is planned for
+# twice the steps that the last one took.
+_FIRST_STEPS, _MOST_STEPS, _MOST_UNKNOWNS = 16, 256, 500_000
 
 
 class March:
@@ -49,6 +49,7 @@ class March:
         self._left_out = -1
         self._kept = np.array(sorted(problem.field_steps | problem.frame_steps), dtype=np.int64)
         self._most = max(1, min(_MOST_STEPS, _MOST_UNKNOWNS // equation.system.size))
+        self._length = min(_FIRST_STEPS, self._most)
         products, workspace = equation.products, equation.workspace
         self._matrices: Any = (
             products.start, products.column, products.mass, products.damping, products.spread, self._numbers.linear,
@@ -80,22 +81,23 @@ class March:
         steps = len(times) - 1
         if not steps:
             return number, at
-        size, stored = self._problem.time_step, np.arange(number + 1, number + steps + 1) % self._problem.every == 0
-        ahead = [segment.motion(float(time)) for time in times[:-1] + self._numbers.scheme.evaluation * size]
-        rows = np.where(stored, self._recorder.count - 1 + np.cumsum(stored), -1)
-        books = at.books
+        size, numbers = self._problem.time_step, np.arange(number + 1, number + steps + 1)
+        stored, kept = numbers % self._problem.every == 0, np.isin(numbers, self._kept)
+        motions = segment.rows(times[:-1] + self._numbers.scheme.evaluation * size)
+        fields, books = np.empty((np.count_nonzero(kept), at.q.size)), at.books
+        samples: Any = self._recorder.parts, _rows(stored, self._recorder.count), fields, _rows(kept, 0)
         begin: Any = (
             at.q, at.v, at.a, at.jerk, np.zeros(0) if at.forces is None else at.forces, books.work, books.own,
             books.now, books.late,
         )  # fmt: skip
         taken, end, forces, work, late = take_steps(
-            times, self._matrices, self._elements, self._scheme, *tangent[:3],
-            _frame([self._equation.motion_terms(motion) for motion in ahead]), *tangent[3:], begin,
-            self._watched, self._errors.parts, self._recorder.parts, rows,
+            times, self._matrices, self._elements, self._scheme, *tangent[:3], (motions, self._equation.frame),
+            *tangent[3:], begin, self._watched, self._errors.parts, samples,
         )  # fmt: skip
         self._stepper.took(taken, *tangent[4:])
         if taken < steps:
             self._left_out = number + taken
+        self._length = max(_FIRST_STEPS, min(2 * taken, self._most))
         if not taken:
             return number, at
         weighed = self._numbers.scheme.weight < 1.0
@@ -103,7 +105,9 @@ class March:
         time, (q, v, a, jerk) = float(times[taken - 1]) + size, end[:4]
         reached = MotionState(time, q, v, a, forces if weighed else None, jerk, books=books)
         reached.time = float(times[taken])
-        self._recorder.stored([segment.motion(float(time)) for time in times[1 : taken + 1][stored[:taken]]])
+        self._recorder.stored(segment.rows(times[1 : taken + 1][stored[:taken]]))
+        for place, field in zip(np.flatnonzero(kept[:taken]).tolist(), fields, strict=False):
+            self._recorder.store_field(number + place + 1, float(times[place + 1]), field)
         return number + taken, reached
 
     def _begins(self, at: MotionState, number: int, segment: Segment) -> bool:
@@ -114,21 +118,13 @@ class March:
 
     def _times(self, at: MotionState, number: int, last: int, segment: Segment) -> Array:
         """Instants of a stretch, from its start."""
-        problem, count = self._problem, min(self._most, last - number)
-        stop = self._kept[np.searchsorted(self._kept, number, side="right") :][:1]
-        count = int(np.min(stop - number, initial=count))
+        problem, count = self._problem, min(self._length, last - number)
         times: Array = problem.shift + problem.time_step * np.arange(number, number + count + 1.0)
         times[0], slack = at.time, 1e-9 * problem.time_step
         plain = (np.abs(np.diff(times) - problem.time_step) < slack) & (times[1:] < segment.end - slack)
         return times[: 1 + (len(plain) if plain.all() else int(np.argmin(plain)))]
 
 
-def _frame(terms: list[MotionTerms]) -> Any:
-    """Terms of the steps' equilibria, each once, and which each step has."""
-    rows, which = list[MotionTerms](), np.empty(len(terms), dtype=np.int64)
-    for number, each in enumerate(terms):
-        if not rows or each is not rows[-1]:
-            rows.append(each)
-        which[number] = len(rows) - 1
-    parts = [[each.velocity for each in rows], [each.displacement for each in rows], [each.load for each in rows]]
-    return which, *(np.array(part) for part in parts)
+def _rows(chosen: Mask, first: int) -> Indices:
+    """Rows of the chosen steps, counted from the first; -1 for the others."""
+    return np.where(chosen, first - 1 + np.cumsum(chosen), -1)
