@@ -3,7 +3,9 @@
 Run ``python benchmarks/step_cost.py`` (or ``make benchmark``). Both are processor times of one process: after every
 fifth step, recording included, the factorized effective stiffness is applied to a vector. The ratio is what counts;
 the milliseconds depend on the machine. ``--growth`` runs fewer steps on meshes from 10x5 to 320x160 instead and prints
-how step time and factor entries grow with the number of unknowns.
+how step time and factor entries grow with the number of unknowns. ``--stretches`` measures steps of one compiled call
+beside the same steps taken one by one, and beside their own arithmetic: as many residuals and substitutions, each
+called over and over by a compiled loop, with warm caches. Parts of both runs and of the arithmetic alternate.
 """
 
 from __future__ import annotations
@@ -17,12 +19,16 @@ import numpy as np
 
 import tautflex as tf
 from tautflex import BeamSection, CableSection, Coupling, Material, MembraneSection, Rayleigh, Stop
+from tautflex.numeric import Array, jit
+from tautflex.solvers.linear.substitution import substitute
 from tautflex.solvers.transient.driver import GridDriver
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.probes import place_probes
+from tautflex.solvers.transient.problem import TransientProblem
 from tautflex.solvers.transient.recorder import Recorder
-from tautflex.solvers.transient.simulate import begin
+from tautflex.solvers.transient.simulate import FullRun, begin
+from tautflex.solvers.transient.step_kernel import step_residual
 from tautflex.structure.antenna import AntennaLayout, build_antenna
 
 # Tension per metre of edge [N/m] and film resultants [N/m] of the paper's three models (identified reading).
@@ -112,14 +118,116 @@ def measure_growth(largest: int) -> None:
         print(json.dumps({"exponent": name, "between": slopes.round(2).tolist(), "overall": round(float(overall), 2)}))
 
 
+@jit
+def many_residuals(times: int, x: Array, q: Array, elements, matrices, turning: Array, weight: float, rows: Array):
+    """The same residual over and over."""
+    start, column, _, _, _, linear, pairs, reference, _, _, _ = matrices
+    for _ in range(times):
+        step_residual(
+            x, q, elements[0], elements[1], elements[2], start, column, linear, pairs, turning, weight, reference, rows
+        )
+
+
+@jit
+def many_substitutions(times: int, pattern, values: Array, inverse: Array, right: Array):
+    """The same substitution over and over."""
+    for _ in range(times):
+        substitute(pattern, values, inverse, right)
+
+
+def seconds(function, *arguments) -> float:
+    """Processor time of a call [s]."""
+    began = time.thread_time()
+    function(*arguments)
+    return time.thread_time() - began
+
+
+def own_arithmetic(run: FullRun, times: int) -> tuple[float, float]:
+    """Processor times of a residual and of a substitution of a run [s]."""
+    march, size = run._march, run.at.q.size
+    numbers, motion = march._numbers, run._driver.segment.motion(run.at.time)
+    terms = run.equation.motion_terms(motion)
+    turning = numbers.scheme.weight * (numbers.scheme.velocity.d * terms.velocity + terms.displacement)
+    forces = 1e-3 * run.at.v, run.at.q, march._elements, march._matrices, turning, numbers.scheme.weight
+    tangent = run._stepper.tangent(run.problem.time_step)
+    both = (many_residuals, *forces, np.zeros((6, size))), (many_substitutions, *tangent[0][:3], run.at.v)
+    return tuple(seconds(function, times, *given) / times for function, *given in both)
+
+
+def measure_stretches(name: str, state, maneuver, steps: int, rounds: int, **question) -> dict[str, object]:
+    """Alternate parts of a run in stretches, of one step by step, and of the arithmetic; medians of the rounds."""
+    question |= {"time_step": question.get("time_step", 1e-3)}
+    question["end_time"] = (rounds + 1) * steps * question["time_step"]
+    runs = [FullRun(TransientProblem.asked(state, maneuver, question)) for _ in range(2)]
+    runs[1]._march = None
+    for run in runs:
+        run.start()
+    found, counted = [], (0, 0)
+    for part in range(1, rounds + 2):
+        spent = [seconds(run.advance, part * steps) for run in runs]
+        now = runs[0]._statistics()
+        count = now.force_evaluations, now.back_substitutions
+        done, counted = np.subtract(count, counted) / steps, count
+        arithmetic = own_arithmetic(runs[0], 200)
+        if part > 1:  # the first part compiles
+            own = float(done @ arithmetic)
+            found.append(
+                (*np.divide(spent, steps), own, spent[0] / steps / own, spent[1] / spent[0], *arithmetic, *done)
+            )
+    assert np.array_equal(runs[0].at.q, runs[1].at.q)
+    names = "stretch", "step_by_step", "arithmetic", "over_arithmetic", "gain", "residual", "substitution"
+    times = dict(zip((*names, "residuals", "substitutions"), np.median(found, axis=0).tolist(), strict=True))
+    microseconds = {key: round(1e6 * times.pop(key), 2) for key in ("stretch", "step_by_step", *names[2:3], *names[5:])}
+    ranges = {key: np.percentile(np.array(found)[:, k], (0, 100)).round(2).tolist() for key, k in (("gain", 4),)}
+    others = {key: round(value, 3) for key, value in times.items()}
+    return {"case": name, "unknowns": state.system.size, "microseconds": microseconds, **others, "ranges": ranges}
+
+
+def stretch_cases():
+    """Name, state, maneuver and question of each case."""
+    maneuver, damping = Stop(np.pi / 5, 1.0), Rayleigh(0.001, 0.001)
+    asked = {"method": tf.WilsonTheta(), "tolerance": 1e-6, "damping": damping, "probes": {"A": (0.7036, 0.4267)}}
+    small = tf.solve_prestress(antenna("M2", (10, 5)))
+    push = tf.NodalForce([20], lambda time: [0.0, 0.0, 1e-3 * np.sin(30.0 * time)])
+    yield "10x5", small, maneuver, asked
+    yield "10x5, every tenth step stored", small, maneuver, asked | {"every": 10}
+    yield "10x5, Newmark", small, maneuver, asked | {"method": tf.Newmark()}
+    yield "10x5, force in time", small, maneuver, asked | {"inputs": [push]}
+    yield "10x5, modal damping", small, maneuver, asked | {"damping": tf.Modal(0.01, modes=6)}
+    yield "20x10", tf.solve_prestress(antenna("M2", (20, 10))), maneuver, asked
+    yield "40x20", tf.solve_prestress(antenna("M2", (40, 20))), maneuver, asked
+    for elements in (4, 16, 64):
+        question = {"method": tf.GeneralizedAlpha(0.8), "time_step": 0.02}
+        yield f"beam of {elements}", beam(elements), tf.SpinUp(6.0, 15.0, axis=(0.0, 0.0, 1.0)), question
+
+
+def beam(elements: int):
+    """Cantilever of Kane's spin-up in its plane, as in ``peers/spinup_problem.py``."""
+    nodes = np.zeros((elements + 1, 3))
+    nodes[:, 0] = np.linspace(0.0, 10.0, elements + 1)
+    section = BeamSection(Material(2.8e7, 1.2, 0.3), 1.0, 5e-4, 5e-4, 1e-3)
+    supports = [tf.Support.clamped(0), tf.Support(tuple(range(elements + 1)), ("z", "rx", "ry"))]
+    lines = np.column_stack([np.arange(elements), np.arange(1, elements + 1)])
+    return tf.solve_prestress(tf.Model.from_mesh(nodes, beams=lines, beam=section, supports=supports))
+
+
 def main() -> None:
     """Print one JSON line per case."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=2.0, help="simulated time [s]")
     parser.add_argument("--growth", action="store_true", help="grow the mesh instead")
+    parser.add_argument("--stretches", action="store_true", help="measure compiled stretches of steps instead")
+    parser.add_argument("--only", default="", help="cases of --stretches whose names begin so")
+    parser.add_argument("--rounds", type=int, default=12, help="alternations of --stretches (12)")
     parser.add_argument("--largest", type=int, default=160, help="cells along the short side of the last mesh")
     arguments = parser.parse_args()
     print(json.dumps({"machine": platform.processor() or platform.machine(), "python": platform.python_version()}))
+    if arguments.stretches:
+        for name, *case, question in stretch_cases():
+            if name.startswith(arguments.only):
+                steps = 40 if name.startswith("beam") else 150
+                print(json.dumps(measure_stretches(name, *case, steps, arguments.rounds, **question)), flush=True)
+        return
     if arguments.growth:
         measure_growth(arguments.largest)
         return

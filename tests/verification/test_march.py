@@ -11,11 +11,30 @@ from tautflex.solvers.transient.status import Status
 from verification.dynamic_cases import small_antenna
 
 STOP, SPIN = tf.Stop(rate=2.0, duration=0.03), tf.SpinUp(rate=3.0, duration=0.04)
+MODAL = tf.Modal(0.02, modes=3)
+TABLE = tf.TimeTable([0.0, 0.06], [[0.0, 0.0, 0.0], [0.0, 0.001, 0.001]])
+
+
+def push(time):
+    """Force [N] that jumps at 0.06 s."""
+    return [0.0, 0.0, 0.001 * np.sin(60.0 * time) if time < 0.06 else 0.0]
+
+
 RUNS = {
     "wilson-theta": (STOP, {"method": tf.WilsonTheta()}),
     "newmark, every third": (SPIN, {"method": tf.Newmark(), "every": 3}),
     "generalized-alpha, fields": (STOP, {"method": tf.GeneralizedAlpha(0.6), "fields": [0.02, 0.05]}),
     "no maneuver, no estimate": (None, {"initial_velocity": lambda x, y: 0.3 * np.cos(x) * y, "time_error": False}),
+    "forces in time": (STOP, {"inputs": [tf.NodalForce([7], push, breaks=(0.06,)), tf.NodalForce([8], TABLE)]}),
+    "constant force, modal damping": (SPIN, {"inputs": [tf.NodalForce([7], [0.0, 0.0, 0.001])], "damping": MODAL}),
+    "generalized-alpha, force, modal damping": (
+        STOP,
+        {"method": tf.GeneralizedAlpha(0.6), "inputs": [tf.NodalForce([7], push, breaks=(0.06,))], "damping": MODAL},
+    ),
+    "turn about another line": (
+        tf.Slew(0.2, 0.06, origin=(0.0, 0.3, 0.0)),
+        {"coupling": tf.Coupling(inertial_load=0.5)},
+    ),
     "large motion, hard steps": (None, {"initial_velocity": lambda x, y: 4.0 * np.cos(2.0 * x), "time_step": 2e-3}),
 }
 

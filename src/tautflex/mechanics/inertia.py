@@ -20,7 +20,7 @@ from scipy.sparse import csc_array, csr_array
 
 from tautflex.elements.block import InertiaPoints
 from tautflex.mechanics.pattern import SparsityPattern
-from tautflex.mechanics.products import PairProducts, add_moments, add_pair_products
+from tautflex.mechanics.products import PairProducts, add_moments, add_pair_products, equal_lines
 from tautflex.numeric import Array, Indices, Places, jit
 
 
@@ -160,9 +160,8 @@ class InertiaOperator:
     def pairs(self) -> tuple[NDArray[Any], ...]:
         """All nine products by rows, the parts of a `PairProducts`, for compiled code."""
         rows, columns = self.pattern.rows, self.pattern.columns
-        first, lines, starts, others, values = [0], list[Places](), list[Indices](), [], []
-        entry = 0
-        for a, b in np.ndindex(3, 3):
+        lines, starts, others, values, entry = list[Places](), list[Indices](), list[Places](), list[Array](), 0
+        for b, a in np.ndindex(3, 3):
             # M_ab is the transpose of M_ba, so the columns of that one, in which it is sorted, are rows here.
             slot = self.slots[b][a]
             line, begin = np.unique(columns[slot], return_index=True)
@@ -170,35 +169,19 @@ class InertiaOperator:
             starts.append(begin + entry)
             others.append(rows[slot].astype(np.uint32))
             values.append(self.values[b][a])
-            first.append(first[-1] + line.size)
             entry += slot.size
-        return tuple(
-            PairProducts(
-                np.array(first, dtype=np.int64),
-                np.concatenate(lines),
-                np.append(np.concatenate(starts), entry).astype(np.int64),
-                np.concatenate(others),
-                np.concatenate(values),
-            )
-        )
-
-    @cached_property
-    def distinct_lines(self) -> tuple[Places, Indices, Places, Array]:
-        """Which product each line of `pairs` is, then the start, columns and values of the different ones by rows.
-
-        The three directions of a node that only moves share theirs.
-        """
-        _, line, start, column, value = self.pairs
-        seen: dict[bytes, int] = {}
-        which, kept = np.empty(line.size, dtype=np.uint32), list[int]()
-        for k in range(line.size):
-            own = slice(start[k], start[k + 1])
-            which[k] = seen.setdefault(column[own].tobytes() + value[own].tobytes(), len(seen))
-            if len(kept) < len(seen):
-                kept.append(k)
-        entries = np.concatenate([np.zeros(0, dtype=np.int64), *(np.arange(start[k], start[k + 1]) for k in kept)])
-        begin = np.concatenate([[0], np.cumsum(np.diff(start)[kept])])
-        return which, begin, column[entries], value[entries]
+        start = np.append(np.concatenate(starts), entry).astype(np.int64)
+        column, value = np.concatenate(others), np.concatenate(values)
+        limits = np.cumsum([0, *(line.size for line in lines)])
+        which, kept = equal_lines(start, column, value, np.repeat(np.arange(3), np.diff(limits[::3])))
+        length = np.diff(start)[kept]
+        begin = np.concatenate([[0], np.cumsum(length)])
+        entries = np.repeat(start[:-1][kept] - begin[:-1], length) + np.arange(begin[-1])
+        whole = PairProducts(
+            limits, np.concatenate(lines), which.astype(np.uint32), begin, column[entries], value[entries],
+            np.searchsorted(kept, limits[::3]),
+        )  # fmt: skip
+        return tuple(whole)
 
     def apply(self, weight: ArrayLike, vector: Array) -> Array:
         """``M(Z) vector`` without forming the matrix, shape (size,); Z is mostly zeros for a fixed axis."""

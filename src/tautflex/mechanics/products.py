@@ -19,14 +19,40 @@ from tautflex.numeric import Array, Indices, Places, jit
 class PairProducts(NamedTuple):
     """The nine matrices ``int rho N_a' N_b`` of an inertia operator, stored by their non-empty rows.
 
-    ``first[3 a + b]`` is the first line of pair (a, b) in ``line`` (its row number) and ``start`` (its entries).
+    ``first[a + 3 b]`` is the first line of pair (a, b) in ``line`` (its row number) and ``which`` (the product that it
+    is); ``start`` is that of a product's entries in ``column`` and ``value``, ``source[b]`` the first product of
+    direction b. The three directions of a node that only moves share theirs.
     """
 
     first: Indices
     line: Places
+    which: Places
     start: Indices
     column: Places
     value: Array
+    source: Indices
+
+
+def equal_lines(start: Indices, column: Places, value: Array, part: Indices) -> tuple[Indices, Indices]:
+    """Which different line each one is, and where each of these is first, of non-empty lines of sparse matrices.
+
+    ``part`` numbers parts of the lines, shape (line,); equal ones of two parts count as different.
+    """
+    mixed = (column.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15) ^ value.view(np.uint64)
+    mixed = (mixed ^ mixed >> np.uint64(29)) * np.uint64(0xBF58476D1CE4E5B9)
+    marks = np.add.reduceat(mixed ^ mixed >> np.uint64(32), start[:-1]) if part.size else mixed
+    _, first, which = np.unique(
+        np.stack([part.astype(np.uint64), marks]), axis=1, return_index=True, return_inverse=True
+    )
+    order = np.argsort(first)
+    kept, rank = first[order], np.argsort(order)
+    which, length = rank[which.ravel()], np.diff(start)
+    own = kept[which]
+    same = np.array_equal(length[own], length)
+    if same:
+        twin = np.repeat(start[:-1][own] - start[:-1], length) + np.arange(column.size)
+        same = np.array_equal(column[twin], column) and np.array_equal(value[twin], value)
+    return (which, kept) if same else (np.arange(part.size), np.arange(part.size))
 
 
 @jit
@@ -46,16 +72,21 @@ def inner(a: Array, b: Array) -> float:
 @jit
 def add_pair_products(pairs: Any, weight: Array, factor: float, vector: Array, result: Array) -> None:
     """Add ``factor M(weight) vector`` to ``result``; ``pairs`` holds the parts of a `PairProducts`."""
-    first, line, start, column, value = pairs
-    for a in range(3):
-        for b in range(3):
+    first, line, which, start, column, value, source = pairs
+    totals = np.empty(start.size - 1)
+    for b in range(3):
+        if weight[0, b] == 0.0 and weight[1, b] == 0.0 and weight[2, b] == 0.0:
+            continue
+        for k in range(source[b], source[b + 1]):
+            total = 0.0
+            for entry in range(np.uint64(start[k]), np.uint64(start[k + 1])):
+                total += value[entry] * vector[column[entry]]
+            totals[k] = total
+        for a in range(3):
             z = factor * weight[a, b]
             if z != 0.0:
-                for k in range(first[3 * a + b], first[3 * a + b + 1]):
-                    total = 0.0
-                    for entry in range(np.uint64(start[k]), np.uint64(start[k + 1])):
-                        total += value[entry] * vector[column[entry]]
-                    result[line[k]] += z * total
+                for k in range(first[a + 3 * b], first[a + 3 * b + 1]):
+                    result[line[k]] += z * totals[which[k]]
 
 
 @jit

@@ -221,6 +221,11 @@ class InputSet:
         """Whether the numbers of the linear inputs are all that there is to know of an instant."""
         return all(isinstance(item, PatternLoad | StressChange) for item in self._inputs)
 
+    @cached_property
+    def all_loads(self) -> bool:
+        """Whether all are forces that do not follow the motion."""
+        return all(isinstance(item, PatternLoad) for item in self._inputs)
+
     def values(self, time: float) -> Array:
         """Numbers u of the linear inputs at an instant [s], shape (n,)."""
         return np.concatenate([np.zeros(0), *(item.values(time) for item in self.linear)])

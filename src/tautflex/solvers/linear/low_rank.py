@@ -11,8 +11,24 @@ from typing import Protocol
 
 import numpy as np
 
-from tautflex.numeric import Array
+from tautflex.mechanics.products import inner
+from tautflex.numeric import Array, jit
 from tautflex.solvers.remembering import Remembering
+
+
+@jit
+def take_back(back: Array, vectors: Array, solution: Array) -> None:
+    """Correct the solution of A, in place, to that of the corrected matrix."""
+    if vectors.shape[0] == 0:
+        return
+    shares = np.empty(vectors.shape[0])
+    for k in range(shares.size):
+        shares[k] = inner(vectors[k], solution)
+    for i in range(solution.size):
+        total, row = 0.0, back[i]
+        for k in range(shares.size):
+            total += row[k] * shares[k]
+        solution[i] -= total
 
 
 class Factors(Protocol):
@@ -50,10 +66,20 @@ class LowRankUpdate(Remembering):
         square = core[:, None] * np.eye(len(core)) if core.ndim == 1 else core
         self._vectors = vectors
         moved = np.array([self.factors.solve(row) for row in vectors]).reshape(vectors.shape).T
-        inner = np.eye(len(vectors)) + square @ (vectors @ moved)
-        self._back = moved @ np.linalg.solve(inner, square)
+        both = np.eye(len(vectors)) + square @ (vectors @ moved)
+        self._back = moved @ np.linalg.solve(both, square)
 
     def solve(self, right: Array) -> Array:
         """Solution with the corrected matrix, shape (size,), or (size, columns) where the factors can."""
         y = self.factors.solve(right)
-        return y - self._back @ (self._vectors @ y) if len(self._vectors) else y
+        if not len(self._vectors):
+            return y
+        if y.ndim > 1 or np.iscomplexobj(y):
+            return y - self._back @ (self._vectors @ y)
+        take_back(*self.parts, y)
+        return y
+
+    @property
+    def parts(self) -> tuple[Array, Array]:
+        """What `take_back` reads: shapes (size, rank) and (rank, size)."""
+        return np.ascontiguousarray(self._back), np.ascontiguousarray(self._vectors)

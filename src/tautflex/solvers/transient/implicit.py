@@ -174,14 +174,14 @@ class Stepper(Remembering):
 
     def tangent(self, size: float) -> tuple[Any, ...] | None:
         """Tangent, axes, pairs, limits, counts and scales of `take_steps`; None unless the tangent serves this size."""
-        factors = self.factor.parts if self.usable_factor(size) and not self.solver.rank else None
+        factors = self.factor.parts if self.usable_factor(size) else None
         if factors is None or self._corotation is None:
             return None
         round_off = _ROUND_OFF / self.tolerance
         limits = self.tolerance, self._max_iterations, round_off, self._met_forces, _SCALE_FLOOR, self._refresh_cost
         counts = np.array([self._memory.learned, self._fewest_iterations, self._lost_iterations, 0, 0, 0])
         return (
-            (*factors, self._diagonal, self._factor_inertia), self._corotation.parts,
+            (*factors, self._diagonal, self._factor_inertia, *self.solver.parts), self._corotation.parts,
             self._memory.parts(len(self._diagonal)), limits, counts, np.array([self._largest_scale]),
         )  # fmt: skip
 

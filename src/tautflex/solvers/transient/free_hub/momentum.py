@@ -64,7 +64,6 @@ class Body(NamedTuple):
     @classmethod
     def of(cls, inertia: InertiaOperator, hub: FreeHub | None) -> Body:
         """Moments of a structure with this inertia on a hub; None: on one without mass."""
-        first, line, *_ = inertia.pairs
         weight, center, tensor, freedom = 0.0, np.zeros(3), np.zeros((3, 3)), np.ones(6)
         if hub is not None:
             weight, center = hub.mass, np.asarray(hub.center, dtype=float)
@@ -73,9 +72,7 @@ class Body(NamedTuple):
         moments = np.concatenate([inertia.zeroth_moment[:, None], inertia.first_moment], axis=1)
         places = [np.flatnonzero(np.any(moment != 0.0, axis=0)) for moment in moments]
         return cls(
-            first,
-            line,
-            *inertia.distinct_lines,
+            *inertia.pairs[:6],
             np.cumsum([0, *(place.size for place in places)]),
             np.concatenate(places).astype(np.uint32),
             np.concatenate([moment[:, place].T for moment, place in zip(moments, places, strict=True)]),
@@ -138,7 +135,7 @@ def _forms(body: tuple[Any, ...], products: Array, q: Array, v: Array, a: Array)
     for p in range(3):
         for r in range(3):
             e, f, g = 0.0, 0.0, 0.0
-            for k in range(first[3 * p + r], first[3 * p + r + 1]):
+            for k in range(first[p + 3 * r], first[p + 3 * r + 1]):
                 y, row = products[0, which[k]], line[k]
                 e += q[row] * y
                 f += v[row] * y
@@ -213,7 +210,7 @@ def add_frame_forces(
         for r in range(3):
             c, d = weight * moving[p, r], 2.0 * weight * turning[p, r]
             if c != 0.0 or d != 0.0:
-                for k in range(first[3 * p + r], first[3 * p + r + 1]):
+                for k in range(first[p + 3 * r], first[p + 3 * r + 1]):
                     forces[line[k]] += c * products[0, which[k]] + d * products[1, which[k]]
         a, b, c, d = weight * rates[p], weight * moving[p, 0], weight * moving[p, 1], weight * moving[p, 2]
         for k in range(begin[p], begin[p + 1]):

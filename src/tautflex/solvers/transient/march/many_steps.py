@@ -10,15 +10,17 @@ Arguments come in groups:
 group     what
 ========= ==================================================================================================
 matrices  start, column, mass, damping, whether there is damping, ``linear`` of `StepNumbers`, pair products, force
-          of the reference
+          of the reference; vectors of damping beside the matrix, their coefficients, and these times the weight that
+          the increment's velocity has
 elements  store and stresses of a `Workspace`
 scheme    ``known`` and ``end`` of `StepNumbers`, weight, evaluation instant after the start [s], size [s], share of
           the stiffness that turns
 tangent   pattern, values and reciprocal pivots of L D L', see `substitute`; diagonal of the stiffness, share of
-          the mass
+          the mass; parts of a `LowRankUpdate`
 axes      operator, places, owner of a `Corotation` and where the tangent was factorized
 pairs     changes, shifts, Gram matrix and last step of `AndersonAcceleration`
-frame     motion of the frame at the evaluation instants, see `Segment.rows`, and what `frame_of` gives
+frame     motion of the frame at the evaluation instants, see `Segment.rows`, and what `frame_of` gives; loads of
+          inputs, and which one every step has
 limits    Newton tolerance, iterations allowed, round-off over tolerance, sizes of the elements' forces at the tangent,
           floor of the force scale over its largest value, iterations that pay for a new tangent
 ========= ==================================================================================================
@@ -30,8 +32,9 @@ from typing import Any
 
 import numpy as np
 
-from tautflex.mechanics.products import inner, product
+from tautflex.mechanics.products import add_low_rank, inner, product
 from tautflex.numeric import Array, Indices, jit
+from tautflex.solvers.linear.low_rank import take_back
 from tautflex.solvers.linear.substitution import substitute
 from tautflex.solvers.nonlinear.anderson import propose_step
 from tautflex.solvers.nonlinear.newton import PATIENCE, SLOPE_ACCEPTED
@@ -52,17 +55,27 @@ def _left(
     x: Array, q: Array, matrices: Any, elements: Any, weight: float, begun: Any, limits: Any, lost: float, floor: float
 ) -> tuple[Array, Array, float, float]:
     """Internal force of an increment, what it leaves unbalanced, that over the force scale, and the scale."""
-    start, column, _, _, _, linear, pairs, reference = matrices
+    start, column, _, _, _, linear, pairs, reference, vectors, _, losses = matrices
     rows, turning, _, load_norm, _ = begun
     force, residual, norm, internal, inertia = step_residual(
         x, q, elements[0], elements[1], elements[2], start, column, linear, pairs, turning, weight, reference, rows
     )
+    if losses.size:
+        add_low_rank(vectors, losses, 1.0, x, residual)
+        norm = np.sqrt(inner(residual, residual))
     scale = max(internal, load_norm)
     measured = max(scale, lost + limits[2] * (inertia + 0.02 * limits[3]), floor)
     error = 0.0
     if norm != 0.0:
         error = norm / measured if 0.0 < measured < np.inf else np.inf
     return force, residual, error, scale
+
+
+@jit
+def _solution(tangent: Any, right: Array) -> Array:
+    solution = substitute(tangent[0], tangent[1], tangent[2], right)
+    take_back(tangent[5], tangent[6], solution)
+    return solution
 
 
 @jit
@@ -100,7 +113,7 @@ def _solve(
     while good and error > tolerance and iterations < limits[1] and np.isfinite(error):
         turned = residual.copy()
         turn(places, owner, angle, -1.0, turned)
-        solution = substitute(tangent[0], tangent[1], tangent[2], turned)
+        solution = _solution(tangent, turned)
         if known and learned - first < depth:
             if learned == first:
                 kept[2][:] = pairs[2]
@@ -141,23 +154,26 @@ def take_steps(
     Returns the number of steps taken, then of the last one rows as `end_of_step` has them, all forces but inertia,
     the work since the start of the run, and the lateness.
     """
-    start, column, mass, damping, damped, _, products, reference = matrices
+    start, column, mass, damping, damped, _, products, reference, vectors, strengths, _ = matrices
     known, ends, weight, reach, size, share = scheme
     operator, columns, values, _, _, then = axes
-    (motions, fixed), (recorded, rows, fields, places) = frame, samples
+    (motions, fixed, pushes, push), (recorded, rows, fields, places) = frame, samples
     velocity, displacement, load = frame_terms(motions[0], fixed)
     q, v, a, jerk, forces, work, own, now, late = begin
-    end, taken, none = np.zeros((0, q.size)), 0, np.zeros((0, 0))
-    beside, strengths, depth = none, np.zeros(0), pairs[0].shape[0]
+    end, taken, depth = np.zeros((0, q.size)), 0, pairs[0].shape[0]
     kept = np.empty((depth, q.size)), np.empty((depth, q.size)), np.empty((depth, depth))
-    no_input, unseen = np.zeros(q.size), np.zeros(0)
+    unseen = np.zeros(0)
     for k in range(times.size - 1):
         if k and not np.array_equal(motions[k], motions[k - 1]):
             velocity, displacement, load = frame_terms(motions[k], fixed)
         begun = begin_step(
-            start, column, mass, damping, damped, products, known, velocity, displacement, load, tangent[3], q, v, a
-        )
+            start, column, mass, damping, damped, products, known, velocity, displacement, load - pushes[push[k]],
+            tangent[3], q, v, a,
+        )  # fmt: skip
         parts, known_norm = begun[0], begun[2]
+        if strengths.size:
+            add_low_rank(vectors, strengths, weight, known[3] * v + known[4] * a, parts[0])
+            known_norm = np.sqrt(inner(parts[0], parts[0]))
         if weight < 1.0:
             for i in range(q.size):
                 parts[0, i] += (1.0 - weight) * forces[i]
@@ -172,8 +188,8 @@ def take_steps(
         if not converged:
             break
         end, work = end_of_step(
-            ends, size, weight * reach, late, start, column, mass, damped, beside, strengths, weight, parts, force,
-            reference, load, no_input, now, own, work, x, q, v, a,
+            ends, size, weight * reach, late, start, column, mass, damped, vectors, strengths, weight, parts,
+            force, reference, load, pushes[push[k]], now, own, work, x, q, v, a,
         )  # fmt: skip
         late = weight * reach - size
         if weight < 1.0:
@@ -185,7 +201,7 @@ def take_steps(
             time, error = times[k] + size, unseen
             if is_sampled(watch[1][0]):
                 moved = product(start, column, mass, end[2] - a)
-                error = substitute(tangent[0], tangent[1], tangent[2], tangent[4] * moved)
+                error = _solution(tangent, tangent[4] * moved)
                 counts[SOLVES] += 1
             see_step(watch, end[0], end[1], end[2], a, error, time, time - times[k])
         q, v, a, jerk, own = end[0], end[1], end[2], end[3], end[4:9]

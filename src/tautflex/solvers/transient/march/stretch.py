@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from tautflex.mechanics.loads.inputs import earlier
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array, Indices, Mask
 from tautflex.solvers.transient.accuracy.books import NONE, Books
@@ -22,9 +23,8 @@ from tautflex.solvers.transient.problem import TransientProblem
 from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.transient.state import MotionState
 
-# A stretch has at most so many steps, and so many steps times unknowns: it cannot be interrupted. It is planned for
-# twice the steps that the last one took.
-_FIRST_STEPS, _MOST_STEPS, _MOST_UNKNOWNS = 16, 256, 500_000
+# A call costs as much as a step and a half; it cannot be interrupted, and what is planned beyond a new tangent is lost.
+_LEAST_STEPS, _FIRST_STEPS, _MOST_STEPS, _MOST_UNKNOWNS = 3, 16, 256, 500_000
 
 
 class March:
@@ -53,7 +53,8 @@ class March:
         products, workspace = equation.products, equation.workspace
         self._matrices: Any = (
             products.start, products.column, products.mass, products.damping, products.spread, self._numbers.linear,
-            equation.inertia.pairs, equation.state.reference_force,
+            equation.inertia.pairs, equation.state.reference_force, products.vectors, products.coefficients,
+            products.coefficients * (self._numbers.scheme.weight * self._numbers.scheme.velocity.d),
         )  # fmt: skip
         self._elements: Any = workspace.store, workspace.stresses, workspace.held
         scheme, size = self._numbers.scheme, float(problem.time_step)
@@ -66,8 +67,7 @@ class March:
         if type(equation) is not EquationOfMotion or not isinstance(stepper, Stepper) or problem.adaptive is not None:
             return False
         (stage, *_), method = stepper.method.stages(problem.time_step), stepper.method
-        plain = not (equation.inputs or equation.products.matrix.rank)
-        return plain and not (stage.velocity or method.average_stress)
+        return not stage.velocity and not method.average_stress and (not equation.inputs or equation.inputs.all_loads)
 
     def take(self, at: MotionState, number: int, last: int, segment: Segment) -> tuple[int, MotionState]:
         """Take steps from an instant of the grid to the last one at most; the one that was reached, and its state.
@@ -79,11 +79,12 @@ class March:
             return number, at
         times = self._times(at, number, last, segment)
         steps = len(times) - 1
-        if not steps:
+        if steps < _LEAST_STEPS:
             return number, at
         size, numbers = self._problem.time_step, np.arange(number + 1, number + steps + 1)
         stored, kept = numbers % self._problem.every == 0, np.isin(numbers, self._kept)
-        motions = segment.rows(times[:-1] + self._numbers.scheme.evaluation * size)
+        instants = times[:-1] + self._numbers.scheme.evaluation * size
+        frame: Any = segment.rows(instants), self._equation.frame, *self._pushes(instants, segment.end)
         fields, books = np.empty((np.count_nonzero(kept), at.q.size)), at.books
         samples: Any = self._recorder.parts, _rows(stored, self._recorder.count), fields, _rows(kept, 0)
         begin: Any = (
@@ -91,13 +92,13 @@ class March:
             books.now, books.late,
         )  # fmt: skip
         taken, end, forces, work, late = take_steps(
-            times, self._matrices, self._elements, self._scheme, *tangent[:3], (motions, self._equation.frame),
-            *tangent[3:], begin, self._watched, self._errors.parts, samples,
+            times, self._matrices, self._elements, self._scheme, *tangent[:3], frame, *tangent[3:], begin,
+            self._watched, self._errors.parts, samples,
         )  # fmt: skip
         self._stepper.took(taken, *tangent[4:])
         if taken < steps:
             self._left_out = number + taken
-        self._length = max(_FIRST_STEPS, min(2 * taken, self._most))
+        self._length = min(max(_FIRST_STEPS, 2 * taken, self._length if taken == steps else 0), self._most)
         if not taken:
             return number, at
         weighed = self._numbers.scheme.weight < 1.0
@@ -115,6 +116,20 @@ class March:
         behind_jump = at.jerk is None or not at.books.own.size
         known = self._numbers.scheme.weight == 1.0 or (at.forces is not None and at.books.now.size > 0)
         return number != self._left_out and known and not behind_jump and long_for(segment, self._problem.time_step)
+
+    def _pushes(self, instants: Array, before: float) -> tuple[Array, Indices]:
+        """Different loads of the inputs at instants [s], a jump not met yet, and which one each of them has."""
+        inputs, rows, which, last = self._equation.inputs, list[Array](), np.zeros(len(instants), dtype=np.int64), None
+        if not inputs:
+            return np.zeros((1, self._equation.system.size)), which
+        for number, instant in enumerate(instants.tolist()):
+            time = earlier(instant, before)
+            values = inputs.values(time)
+            if last is None or not np.array_equal(values, last):
+                last = values
+                rows.append(inputs.load(time))
+            which[number] = len(rows) - 1
+        return np.array(rows), which
 
     def _times(self, at: MotionState, number: int, last: int, segment: Segment) -> Array:
         """Instants of a stretch, from its start."""
