@@ -51,6 +51,7 @@ rooms: $(BIN)/python ## draw the rooms and their imports, docs/figures/rooms.svg
 benchmark: $(VENV)/installed ## measure step cost, its growth with the mesh, direct solvers and set-up (minutes)
 	$(BIN)/python benchmarks/step_cost.py
 	$(BIN)/python benchmarks/step_cost.py --growth
+	$(BIN)/python benchmarks/step_cost.py --stretches
 	$(BIN)/python benchmarks/linear_solvers.py
 	$(BIN)/python benchmarks/setup_cost.py
 

@@ -149,8 +149,7 @@ def own_arithmetic(run: FullRun, times: int) -> tuple[float, float]:
     terms = run.equation.motion_terms(motion)
     turning = numbers.scheme.weight * (numbers.scheme.velocity.d * terms.velocity + terms.displacement)
     forces = 1e-3 * run.at.v, run.at.q, march._elements, march._matrices, turning, numbers.scheme.weight
-    tangent = run._stepper.tangent(run.problem.time_step)
-    both = (many_residuals, *forces, np.zeros((6, size))), (many_substitutions, *tangent[0][:3], run.at.v)
+    both = (many_residuals, *forces, np.zeros((6, size))), (many_substitutions, *run._stepper.factor.parts, run.at.v)
     return tuple(seconds(function, times, *given) / times for function, *given in both)
 
 

@@ -228,7 +228,18 @@ class InputSet:
 
     def values(self, time: float) -> Array:
         """Numbers u of the linear inputs at an instant [s], shape (n,)."""
-        return np.concatenate([np.zeros(0), *(item.values(time) for item in self.linear)])
+        return np.concatenate([np.zeros(0), *self.each_value(time)])
+
+    def each_value(self, time: float) -> list[Array]:
+        """The same, one array for each of the linear inputs."""
+        return [item.values(time) for item in self.linear]
+
+    def load_of(self, values: Sequence[Array]) -> Array:
+        """Force on the free unknowns, shape (size,), of inputs that are `all_loads` with these values."""
+        load = np.zeros(self.system.size)
+        for item, value in zip(self.linear, values, strict=True):
+            load += _pattern(item, self.system.size) @ value
+        return load
 
     @property
     def stressing(self) -> NDArray[np.bool_]:

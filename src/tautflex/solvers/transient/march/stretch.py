@@ -119,15 +119,15 @@ class March:
 
     def _pushes(self, instants: Array, before: float) -> tuple[Array, Indices]:
         """Different loads of the inputs at instants [s], a jump not met yet, and which one each of them has."""
-        inputs, rows, which, last = self._equation.inputs, list[Array](), np.zeros(len(instants), dtype=np.int64), None
+        inputs, rows, which, last = self._equation.inputs, list[Array](), np.zeros(len(instants), dtype=np.int64), b""
         if not inputs:
             return np.zeros((1, self._equation.system.size)), which
         for number, instant in enumerate(instants.tolist()):
-            time = earlier(instant, before)
-            values = inputs.values(time)
-            if last is None or not np.array_equal(values, last):
-                last = values
-                rows.append(inputs.load(time))
+            values = inputs.each_value(earlier(instant, before))
+            key = b"".join(value.tobytes() for value in values)
+            if key != last:
+                last = key
+                rows.append(inputs.load_of(values))
             which[number] = len(rows) - 1
         return np.array(rows), which
 
