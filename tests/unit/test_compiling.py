@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tautflex import compiling
+from tautflex.case import template
 from tautflex.numeric import jit
 
 
@@ -39,7 +40,7 @@ def test_code_is_kept_in_a_folder_of_this_user_alone(monkeypatch, tmp_path):
 def test_kernels_are_compiled_by_the_one_function_that_finds_a_place_for_their_code():
     root = Path(compiling.__file__).parent
     own = [
-        path.name for path in root.rglob("*.py") if "njit(" in (text := path.read_text("utf-8")) or " Kernel(" in text
+        path.name for path in root.rglob("*.py") if "njit(" in (text := path.read_text("utf-8")) or "= Kernel(" in text
     ]
     assert own == ["numeric.py"]
 
@@ -69,6 +70,7 @@ def test_what_compiled_code_calls_has_no_machine_code_of_its_own_until_python_ca
 
 
 _KERNELS = """
+from tautflex.case import template
 from tautflex.numeric import jit
 @jit
 def total(x):
@@ -98,3 +100,22 @@ def test_later_processes_find_the_code_and_build_it_into_other_callers(tmp_path)
         for called in ("k.mean(x)", "k.mean(x)", "k.twice(x)", "k.total(x)")
     ]
     assert answers == [["2.0", "0", "0", "0"], ["2.0", "1", "0", "0"], ["8.0", "0", "1", "0"], ["4.0", "0", "0", "0"]]
+
+
+def test_code_of_batches_is_kept_among_the_users_caches_if_these_can_be_written(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert compiling.user_place("jax") == str(tmp_path / "tautflex" / "jax")
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    assert compiling.user_place("jax") is None
+
+
+@pytest.mark.slow
+def test_check_imports_nothing_that_it_does_not_use(tmp_path):
+    (tmp_path / "m2.toml").write_text(template("m2"), encoding="utf-8")
+    program = (
+        "import sys; from tautflex.cli import main; main(['check', 'm2.toml']); print(*sys.modules, file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True)
+    unused = {"pandas", "xarray.core", "matplotlib", "scipy.integrate", "scipy.optimize", "scipy.io", "jax"}
+    assert not unused & set(done.stderr.split())
