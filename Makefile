@@ -48,12 +48,13 @@ format: $(VENV)/tools ## rewrite the sources in the house format
 rooms: $(BIN)/python ## draw the rooms and their imports, docs/figures/rooms.svg
 	$(BIN)/python tools/house.py
 
-benchmark: $(VENV)/installed ## measure step cost, its growth with the mesh, direct solvers and set-up (minutes)
+benchmark: $(VENV)/installed ## measure step cost, its growth with the mesh, direct solvers, set-up and start-up (minutes)
 	$(BIN)/python benchmarks/step_cost.py
 	$(BIN)/python benchmarks/step_cost.py --growth
 	$(BIN)/python benchmarks/step_cost.py --stretches
 	$(BIN)/python benchmarks/linear_solvers.py
 	$(BIN)/python benchmarks/setup_cost.py
+	$(BIN)/python benchmarks/start_up.py
 
 benchmark-control: $(VENV)/tools ## control steps per second of plants, environments and the functional twin (minutes)
 	$(BIN)/python benchmarks/control_steps.py

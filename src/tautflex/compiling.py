@@ -40,6 +40,18 @@ def watch() -> None:
     event.register("numba:compile", First())  # type: ignore[no-untyped-call]
 
 
+def user_place(name: str) -> str | None:
+    """Folder for compiled code among this user's caches (`XDG_CACHE_HOME`, ~/.cache); None if none can be written."""
+    try:
+        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+        place = Path(home) / "tautflex" / name
+        place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=place).close()
+    except (OSError, RuntimeError):  # no home
+        return None
+    return str(place)
+
+
 @cache
 def temporary_place() -> str:
     """Folder of this user's own for compiled code, among the temporary ones; "" if there is none."""

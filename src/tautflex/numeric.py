@@ -67,12 +67,17 @@ def jit(function: Callable[..., Any]) -> Any:
     # Here, because it takes longer to import than all that needs nothing but the types above.
     import numba
 
+    from tautflex.linking import Kernel
+
     watch()
+    kernel = Kernel(function, targetoptions={"nopython": True, "boundscheck": None, "error_model": "numpy"})
     try:
-        return numba.njit(cache=True, error_model="numpy")(function)
+        kernel.enable_caching()
     except RuntimeError:  # no place to keep code in
         numba.config.CACHE_DIR = temporary_place()  # type: ignore[attr-defined]
-        return numba.njit(cache=bool(temporary_place()), error_model="numpy")(function)
+        if temporary_place():
+            kernel.enable_caching()
+    return kernel
 
 
 def cross(a: Array, b: Array) -> Array:

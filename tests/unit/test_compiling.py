@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numba
+import numpy as np
+import pytest
 
 from tautflex import compiling
+from tautflex.case import template
+from tautflex.numeric import jit
 
 
 def test_the_first_compilation_is_told_once(monkeypatch, capsys):
@@ -33,5 +39,83 @@ def test_code_is_kept_in_a_folder_of_this_user_alone(monkeypatch, tmp_path):
 
 def test_kernels_are_compiled_by_the_one_function_that_finds_a_place_for_their_code():
     root = Path(compiling.__file__).parent
-    own = [path.name for path in root.rglob("*.py") if "numba.njit(" in path.read_text(encoding="utf-8")]
+    own = [
+        path.name for path in root.rglob("*.py") if "njit(" in (text := path.read_text("utf-8")) or "= Kernel(" in text
+    ]
     assert own == ["numeric.py"]
+
+
+@jit
+def _sum(x):
+    total = 0.0
+    for value in x:
+        total += value
+    return total
+
+
+@jit
+def _mean(x):
+    if not x.size:
+        raise ValueError("no values")
+    return _sum(x) / x.size
+
+
+def test_what_compiled_code_calls_has_no_machine_code_of_its_own_until_python_calls_it():
+    assert _mean(np.arange(5.0)) == 2.0
+    assert (len(_sum.part.signatures), len(_sum.signatures)) == (1, 0)
+    assert "kernel" not in _sum.part.inspect_asm(_sum.part.signatures[0])
+    assert _sum(np.arange(5.0)) == 10.0
+    with pytest.raises(ValueError, match="no values"):
+        _mean(np.zeros(0))
+
+
+_KERNELS = """
+from tautflex.case import template
+from tautflex.numeric import jit
+@jit
+def total(x):
+    return x[0] + x[1]
+@jit
+def mean(x):
+    return total(x) / 2
+@jit
+def twice(x):
+    return 2 * total(x)
+"""
+
+
+@pytest.mark.slow
+def test_later_processes_find_the_code_and_build_it_into_other_callers(tmp_path):
+    (tmp_path / "kernels.py").write_text(_KERNELS)
+    program = "import numpy, kernels as k; x = numpy.array([1.0, 3.0]); print({}, *[sum(c) for c in ({})])"
+    found = "f.stats.cache_hits.values() for f in (k.mean, k.total.part, k.total)"
+    answers = [
+        subprocess.run(
+            [sys.executable, "-c", program.format(called, found)],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout.split()
+        for called in ("k.mean(x)", "k.mean(x)", "k.twice(x)", "k.total(x)")
+    ]
+    assert answers == [["2.0", "0", "0", "0"], ["2.0", "1", "0", "0"], ["8.0", "0", "1", "0"], ["4.0", "0", "0", "0"]]
+
+
+def test_code_of_batches_is_kept_among_the_users_caches_if_these_can_be_written(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert compiling.user_place("jax") == str(tmp_path / "tautflex" / "jax")
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    assert compiling.user_place("jax") is None
+
+
+@pytest.mark.slow
+def test_check_imports_nothing_that_it_does_not_use(tmp_path):
+    (tmp_path / "m2.toml").write_text(template("m2"), encoding="utf-8")
+    program = (
+        "import sys; from tautflex.cli import main; main(['check', 'm2.toml']); print(*sys.modules, file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True)
+    unused = {"pandas", "xarray.core", "matplotlib", "scipy.integrate", "scipy.optimize", "scipy.io", "jax"}
+    assert not unused & set(done.stderr.split())

@@ -15,7 +15,7 @@ from tautflex.numeric import Array
 from tautflex.solvers.transient.status import Run
 from tautflex.solvers.variables import dataset_of
 
-Record: TypeAlias = xr.DataArray | tuple[ArrayLike, float]
+Record: TypeAlias = "xr.DataArray | tuple[ArrayLike, float]"
 """A DataArray over ``time`` [s], or a pair (values, time_step [s])."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tautflex.compiling import user_place
 from tautflex.errors import MissingExtraError
 
 try:
@@ -12,6 +13,9 @@ except ImportError as error:
     raise MissingExtraError(
         "batch: expected the packages jax and threadpoolctl, not both installed; pip install 'tautflex[batch]'"
     ) from error
+
+if jax.config.jax_compilation_cache_dir is None:  # type: ignore[attr-defined]
+    jax.config.update("jax_compilation_cache_dir", user_place("jax"))  # type: ignore[no-untyped-call]
 
 # Stiff films lose everything in single precision. The switch is JAX's own and holds for the whole process.
 jax.config.update("jax_enable_x64", True)  # type: ignore[no-untyped-call]

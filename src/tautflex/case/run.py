@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import xarray as xr
 
@@ -32,7 +32,7 @@ from tautflex.solvers.transient.simulate import simulate
 from tautflex.solvers.transient.status import Run, Status
 
 Progress = Callable[[float, str], None]
-Figures = Callable[[xr.Dataset, xr.Dataset, Path], list[Path]]
+Figures: TypeAlias = "Callable[[xr.Dataset, xr.Dataset, Path], list[Path]]"
 
 CHECKPOINT = 60.0
 """Wall-clock time between two checkpoints [s]."""

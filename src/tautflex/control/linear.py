@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.io import savemat
 from scipy.linalg import expm
 
 from tautflex import checks
@@ -245,6 +244,8 @@ class LinearPlant:
         for name in ("A", "B", "C", "D", "stiffness", "bilinear", "level"):
             values[name] = getattr(self, name)
         try:
+            from scipy.io import savemat  # here, because the command line does without
+
             savemat(place, values | {"interval": self.interval or 0.0}, appendmat=False)
         except OSError as error:
             raise InputError(

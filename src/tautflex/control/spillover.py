@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from tautflex.control.law import LawMatrices
 from tautflex.control.linear import LinearPlant
@@ -64,6 +63,8 @@ def refuse_spillover(spec: LoopSpec, law: LawMatrices, name: str, key: str, reme
     own, now = np.exp(free * spec.interval), poles[np.abs(poles) > 0.0]
     if not len(own):
         return
+    from scipy.optimize import linear_sum_assignment  # here, because the command line does without
+
     place, found = linear_sum_assignment(np.abs(own[:, None] - now))
     decay, left = -free[place].real, -np.log(np.abs(now[found])) / spec.interval
     worst = int(np.argmin(left / decay))

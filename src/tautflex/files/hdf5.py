@@ -9,7 +9,6 @@ from typing import IO, Any
 
 import h5netcdf
 import xarray as xr
-from xarray.backends import H5NetCDFStore
 
 
 def write_hdf5(path: Path, groups: Mapping[str | None, xr.Dataset]) -> None:
@@ -26,7 +25,7 @@ def write_hdf5(path: Path, groups: Mapping[str | None, xr.Dataset]) -> None:
             with h5netcdf.File(watched, "w") as written:
                 for group, data in groups.items():
                     plain = {name: {"_FillValue": None} for name in data.variables}
-                    data.dump_to_store(H5NetCDFStore(written, group=group), encoding=plain)
+                    data.dump_to_store(xr.backends.H5NetCDFStore(written, group=group), encoding=plain)
         finally:
             watched.raise_error()
 

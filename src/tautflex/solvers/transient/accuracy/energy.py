@@ -17,7 +17,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import Maneuver, RigidMotion, Segment
@@ -134,5 +133,7 @@ def _pushed(velocity: Array, segment: Segment, end: float) -> Array:
 
     if not (velocity.any() or any(rate(t, velocity).any() for t in np.linspace(segment.start, end, 9))):
         return velocity
+    from scipy.integrate import solve_ivp  # here, because the command line does without
+
     way = solve_ivp(rate, (segment.start, end), velocity, method="DOP853", rtol=1e-11, atol=1e-14)
     return np.asarray(way.y[:, -1], dtype=np.float64)
