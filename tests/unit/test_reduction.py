@@ -188,6 +188,33 @@ def test_bad_bases(make, words):
         make()
 
 
+def taut_cable(count):
+    """A cable along x, held at both ends: nothing of it feels a turn about x."""
+    section = tf.CableSection(tf.Material(7e8, 2700.0), 1e-6)
+    links = [[k, k + 1] for k in range(count)]
+    model = tf.Model.from_mesh(
+        [[float(k), 0.0, 0.0] for k in range(count + 1)],
+        cables=links,
+        cable=section,
+        cable_tension=5.0,
+        supports=[tf.Support.pinned([0, count])],
+    )
+    return tf.solve_prestress(model)
+
+
+def test_structures_without_film():
+    state = taut_cable(6)
+    reduced = tf.reduce(state)
+    assert reduced.size == tf.reduce(state, tf.ModalBasis(("z", "ry"))).size < state.system.size
+    push = tf.BaseAcceleration(40.0, axis=(0.0, 0.0, 1.0))
+    given = {"time_step": 1e-3, "end_time": 0.5, "method": tf.Newmark(), "probes": {"A": (2.0, 0.0)}}
+    full, few = (tf.simulate(plant, push, **given).data for plant in (state, reduced))
+    assert float(np.abs(full.w).max()) > 0.1
+    assert float(np.abs(full.w - few.w).max()) < 0.01 * float(np.abs(full.w).max())
+    with pytest.raises(tf.InputError, match="directions: expected an acceleration that loads the structure, got rx"):
+        tf.reduce(state, tf.ModalBasis(("rx",)))
+
+
 def test_bad_reductions(antenna):
     maneuver = tf.Stop(rate=0.05, duration=0.1)
     with pytest.raises(tf.InputError, match="basis: expected an object"):

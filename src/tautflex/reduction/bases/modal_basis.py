@@ -9,11 +9,15 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
+from tautflex.numeric import Array
 from tautflex.reduction.bases.static_derivatives import TREATMENTS, add_static_derivatives
 from tautflex.reduction.bases.vectors import Basis, BasisVectors, ReferenceSolver, ritz
 from tautflex.solvers.modal.natural import solve_modes
 from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS, rigid_loads
 from tautflex.solvers.static.prestress import PrestressedState
+
+# Part of the largest static energy below which a load is none but for round-off.
+_NO_LOAD = 1e-24
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,7 @@ class ModalBasis(Basis):
     ----------
     directions
         Rigid accelerations that load the structure, of ``"x", "y", "z", "rx", "ry", "rz"``. The paper's antenna turns
-        about x: ``("rx",)``. Fewer directions make a smaller model.
+        about x: ``("rx",)``. Fewer directions make a smaller model. Those that load nothing are left out.
     count
         Number of modes; None takes every mode with a part of at least ``threshold`` in a load's static strain energy.
     threshold
@@ -40,7 +44,7 @@ class ModalBasis(Basis):
     Raises
     ------
     InputError
-        If an argument is out of range.
+        If an argument is out of range, or, once a structure is reduced, if no direction loads it.
     """
 
     directions: Sequence[str] = ("z", "rx", "ry")
@@ -68,17 +72,14 @@ class ModalBasis(Basis):
     def vectors(self, state: PrestressedState) -> BasisVectors:
         """Find the vectors for a prestressed state."""
         solver = ReferenceSolver(state)
-        inertia = state.system.inertia
-        every = rigid_loads(inertia)
-        loads = np.array([every[RIGID_DIRECTIONS.index(direction)] for direction in self.directions])
-        static = np.array([solver.solve(load) for load in loads])
+        loads, static, energies = self._responses(state, solver)
         modes = solve_modes(state, n=min(self.candidates, state.system.size - 1))
         values = (2.0 * np.pi * modes.frequencies) ** 2
         if not values.all():
             text = f"candidates: expected modes with stiffness, got {np.sum(values == 0.0)} of frequency zero"
             raise UnsupportedError(f"{text}; hold the structure against rigid motion")
         participation = (modes.vectors @ loads.T).T
-        shares = participation**2 / values / np.einsum("di,di->d", loads, static)[:, None]
+        shares = participation**2 / values / energies[:, None]
         best = shares.max(axis=0)  # parts of the static strain energy
         if self.count is not None and self.count > len(best):
             text = f"count: expected at most the {len(best)} modes among which is chosen, got {self.count}"
@@ -92,3 +93,18 @@ class ModalBasis(Basis):
         amplitude = np.abs(loads @ kept.T).max(axis=0) / solver.energies(kept)
         text = f"{len(chosen)} natural modes"
         return add_static_derivatives(state, solver, kept, amplitude, self.directions, self.derivatives, text)
+
+    def _responses(self, state: PrestressedState, solver: ReferenceSolver) -> tuple[Array, Array, Array]:
+        """Loads of the directions, static responses (d, size) and twice their energies; a load that is none left out.
+
+        A straight cable feels no turn about itself.
+        """
+        every = rigid_loads(state.system.inertia)
+        loads = np.array([every[RIGID_DIRECTIONS.index(direction)] for direction in self.directions])
+        static = np.array([solver.solve(load) for load in loads])
+        energies = np.einsum("di,di->d", loads, static)
+        felt = np.abs(energies) > _NO_LOAD * np.abs(energies).max()
+        if not felt.any():
+            text = f"directions: expected an acceleration that loads the structure, got {', '.join(self.directions)}"
+            raise InputError(f"{text}, which nothing feels; take another of 'x', 'y', 'z', 'rx', 'ry', 'rz'")
+        return loads[felt], static[felt], energies[felt]

@@ -26,7 +26,8 @@ class PodBasis(Basis):
     Parameters
     ----------
     data
-        Result of a full run (``run.data``) with stored fields, ``simulate(..., fields="all", every=...)``, or several.
+        Result of a run (``run.data``) with stored fields, ``simulate(..., fields="all", every=...)``, or several: of
+        the full structure, or of a reduced model with many coordinates.
     count
         Number of modes; None takes as many as hold all but ``lost`` of the kinetic-energy norm.
     lost
