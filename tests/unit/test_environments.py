@@ -101,6 +101,11 @@ def test_modes_of_the_vector_environment():
     assert np.array_equal(got[0][0], begun)  # what the same step sees, the next one does
     with pytest.raises(tf.InputError, match="reset_mask"):
         stopping.step(np.zeros((2, 3)))
+    with pytest.raises(tf.InputError, match=r"action: expected shape \(2, 3\), got \(3,\)"):
+        same.unwrapped.step(np.zeros(3))
+    assert np.array_equal(same.reset(seed=np.int64(4))[0], same.reset(seed=[4, 5])[0])
+    with pytest.raises(tf.InputError, match="seed: expected"):
+        same.reset(seed=0.5)
     kept = got[1][0][1]
     seen, _ = stopping.reset(options={"reset_mask": np.array([True, False])})
     assert np.array_equal(seen[1], kept)
@@ -173,6 +178,9 @@ def test_options_are_parameters(env):
     env.reset(seed=0)
     with pytest.raises(tf.InputError, match="action: expected finite numbers"):
         env.step([np.nan, 0.0, 0.0])
+    for action in (0.3, [0.3]):  # which would be broadcast
+        with pytest.raises(tf.InputError, match=r"action: expected shape \(3,\), got \("):
+            env.step(action)
 
 
 @pytest.mark.parametrize(

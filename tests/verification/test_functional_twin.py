@@ -94,28 +94,41 @@ def test_twin_is_the_compiled_plant(verification_row):
     verification_row("functional twin, 3 runs of 30 intervals: readings", 0, worst, "compiled plant")
 
 
-def test_twin_of_a_hold_is_its_environment(verification_row):
-    """Strikes, a snap of the temperature, an error of the tension: observations and rewards of one episode."""
-    own = task_case("hold").replaced(
+def short(name):
+    """A registered task on a coarser film, half a second long."""
+    return task_case(name).replaced(
         mesh={"divisions": [8, 4]},
         cables={"per_long_edge": 9, "per_short_edge": 5},
-        task={"duration": 0.5, "coordinates": 4},
+        task={"duration": 0.5, "coordinates": 4} | ({"stop_duration": 0.2} if name == "stop" else {}),
     )
-    env, twin = AntennaEnv("hold", case=own), FunctionalTwin(own)
-    given = {"first_time": 0.034, "second_time": 0.12, "snap_time": 0.2, "snap": 1.5, "first": 2e-3, "second": -1e-3}
-    given |= {"tension_error": 0.05, "effectiveness": 0.9, "noise": 0.0}
+
+
+EPISODES = {
+    # Strikes, a snap of the temperature, an error of the tension.
+    "hold": {"first_time": 0.034, "second_time": 0.12, "snap_time": 0.2, "snap": 1.5, "first": 2e-3, "second": -1e-3},
+    # A spin that stops behind twenty of thirty intervals.
+    "stop": {"rate": 0.6},
+}
+
+
+@pytest.mark.parametrize("name", EPISODES)
+def test_twin_of_a_task_is_its_environment(name, verification_row):
+    """Observations and rewards of one episode."""
+    env, twin = AntennaEnv(name, case=short(name)), FunctionalTwin(short(name))
+    given = EPISODES[name] | {"tension_error": 0.05, "effectiveness": 0.9, "noise": 0.0}
     seen, _ = env.reset(seed=0, options=given)
     key, step = jax.random.key(0), jax.jit(twin.step)
     state, told = twin.reset(key, given)
-    worst = float(np.abs(told - seen).max())
-    for action in np.random.default_rng(0).uniform(-0.1, 0.1, (STEPS, 3)):
+    worst, moved = float(np.abs(told - seen).max()), 0.0
+    for action in np.random.default_rng(0).uniform(-0.1, 0.1, (STEPS, twin.commands)):
         seen, reward, *_, info = env.step(action)
         state, told, paid, _, _, also = step(key, state, action, given)
         worst = max(worst, float(np.abs(told - seen).max()), abs(float(paid) - reward))
         assert float(also["surface_rms"]) == pytest.approx(info["surface_rms"], rel=1e-9)
-    assert info["surface_rms"] > 1e-5
+        moved = max(moved, info["surface_rms"])
+    assert moved > 1e-5
     assert worst < 1e-9
-    verification_row("functional twin of a hold, 30 intervals: observations and rewards", 0, worst, "environment")
+    verification_row(f"functional twin of a {name}, 30 intervals: observations and rewards", 0, worst, "environment")
 
 
 def test_one_run_many_and_vmap_are_the_same():
@@ -208,6 +221,18 @@ def test_training_that_is_killed_goes_on_to_the_same_policy(tmp_path):
         train(iterations=6, checkpoint=place, **asked)
 
 
+def test_a_stop_is_trained():
+    """Behind no law, as there is no hub; the policy flies the loop of its case."""
+    asked = {"case": short("stop"), "runs": 2, "judged": 1, "horizon": 10, "judge_every": 1, "layers": (4,)}
+    found = train("stop", iterations=2, **asked)
+    assert (found.skipped, len(found.costs)) == (0, 3)
+    assert found.cost == min(found.costs)
+    law, spec = found.policy, Arena(short("stop")).spec
+    assert not law.gain.any()
+    command = law.act(law.start(spec), np.zeros(4), tf.Reference.rest(0.0, 0))[1]
+    assert np.isfinite(command).all()
+
+
 def test_a_policy_goes_from_one_command_to_the_next(tmp_path, capsys):
     """Trained, kept, and judged beside named laws."""
     file, place = tmp_path / "slew.toml", tmp_path / "training.npz"
@@ -242,8 +267,12 @@ def test_the_horizon_is_a_part_of_the_episode():
 
 
 def test_what_has_no_functional_form_is_refused():
-    with pytest.raises(tf.UnsupportedError, match="task: expected a slew or a hold"):
-        FunctionalTwin(Arena(task_case("stop")))
+    with pytest.raises(
+        tf.UnsupportedError, match=r"task.stop_duration: .*got 20.5; set for example stop_duration = 0.2"
+    ):
+        FunctionalTwin(short("stop").replaced(task={"stop_duration": 0.205}))
+    with pytest.raises(tf.UnsupportedError, match=r"hub: expected one .* and none for a stop"):
+        FunctionalTwin(Arena(case(), tf.StopTask(commands=("tension_x",))))
     with pytest.raises(tf.InputError, match=r"horizon: expected a whole part .* 50 intervals, got 20.*horizon = 10"):
         train(case=case(), horizon=20)
     with pytest.raises(tf.InputError, match="law: expected a linear law without memory"):

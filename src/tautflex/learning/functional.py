@@ -1,7 +1,7 @@
 """An environment as pure functions in JAX, over the reduced plant: differentiable, and made for many at once.
 
-The same plant, drives, disturbances, readings, observation and reward as ``tautflex/Slew-v0`` and ``tautflex/Hold-v0``
-have on their reduced models. Arrays may have the run as last axis (fast), or be those of one run, for `jax.vmap`.
+The same plant, drives, disturbances, readings, observation and reward as the environments have on their reduced models.
+Slopes are those of reverse mode. Arrays may have the run as last axis (fast), or be those of one run, for `jax.vmap`.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class TwinState(NamedTuple):
 
 
 class FunctionalTwin:
-    """Pure functions of a task on a hub of one axis: a slew, or to hold it.
+    """Pure functions of a task about one axis: a slew, to hold a hub, or a prescribed stop.
 
     Parameters
     ----------
@@ -137,7 +137,8 @@ class FunctionalTwin:
             As of `params`; numbers, or shape (n,) for n episodes, the last axis of everything.
         """
         alone = jnp.ndim(params[self._task.drawn[0]]) == 0
-        state, seen = self._reset(key, self._wide(params))
+        wide = self._wide(params)
+        state, seen = self._reset(self.draws(key, self._runs(wide)), wide)
         return (_narrow(state), seen[:, 0]) if alone else (state, seen)
 
     def step(
@@ -165,11 +166,15 @@ class FunctionalTwin:
         alone = state.place.ndim == 0
         action = jnp.asarray(action, self.kind)
         if not alone:
-            return self._step(key, state, action, self._wide(params))
+            return self.step_drawn(self.draws(key, len(state.place)), state, action, params)
         wide = jax.tree.map(lambda part: part[..., None], state)
-        found = self._step(key, wide, action[:, None], self._wide(params))
-        narrow: Any = _narrow(found)
+        narrow: Any = _narrow(self.step_drawn(self.draws(key, 1), wide, action[:, None], params))
         return narrow
+
+    def draws(self, key: Array, runs: int) -> Array:
+        """Standard normal numbers of a measurement, shape (o, n)."""
+        shape = len(self._constants.noise), runs
+        return jax.random.normal(key, shape, self.kind) if self._constants.noise.any() else jnp.zeros(shape, self.kind)
 
     def _wide(self, params: Params) -> Params:
         return {
@@ -177,12 +182,16 @@ class FunctionalTwin:
             for name, value in self.params().items()
         }
 
-    def _reset(self, key: Array, params: Params) -> tuple[TwinState, Array]:
-        runs, c = len(jnp.broadcast_arrays(*params.values())[0]), self._constants
+    def _runs(self, params: Params) -> int:
+        return len(jnp.broadcast_arrays(*params.values())[0])
+
+    def _reset(self, drawn: Array, params: Params) -> tuple[TwinState, Array]:
+        runs, c = self._runs(params), self._constants
         count = len(c.limit)
         value = self._units[:, None] * params["tension_error"] + jnp.zeros((count, runs), self.kind)
         value = jnp.asarray(value, self.kind)
-        still, none = self._moving.rest(runs), jnp.zeros((count, runs), self.kind)
+        none, start = jnp.zeros((count, runs), self.kind), jnp.zeros(runs, jnp.int32)
+        still = self._turn(self._moving.rest(runs), start, params)
         motion = self._moving.jump(still, self._moving.given(value, none)[1])
         state = TwinState(
             motion,
@@ -192,21 +201,23 @@ class FunctionalTwin:
             value,
             jnp.zeros((len(c.noise), runs), self.kind),
             jnp.zeros((self.commands, runs), self.kind),
-            jnp.zeros(runs, jnp.int32),
+            start,
             jnp.zeros(runs, bool),
         )
-        measured = self._measure(key, state, params)
+        measured = self._measure(drawn, state, params)
         return state._replace(measured=measured), self._see(state, measured, measured, params)
 
-    def _step(self, key: Array, state: TwinState, action: Array, params: Params) -> Any:
-        task, moving = self._task, self._moving
+    def step_drawn(self, drawn: Array, state: TwinState, action: Array, params: Params) -> Any:
+        """`step` of n episodes whose noise is drawn already: so a slope need not draw it twice."""
+        task, moving, params = self._task, self._moving, self._wide(params)
         action = jnp.clip(action, -1.0, 1.0)
         waiting, target, output, value = self._drive(state, action, params)
         given, change = moving.given(value, state.value)
         motion = moving.interval(moving.jump(state.motion, change), given, params["stiffness"], params["damping"])
         place = state.place + 1
+        motion = self._turn(motion, place, params)
         moved = TwinState(motion, waiting, target, output, value, state.measured, action, place, state.over)
-        error = motion.angle - task.goal(params)
+        error = 0.0 * motion.angle if self._constants.driven else motion.angle - task.goal(params)
         form = jnp.asarray(self._constants.form, self.kind)
         square = jnp.sum((form @ motion.q) * motion.q, axis=0)
         rms = jnp.sqrt(jnp.maximum(square, _NO_SLOPE))
@@ -220,10 +231,20 @@ class FunctionalTwin:
         stays = state.over | failed
         kept = jax.tree.map(lambda new, old: jnp.where(stays, old, new), moved, state)
         kept = kept._replace(over=stays | late, place=jnp.where(state.over, state.place, place))
-        measured = self._measure(key, kept, params)
+        measured = self._measure(drawn, kept, params)
         seen = self._see(kept, measured, state.measured, params)
         info = {"attitude_error": error, "surface_rms": rms, "cost": jnp.where(failed, task.worst_cost, cost)}
         return kept._replace(measured=measured), seen, reward, terminated, late, info
+
+    def _turn(self, motion: Motion, place: Array, params: Params) -> Motion:
+        """A prescribed motion at the start of an interval; as it is where the hub is free."""
+        if not self._constants.driven:
+            return motion
+        _, *rates = self._task.reference(self._time(place), params, jnp)
+        return self._moving.turn(motion, *(jnp.asarray(each, self.kind) for each in rates))
+
+    def _time(self, place: Array) -> Array:
+        return (self.arena.interval * place).astype(self.kind)
 
     def _drive(self, state: TwinState, action: Array, params: Params) -> tuple[Array, Array, Array, Array]:
         """Memory of the drives, and what acts over the interval; see `Drive.act`."""
@@ -259,7 +280,7 @@ class FunctionalTwin:
             value = target + left * column(c.lag / interval) * (1.0 - decay)
         return waiting, target, output, jnp.maximum(value, column(c.lowest))
 
-    def _measure(self, key: Array, state: TwinState, params: Params) -> Array:
+    def _measure(self, drawn: Array, state: TwinState, params: Params) -> Array:
         """Noisy readings, shape (o, n)."""
         c, at = self._constants, state.motion
 
@@ -279,7 +300,6 @@ class FunctionalTwin:
         if c.speed_follow is not None:
             found += of(c.speed_follow) @ self._moving.monomials.rates(at.q, at.v)
         if c.noise.any():
-            drawn = jax.random.normal(key, found.shape, self.kind)
             found += params["noise"] * of(c.noise)[:, None] * drawn
         if c.reading_resolution.any():
             fine = of(np.where(c.reading_resolution > 0.0, c.reading_resolution, 1.0))[:, None]
@@ -287,13 +307,17 @@ class FunctionalTwin:
         return found
 
     def reference(self, time: Array, params: Params) -> Array:
-        """Attitude, rate and acceleration of the turn that laws follow, and attitude of the goal, shape (4, n)."""
+        """Attitude, rate and acceleration of the turn that laws follow, and attitude of the goal, shape (4, n).
+
+        Shape (0, n) where there is no hub that could follow.
+        """
+        if self._constants.driven:
+            return jnp.zeros((0, *jnp.shape(time)), self.kind)
         return jnp.stack([*self._task.reference(time, params, jnp), self._task.goal(params) + 0.0 * time])
 
     def features(self, state: TwinState, measured: Array, before: Array, params: Params) -> Array:
         """Measurement, the one before, and the reference: what a linear law sees, shape (z, n)."""
-        time = (self.arena.interval * state.place).astype(self.kind)
-        return jnp.concatenate([measured, before, self.reference(time, params)])
+        return jnp.concatenate([measured, before, self.reference(self._time(state.place), params)])
 
     def _see(self, state: TwinState, measured: Array, before: Array, params: Params) -> Array:
         z = self.features(state, measured, before, params)

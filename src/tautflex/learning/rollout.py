@@ -66,14 +66,16 @@ class Rollouts:
         twin, columns = self._twin, tuple((weights, bias[:, None]) for weights, bias in layers)
 
         @jax.checkpoint
-        def one(course: Course, key: Array) -> tuple[Course, tuple[Array, Array]]:
+        def one(course: Course, drawn: Array) -> tuple[Course, tuple[Array, Array]]:
             action, held = network(columns, self._gain, course.features, course.seen, course.held, self._keep, jnp)
             before = course.state
-            state, seen, reward, _, _, info = twin.step(key, before, action, params)
+            state, seen, reward, _, _, info = twin.step_drawn(drawn, before, action, params)
             features = twin.features(state, state.measured, before.measured, params)
             return Course(state, seen, features, held), (reward, info["cost"])
 
-        return jax.lax.scan(one, course, jax.random.split(key, steps))
+        runs = len(course.state.place)
+        drawn = jax.vmap(lambda own: twin.draws(own, runs))(jax.random.split(key, steps))
+        return jax.lax.scan(one, course, drawn)
 
     def slope(
         self, layers: Layers, key: Array, course: Course, params: Params, steps: int

@@ -86,7 +86,7 @@ def train(
     task: str = "slew",
     *,
     case: Case | str | os.PathLike[str] | None = None,
-    law: str | ControlLaw = "pd",
+    law: str | ControlLaw | None = None,
     iterations: int = 2000,
     seconds: float | None = None,
     seed: int = 0,
@@ -118,11 +118,12 @@ def train(
     Parameters
     ----------
     task
-        ``"slew"``.
+        ``"slew"``, ``"stop"`` or ``"hold"``.
     case
         Case, or its file, with a [task]; None is that of the task.
     law
-        Linear law without memory that the network learns behind: a name as of `baseline`, or a law.
+        Linear law without memory that the network learns behind: a name as of `baseline`, or a law. None is ``"pd"``,
+        and ``"none"`` where there is no hub.
     iterations
         Steps of Adam.
     seconds
@@ -202,7 +203,7 @@ def train(
         )
     twins = FunctionalTwin(arena, precision), FunctionalTwin(finer, precision)
     drawn = {name: (float(low), float(high)) for name, (low, high) in (_DOUBTS | dict(ranges or {})).items()}
-    gain = linear_gain(law, arena)
+    gain = linear_gain(("none" if arena.hub is None else "pd") if law is None else law, arena)
     keep = float(np.exp(-arena.interval / smoothing)) if smoothing else 0.0
     settings = {
         "task": task, "seed": seed, "layers": units, "runs": runs, "horizon": part, "ranges": drawn, "clip": clip,

@@ -1,4 +1,4 @@
-"""Constants of the functional twin: a reduced plant on a hub of one axis, in natural coordinates, and its loop."""
+"""Constants of the functional twin: a reduced plant that turns about one axis, in natural coordinates, and its loop."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ from tautflex.control.compiled.sensing import sensing_of
 from tautflex.control.runs.timing import steps_of
 from tautflex.control.tasks.hold import HoldTask
 from tautflex.control.tasks.slew import SlewTask
+from tautflex.control.tasks.stop import StopTask
 from tautflex.errors import UnsupportedError
 from tautflex.learning.arena import Arena
+from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import unit_axis
 from tautflex.numeric import Array, Indices, cross_matrix
 from tautflex.reduction.marching.free_hub.hub_run import HubRun
@@ -59,6 +61,8 @@ class TwinConstants:
         The film's mean square of the coordinates, shape (r, r).
     step, count
         Of central differences [s], and steps of an interval.
+    driven
+        Whether the motion of the hub is prescribed.
     """
 
     squares: Array
@@ -101,6 +105,7 @@ class TwinConstants:
     form: Array
     step: float
     count: int
+    driven: bool
 
     @classmethod
     def of(cls, arena: Arena) -> TwinConstants:
@@ -113,7 +118,7 @@ class TwinConstants:
             linear, wheels have a momentum, or the damping couples natural coordinates.
         """
         _require(arena)
-        rom, hub = arena.reduced, arena.hub
+        rom, hub = arena.reduced, _hub_of(arena)
         actuators = {**arena.actuators, **arena.disturbances}
         monitor = monitor_of(actuators, rom.state, arena.interval)
         bank = Bank(actuators, rom.state.system, arena.interval, monitor)
@@ -167,6 +172,12 @@ class TwinConstants:
         look = np.abs(sensing.look[:, :r] * amplitude).max(initial=0.0)
         seen = kept(sensing.look[:, r : r + m] * pairs, look)
         moved = np.abs(sensing.speed[:, :r] * amplitude).max(initial=0.0)
+        spin = kept(a.spin[0] * amplitude, coupling)
+        if arena.hub is None and (spin is not None or kept(a.pull[0], coupling) is not None):
+            raise UnsupportedError(
+                "structure: expected coordinates that a steady spin neither bends nor couples in a functional twin, "
+                "got others; train on the environments"
+            )
         return cls(
             squares=squares,
             damping=arrays.damping.diagonal().copy(),
@@ -175,7 +186,7 @@ class TwinConstants:
             quadratic=arrays.quadratic if len(arrays.quadratic) else None,
             reach=a.reach[row],
             reach_follow=None if kept(a.reach_follow[row] * pairs, coupling) is None else a.reach_follow[row],
-            spin=None if kept(a.spin[0] * amplitude, coupling) is None else a.spin[0],
+            spin=None if spin is None else a.spin[0],
             spin_follow=a.spin_follow[0] if a.spun[0] else None,
             pull=a.pull[0],
             pull_follow=a.pull_follow[0],
@@ -208,20 +219,41 @@ class TwinConstants:
             form=rom.film.form,
             step=step,
             count=count,
+            driven=arena.hub is None,
         )
+
+
+def _hub_of(arena: Arena) -> FreeHub:
+    """Hub of an arena; where the motion is prescribed, any that turns about its axis: its tables are those of both."""
+    if arena.hub is not None:
+        return arena.hub
+    axis = getattr(arena.task, "axis", (0.0, 0.0, 0.0))
+    names = [name for name, unit in zip("xyz", np.eye(3), strict=True) if np.array_equal(unit_axis(axis), unit)]
+    if not names:
+        raise UnsupportedError(
+            f"task.axis: expected that of x, y or z in a functional twin, got {axis}; train on the environments"
+        )
+    return FreeHub(1.0, (1.0, 1.0, 1.0), axes=names[0])
 
 
 def _require(arena: Arena) -> None:
     """Raise UnsupportedError for a task or hub without a functional form."""
-    if type(arena.task) not in (SlewTask, HoldTask):
+    task, hub = arena.task, arena.hub
+    if type(task) not in (SlewTask, StopTask, HoldTask):
         raise UnsupportedError(
-            f"task: expected a slew or a hold in a functional twin, got {type(arena.task).__name__}; train on the "
+            f"task: expected a slew, a stop or a hold in a functional twin, got {type(task).__name__}; train on the "
             "environments"
         )
-    if arena.hub is None or arena.hub.axes not in ("x", "y", "z"):
+    if isinstance(task, StopTask) != (hub is None) or (hub is not None and hub.axes not in ("x", "y", "z")):
         raise UnsupportedError(
-            "hub: expected one that turns about one axis in a functional twin (axes = 'x', 'y' or 'z'), got another or "
-            "none; train on the environments"
+            "hub: expected one that turns about one axis in a functional twin (axes = 'x', 'y' or 'z'), and none for a "
+            "stop, got another; train on the environments"
+        )
+    intervals = task.stop_duration / arena.interval if isinstance(task, StopTask) else 1.0
+    if abs(intervals - round(intervals)) > 1e-9 * intervals:
+        raise UnsupportedError(
+            f"task.stop_duration: expected a whole number of intervals of {arena.interval:g} s in a functional twin, "
+            f"got {intervals:.6g}; set for example stop_duration = {max(1, round(intervals)) * arena.interval:g}"
         )
     watched = next((name for name, drive in arena.actuators.items() if drive.monitor), None)
     if watched is not None:
@@ -233,14 +265,15 @@ def _require(arena: Arena) -> None:
             "structure: expected a flat film in a functional twin, got one whose surface moves with what follows the "
             "coordinates; train on the environments"
         )
-    hub = arena.hub
+    if hub is None:
+        return
     moved = hub.torque is not None or hub.force is not None or any(hub.angular_velocity)
     if moved or not np.array_equal(hub.attitude, (1.0, 0.0, 0.0, 0.0)):
         raise UnsupportedError(
             "hub: expected one at rest, not turned, without torque or force in a functional twin, got another; "
             "command a HubTorque"
         )
-    if isinstance(arena.task, SlewTask) and not np.allclose(unit_axis(arena.task.axis), hub.freedom[3:]):
+    if isinstance(task, SlewTask) and not np.allclose(unit_axis(task.axis), hub.freedom[3:]):
         raise UnsupportedError(
-            f"task.axis: expected the hub's, {hub.axes}, in a functional twin, got {arena.task.axis}; turn about it"
+            f"task.axis: expected the hub's, {hub.axes}, in a functional twin, got {task.axis}; turn about it"
         )

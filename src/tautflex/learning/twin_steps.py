@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tautflex.batch.library import jax, jnp
-from tautflex.batch.steps.products import Monomials
 from tautflex.learning.twin_constants import TwinConstants
+from tautflex.learning.twin_monomials import TwinMonomials
 from tautflex.reduction.polynomial.monomials import pair_table
 
 Array = jax.Array
@@ -80,7 +80,7 @@ class TwinSteps:
             return None if value is None else jnp.asarray(value, dtype=kind)
 
         r = len(c.squares)
-        self._c, self.monomials, self.kind, self._place = c, Monomials(r), kind, pair_table(r)
+        self._c, self.monomials, self.kind = c, TwinMonomials(r), kind
         names = (
             "cubic", "viscous", "quadratic", "reach", "reach_follow", "spin", "spin_follow", "pull", "pull_follow",
             "square", "square_follow", "squares", "damping",
@@ -90,7 +90,7 @@ class TwinSteps:
         acting = [c.load, c.stress, c.torque[:, None], *([c.arms] if self._pushed else [])]
         self._acting = taken(np.concatenate(acting, axis=1).T)
         # A centrifugal force of the coordinates alone is linear in them.
-        slope = c.pull_follow[self._place]
+        slope = c.pull_follow[pair_table(r)]
         self._pull = taken(c.square + slope + np.diag(slope.diagonal()))
 
     def rest(self, runs: int) -> Motion:
@@ -111,19 +111,17 @@ class TwinSteps:
 
     def jump(self, at: Motion, change: Given) -> Motion:
         """Accelerations take up what acts anew."""
-        force = change.load + self._force(change.stress, at.q)
+        force = change.load + self.monomials.force(change.stress, at.q)
+        if self._c.driven:
+            return at._replace(a=at.a - force)
         torque = self._torque(change, at.q) + _dot(at.coupling, force)
         rate = torque / (at.inertia - _dot(at.coupling, at.coupling))
         return at._replace(a=at.a - force - rate * at.coupling, acceleration=at.acceleration + rate)
 
-    def _force(self, stress: Array, q: Array) -> Array:
-        """Force on the coordinates of stresses that work on the monomials, shape (r, n)."""
-        both = stress[self._place]
-        # The derivative of a square counts twice; numbers of one type stay so.
-        total = stress[self._place.diagonal()] * q
-        for j in range(len(q)):
-            total = total + both[:, j] * q[j]
-        return total
+    def turn(self, at: Motion, rate: Array, acceleration: Array) -> Motion:
+        """Go on at a prescribed rate and acceleration; those of the coordinates take up the change of the latter."""
+        push = (acceleration - at.acceleration) * at.coupling
+        return at._replace(a=at.a - push, rate=rate, acceleration=acceleration)
 
     def _torque(self, given: Given, q: Array) -> Array:
         return given.torque if given.arms is None else given.torque + _dot(given.arms, q)
@@ -133,7 +131,7 @@ class TwinSteps:
 
         Factors of linear stiffness and of damping have shape (n,).
         """
-        c, of, h, force = self._c, self._of, self._c.step, self._force
+        c, of, h, force = self._c, self._of, self._c.step, self.monomials.force
         half = at.v + 0.5 * h * at.a
         q = at.q + h * half
         v = half + 0.5 * h * at.a
@@ -174,6 +172,11 @@ class TwinSteps:
         inverse = 1.0 / (1.0 + 0.5 * h * resisting)
         solved = inverse * coupling
         share, acceleration, a = inertia - _dot(coupling, solved), at.acceleration, at.a
+        if c.driven:
+            rate = at.rate + h * acceleration
+            a = -inverse * (known + rate**2 * pull) - acceleration * solved
+            v, angle = half + 0.5 * h * a, at.angle + 0.5 * h * (at.rate + rate)
+            return Motion(q, v, a, angle, rate, acceleration, momentum, coupling, inertia), torque
         for _ in range(2):
             rate = (momentum - _dot(coupling, v)) / inertia
             frame = rate**2 * pull

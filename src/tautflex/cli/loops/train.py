@@ -28,7 +28,9 @@ def train(
         int | None, Parameter(help="Steps to train, in place of a time: the same everywhere.")
     ] = None,
     seed: Annotated[int, Parameter(help="Of all that is drawn.")] = 0,
-    law: Annotated[str, Parameter(help="Linear law that the network learns behind: pd or none.")] = "pd",
+    law: Annotated[
+        str | None, Parameter(help="Linear law that the network learns behind: pd or none; default: pd on a hub.")
+    ] = None,
     checkpoint: Annotated[
         Path | None, Parameter(help="File in which training is kept, and from which it goes on after an end or a kill.")
     ] = None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -50,3 +50,11 @@ class StopTask(Task):
     def maneuver(self, parameters: dict[str, float]) -> Stop:
         """Constant deceleration."""
         return Stop(parameters["rate"], self.stop_duration, axis=self.axis)
+
+    def reference(self, time: Any, parameters: dict[str, Any], xp: Any = np) -> list[Any]:
+        """The formula of the stop; its end belongs to what follows it."""
+        rate, left = parameters["rate"], self.stop_duration - time
+        slowing = left > 1e-9
+        angle = 0.5 * rate * (self.stop_duration - xp.where(slowing, left, 0.0) ** 2 / self.stop_duration)
+        slope = xp.where(slowing, rate / self.stop_duration, 0.0)
+        return [angle, slope * left, -slope]

@@ -98,6 +98,12 @@ class Loops:
         np.arcsinh(raw, out=raw)
         show_rows(self._table, first, end)
 
+    def take(self, actions: Any, shape: tuple[int, ...]) -> None:
+        """Take actions of all episodes, of a shape that is asked for: one number shall not count for all silently."""
+        if np.shape(actions) != shape:
+            raise InputError(f"action: expected shape {shape}, got {np.shape(actions)}; give a number for each command")
+        self.actions[...] = actions
+
     def step(self) -> None:
         """Take `actions` over one interval, in all episodes that go on."""
         if command_rows(self._table):

@@ -83,10 +83,12 @@ class VectorAntennaEnv(VectorEnv[Array, Array, Array]):
                     f"options.reset_mask: expected {self.num_envs} truth values, one at least True, got {mask!r}; "
                     "give an array of bool"
                 )
-        if seed is None:
-            seeds: Sequence[int | None] = [None] * self.num_envs
+        seeds: Sequence[int | None]
+        if seed is None or isinstance(seed, Sequence | np.ndarray):
+            seeds = [None] * self.num_envs if seed is None else [None if one is None else int(one) for one in seed]
         else:
-            seeds = [seed + row for row in range(self.num_envs)] if isinstance(seed, int) else seed
+            first = checks.whole("seed", seed, 0)
+            seeds = [first + row for row in range(self.num_envs)]
         if len(seeds) != self.num_envs:
             raise InputError(f"seed: expected one or {self.num_envs} numbers, got {len(seeds)}; give one for each")
         for row, own in enumerate(seeds):
@@ -117,7 +119,7 @@ class VectorAntennaEnv(VectorEnv[Array, Array, Array]):
                 f"step: expected episodes that go on, got {int(done.sum())} that have ended; reset them with "
                 "reset(options={'reset_mask': ...})"
             )
-        loops.actions[...] = actions
+        loops.take(actions, loops.actions.shape)
         loops.step()
         going = ~done
         info: dict[str, Any] = dict(zip(TERMS, loops.terms.T.copy(), strict=True))
