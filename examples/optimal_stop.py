@@ -15,8 +15,6 @@ from pathlib import Path
 
 import jax
 import jax.numpy as jnp
-import matplotlib as mpl
-import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
@@ -25,6 +23,7 @@ from scipy.optimize import minimize
 import tautflex as tf
 from tautflex import ReducedModel
 from tautflex.batch import residual_energy
+from tautflex.plot.style import DOUBLE_COLUMN, GREY, LINES, new_figure, save_figure, styled
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.solvers.transient.simulate import Run
 from tautflex.structure.antenna import AntennaLayout, build_antenna
@@ -161,36 +160,36 @@ def judge(state: PrestressedState, maneuver: object, turn: Turn) -> tuple[float,
     return energy, float(np.sqrt((after.w.sel(probe="A") ** 2).mean())), run
 
 
-def draw(runs: dict[str, Run], maneuvers: dict[str, object], turn: Turn, path: Path) -> None:
+@styled
+def draw(runs: dict[str, Run], turn: Turn, path: Path) -> Path:
     """Rates, deflection and what is left of it."""
-    figure, (top, middle, bottom) = plt.subplots(3, 1, figsize=(8.0, 8.0), layout="constrained")
-    for name, run in runs.items():
-        time, w = run.data.time, 1e3 * run.data.w.sel(probe="A")
-        top.plot(time, run.data.angular_velocity.sel(component="x"), label=name)
-        middle.plot(time, w, label=name)
-        late = time > turn.duration
-        bottom.semilogy(time[late], np.maximum(run.data.kinetic_energy + run.data.strain_energy, 1e-14)[late])
-    top.axhline(turn.largest_rate, color="0.7", lw=0.8, ls="--")
+    figure = new_figure(DOUBLE_COLUMN, 6.0)
+    top, middle, bottom = panels = figure.subplots(3, 1, sharex=True)
+    for (name, run), line in zip(runs.items(), LINES, strict=False):
+        time, late = run.data["time"], run.data["time"] > turn.duration
+        energy = run.data["kinetic_energy"] + run.data["strain_energy"]
+        top.plot(time, run.data["angular_velocity"].sel(component="x"), line, label=name)
+        middle.plot(time, 1e3 * run.data["w"].sel(probe="A"), line)
+        bottom.semilogy(time[late], np.maximum(energy, 1e-14)[late], line)
+    top.axhline(turn.largest_rate, color=GREY, linewidth=0.8, linestyle=":", label="limit of the rate")
+    top.margins(y=0.25)  # keeps the legend's line free of curves
+    top.legend(loc="upper right", ncols=4)
+    for axes in panels:
+        axes.axvspan(0.0, turn.duration, color="#eeeeee", zorder=0)
     top.set_ylabel("angular rate [rad/s]")
-    middle.set_ylabel("w at A [mm]")
-    middle.axvline(turn.duration, color="0.7", lw=0.8)
-    bottom.set_ylabel("energy after the turn [J]")
-    bottom.set_xlabel("time [s]")
-    top.legend(frameon=False)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=120)
-    plt.close(figure)
+    middle.set_ylabel("$w_A$ [mm]")
+    bottom.set(xlabel="time $t$ [s], shaded: the turn", ylabel="energy left [J]", xlim=(0.0, turn.end_time))
+    figure.align_ylabels(panels)
+    return save_figure(figure, path.with_suffix(""), ("png",))[0]
 
 
-def compare(
-    turn: Turn, iterations: int = 60
-) -> tuple[dict[str, tuple[float, float]], dict[str, Run], dict[str, object]]:
-    """Residual energy and rms of each profile in the full model, the runs, and the maneuvers."""
+def compare(turn: Turn, iterations: int = 60) -> tuple[dict[str, tuple[float, float]], dict[str, Run]]:
+    """Residual energy and rms of each profile in the full model, and the runs."""
     state = tf.solve_prestress(antenna())
     rates = optimal_rates(tf.reduce(state, tf.ModalBasis(("rx",), threshold=2e-3)), turn, iterations)
     maneuvers = profiles(state, rates, turn)
     judged = {name: judge(state, maneuver, turn) for name, maneuver in maneuvers.items()}
-    return {name: found[:2] for name, found in judged.items()}, {n: found[2] for n, found in judged.items()}, maneuvers
+    return {name: found[:2] for name, found in judged.items()}, {n: found[2] for n, found in judged.items()}
 
 
 def main() -> None:
@@ -198,14 +197,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=Path("optimal_stop"), help="folder of the figure")
     arguments = parser.parse_args()
-    mpl.use("Agg")
     turn = Turn()
-    left, runs, maneuvers = compare(turn)
+    left, runs = compare(turn)
     print(f"{'profile':20s} {'peak rate [rad/s]':>18s} {'energy left [J]':>16s} {'rms of w at A [mm]':>19s}")
     for name, (energy, rms) in left.items():
         peak = float(np.abs(runs[name].data.angular_velocity).max())
         print(f"{name:20s} {peak:18.4f} {energy:16.3e} {1e3 * rms:19.5f}")
-    draw(runs, maneuvers, turn, arguments.output / "optimal_stop.png")
+    draw(runs, turn, arguments.output / "optimal_stop.png")
 
 
 if __name__ == "__main__":

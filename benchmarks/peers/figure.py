@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from tautflex.plot.style import DOUBLE_COLUMN, new_axes, save_figure, styled
 
 MARKERS = "osD^v"
 
 
+@styled
 def cost_figure(rows: list[dict[str, Any]], path: Path) -> Path:
     """Draw cost against size on logarithmic axes.
 
@@ -26,17 +26,11 @@ def cost_figure(rows: list[dict[str, Any]], path: Path) -> Path:
     Path
         The file.
     """
-    figure = Figure(figsize=(6.0, 4.0), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
+    figure, axes = new_axes(DOUBLE_COLUMN * 0.75, 3.2, "unknowns", "processor time per step [ms]")
     programs = list(dict.fromkeys(row["program"] for row in rows))
-    for marker, program in zip(MARKERS, programs, strict=False):
+    for place, (marker, program) in enumerate(zip(MARKERS, programs, strict=False)):
         points = sorted((row["unknowns"], row["milliseconds_per_step"]) for row in rows if row["program"] == program)
-        axes.plot(*zip(*points, strict=True), marker=marker, markersize=4, label=program)
-    axes.set(xscale="log", yscale="log", xlabel="unknowns", ylabel="processor time per step [ms]")
-    axes.grid(which="major", color="#dddddd")
-    axes.set_axisbelow(True)
-    axes.legend(frameon=False)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=150)
-    return path
+        axes.plot(*zip(*points, strict=True), marker=marker, markersize=4, label=program, zorder=3 - 0.1 * place)
+    axes.set(xscale="log", yscale="log")
+    axes.legend(loc="upper left")
+    return save_figure(figure, path.with_suffix(""), ("png",))[0]

@@ -183,6 +183,54 @@ def test_sliders_and_the_hand_act(opened, page):
     assert page.evaluate("Math.max(...window.explorer.loop.plant.q.map(Math.abs))") > 0.0
 
 
+def test_a_film_that_pushes_is_told_and_marked(opened, page):
+    """In numbers, in words, in the picture and over time; a slew too fast compresses the film, at rest it is taut."""
+    page = opened(page).page
+    assert page.locator("#film-state").text_content() == "In tension everywhere."
+    assert page.evaluate("window.explorer.data.film.deviation()") < 1e-12
+    page.evaluate("window.explorer.live.look(); window.explorer.draw()")
+    before = picture(page, ".stage canvas")
+    least, noted, share = page.evaluate(
+        """() => {
+          const { loop, live, data, draw } = window.explorer;
+          const hold = { number: data.hands.first + data.hands.knock, force: 40 * data.hands.strength };
+          for (let k = 0; k < 100 && !(live.lowest[0] < 0); k++) {
+            loop.hand = hold;
+            do loop.advance(); while (loop.steps);
+            live.note();
+          }
+          draw();
+          const { y } = live.plots[1].lines[0];
+          return [data.film.least, y[y.length - 1], data.film.share];
+        }"""
+    )
+    assert least == noted < 0.0 < share < 1.0
+    settle(page)
+    assert page.locator("#film-state").text_content().startswith("In compression")
+    assert f"{100 * share:.3g}"[:3] in page.locator("#film-numbers").text_content()
+    assert page.locator("#pushed").is_visible()
+    marked = np.abs(picture(page, ".stage canvas") - [255, 212, 0]).max(axis=2) < 60
+    assert marked.mean() > 1e-3 > (np.abs(before - [255, 212, 0]).max(axis=2) < 60).mean()
+    page.locator("#reset").click()
+    settle(page)
+    assert page.locator("#film-state").text_content() == "In tension everywhere."
+    assert not page.locator("#pushed").is_visible()
+
+
+def test_slow_frames_do_not_slow_the_plant(opened, page):
+    """Frames a fifth of a second apart still step as much as time has passed."""
+    page = opened(page).page
+    asked, stepped = page.evaluate(
+        """() => {
+          const { loop, state, advance } = window.explorer;
+          state.before = 1000;
+          for (let now = 1200; now <= 2000; now += 200) advance(now);
+          return [1.0, loop.time + state.owed];
+        }"""
+    )
+    assert stepped == pytest.approx(asked, abs=1e-9)
+
+
 def test_what_outgrows_its_steps_is_told(opened, page):
     page = opened(page).page
     page.evaluate("Object.assign(window.explorer.loop.gains, { stiffness: 1e9, damping: 1e9 })")

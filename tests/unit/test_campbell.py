@@ -12,6 +12,7 @@ import xarray as xr
 from tautflex import InputError
 from tautflex.cli import main
 from tautflex.plot.campbell import branch_name, plot_campbell, save_campbell
+from unit.test_plots import drawn
 
 # Square film under equal stress, f_11 = sqrt(2)/2 sqrt(stress/density) = 2.236 Hz.
 FILM = """
@@ -78,6 +79,16 @@ def test_figure_names_branches_and_orders(table):
     places = sorted(text.get_position()[1] for text in figure.axes[0].texts if "/rev" not in text.get_text())
     assert np.diff(places).min() > 0.05  # names do not overlap
     assert places[0] >= 0.0
+
+
+@pytest.mark.parametrize("dpi", [100, 150, 200])
+def test_names_at_the_ends_stay_in_the_picture(table, dpi):
+    """As pages and files draw it, also names that tell of a change of shape and of shapes without half-waves."""
+    labels = table["label_m"].values.copy()
+    labels[-1, :2], labels[0, 2] = 0, 12
+    figure = plot_campbell(table.assign(label_m=(("rate", "branch"), labels)))
+    figure.set_dpi(dpi)
+    assert {"1 (1,1) to mixed", "2 (2,1) to mixed"} <= set(drawn(figure))
 
 
 def test_lost_branch_is_not_joined(table):

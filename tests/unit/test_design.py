@@ -138,8 +138,8 @@ def test_the_command(tmp_path, capsys):
         encoding="utf-8",
     )
     out = tmp_path / "out"
-    assert main(["design", str(study), "-o", str(out), "--trials", "2", "--json"]) == 0
+    assert main(["design", str(study), "-o", str(out), "--trials", "2", "--json", "--format", "svg"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert (answer["trials"], answer["failed"], len(answer["best"])) == (2, 0, 1)
-    assert {path.name for path in out.glob("*.*")} == {"design.nc", "trials.csv", "history.png", "best.toml",
+    assert {path.name for path in out.glob("*.*")} == {"design.nc", "trials.csv", "history.svg", "best.toml",
                                                      "journal.log"}  # fmt: skip

@@ -169,6 +169,7 @@ def test_wrong_reports_are_named(run, tmp_path):
         ((bare, "a.html"), {}, "run: expected two frames or more, got 0"),
         ((run, tmp_path / "a.pdf"), {}, "path: expected a name that ends with .html"),
         ((run, tmp_path / "a.html"), {"size": 1.0}, "size: expected 2 MB or more"),
+        ((run, tmp_path / "a.html"), {"size": 0}, "size: expected 2 MB or more, which hold the page"),
         ((run, tmp_path / "a.html"), {"other": run, "names": ["one"]}, "names: expected 2 names"),
         (
             (run, tmp_path / "a.html"),

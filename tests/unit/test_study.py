@@ -333,13 +333,14 @@ def test_the_command(tmp_path, capsys):
     (tmp_path / "film.toml").write_text(FILM, encoding="utf-8")
     study = tmp_path / "s.toml"
     study.write_text('base = "film.toml"\n[axes]\n"damping.beta" = [0.0, -1.0]\n', encoding="utf-8")
-    assert main(["sweep", str(study), "-o", str(tmp_path / "out"), "--workers", "1", "--json"]) == 1
+    asked = "--workers", "1", "--json", "--format", "png", "--format", "pdf"
+    assert main(["sweep", str(study), "-o", str(tmp_path / "out"), *asked]) == 1
     answer = json.loads(capsys.readouterr().out)
     assert {name: answer[name] for name in ("points", "done", "failed", "resumed")} == {
         "points": 2, "done": 1, "failed": 1, "resumed": 0
     }  # fmt: skip
-    assert set(answer["files"]) == {"study", "table", "sweep"}
-    assert all((tmp_path / "out" / name).is_file() for name in ("study.nc", "table.csv", "sweep.png"))
+    assert set(answer["files"]) == {"study", "table", "sweep.png", "sweep.pdf"}
+    assert all((tmp_path / "out" / name).is_file() for name in ("study.nc", "table.csv", "sweep.png", "sweep.pdf"))
     assert main(["sweep", str(study), "--workers", "0"]) == 2
     assert "--workers: expected a number >= 1" in capsys.readouterr().err
 

@@ -24,7 +24,7 @@ def _load(name):
 def test_optimal_turn_beats_bang_bang_and_input_shaping(verification_row):
     example = _load("optimal_stop")
     turn = example.Turn(watched=1.0, time_step=1e-2, knots=11)
-    left, runs, _ = example.compare(turn, iterations=15)
+    left, runs = example.compare(turn, iterations=15)
     energy = {name: found[0] for name, found in left.items()}
     shaped = energy["optimal spline"] / energy["input-shaped (ZVD)"]
     assert energy["input-shaped (ZVD)"] < 0.5 * energy["bang-bang"]

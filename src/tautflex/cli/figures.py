@@ -54,15 +54,15 @@ def run_figures(run: xr.Dataset, modes: xr.Dataset, directory: Path, formats: Se
     return written
 
 
-def study_figures(study: xr.Dataset, directory: Path) -> list[Path]:
+def study_figures(study: xr.Dataset, directory: Path, formats: Sequence[str] = FORMATS) -> list[Path]:
     """Write the figure of a study into an existing directory; return the files."""
     from tautflex import plot
 
-    return plot.save_study(study, directory / "sweep", formats=FORMATS)
+    return plot.save_study(study, directory / "sweep", formats=formats)
 
 
-def design_figures(design: xr.Dataset, directory: Path) -> list[Path]:
+def design_figures(design: xr.Dataset, directory: Path, formats: Sequence[str] = FORMATS) -> list[Path]:
     """Write the history of a design into an existing directory; return the files."""
     from tautflex import plot
 
-    return plot.save_design(design, directory / "history", formats=FORMATS)
+    return plot.save_design(design, directory / "history", formats=formats)

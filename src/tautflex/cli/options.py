@@ -76,9 +76,15 @@ def command(function: Callable[..., Answer | int]) -> Callable[..., int]:
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=value) for name, (_, value) in _SHARED.items()
     ]
     hints = get_type_hints(function, include_extras=True) | {name: hint for name, (hint, _) in _SHARED.items()}
-    run.__name__, run.__doc__, run.__annotations__ = function.__name__, function.__doc__, hints
+    run.__name__, run.__doc__, run.__annotations__ = function.__name__, flowing(function.__doc__ or ""), hints
     run.__signature__ = own.replace(parameters=[*own.parameters.values(), *shared])  # type: ignore[attr-defined]
     return run
+
+
+def flowing(text: str) -> str:
+    """A docstring with one line for every paragraph, which help wraps at the width of the terminal."""
+    paragraphs = inspect.cleandoc(text).split("\n\n")
+    return "\n\n".join(each if each.startswith("Example") else " ".join(each.split("\n")) for each in paragraphs)
 
 
 def jsonable(value: Any) -> Any:

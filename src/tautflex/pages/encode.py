@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tautflex.numeric import Array
+
 _LARGEST = 32767
 # NaN of a quantised array.
 _NOTHING = -32768
@@ -39,6 +41,12 @@ def quantised(values: ArrayLike) -> dict[str, Any]:
     scale = np.where(size > 0.0, size / _LARGEST, 1.0)
     whole = np.where(np.isnan(flat), _NOTHING, np.round(np.nan_to_num(flat) / scale))
     return _written(whole.reshape(given.shape), "int16") | {"scale": scale.tolist()}
+
+
+def unpacked(written: Mapping[str, Any]) -> Array:
+    """What a page reads of numbers that were written here, in double precision."""
+    raw = np.frombuffer(base64.b64decode(written["base64"]), np.dtype(written["array"]).newbyteorder("<"))
+    return raw.reshape(written["shape"]).astype(np.float64) * np.asarray(written.get("scale", 1.0))
 
 
 def _written(values: np.ndarray, kind: str) -> dict[str, Any]:

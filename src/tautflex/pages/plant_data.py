@@ -15,8 +15,10 @@ from tautflex.pages.board import Board
 from tautflex.pages.content import mesh_data, nearest_nodes
 from tautflex.pages.encode import exact, packed, quantised
 from tautflex.pages.explorable import Explorable
+from tautflex.pages.film_stress import film_data
 from tautflex.pages.played import Turn, played
 from tautflex.plot.shapes import drawn_factor
+from tautflex.reduction.polynomial.monomials import monomial_sizes
 
 # Sliders of actuators at most; part of the span that a whole push of the hand is drawn with.
 _SLIDERS, _DRAWN = 6, 0.15
@@ -57,7 +59,7 @@ def plant_data(given: Explorable, board: Board) -> dict[str, Any]:
         if np.isfinite(drives.limit[k])
     ][:_SLIDERS]
     interval, step, steps = (float(value) for value in drives.times[:3])
-    magnification = _magnification(board, turn, gains)
+    magnification, sizes = _sizes(board, turn, gains)
     hands = _hands(board, model, magnification)
     shapes = given.rom.state.system.translations(given.rom.basis.kept)[:, board.drawing.nodes]
     nearest = nearest_nodes(mesh, np.array([np.pad(place, (0, 3 - len(place))) for place in board.probes.values()]))
@@ -80,6 +82,7 @@ def plant_data(given: Explorable, board: Board) -> dict[str, Any]:
         "lowest": {"frequency": float(omega[0] / (2.0 * np.pi)), "ratio": float(ratios[0])},
         "mesh": mesh_data(mesh) | {"probes": {"names": list(board.probes), "nodes": nearest}},
         "shapes": quantised(np.moveaxis(shapes, 0, -1)),
+        "film": film_data(plant, board.drawing, sizes),
         "hands": hands,
         "magnification": magnification,
         "check": _check(board, turn, gains, pulls, hands),
@@ -109,17 +112,28 @@ def _modes(model: AxisModel) -> tuple[Array, Array]:
     return np.sqrt(squares), lower.T @ vectors
 
 
-def _magnification(board: Board, turn: Turn, gains: dict[str, float]) -> float:
-    """Factor that a slew is drawn with."""
-    count = int(np.ceil((turn.duration + turn.delay + _AFTER) / board.plant.interval))
-    measured = played(board.plant, turn, gains, count)
-    if board.plant.failed[0]:
+def _sizes(board: Board, turn: Turn, gains: dict[str, float]) -> tuple[float, Array]:
+    """Factor that a slew is drawn with; what it makes of coordinates, monomials, command and frame, shape (z,)."""
+    plant, found = board.plant, list[Array]()
+    count = int(np.ceil((turn.duration + turn.delay + _AFTER) / plant.interval))
+    measured = played(plant, turn, gains, count, told=lambda: found.append(plant.coordinates()))
+    if plant.failed[0]:
         raise InputError(
             f"law: expected a loop that is stable through a slew of {turn.angle:g} rad in {turn.duration:g} s, got one "
             "whose motion outgrows its steps; lower the gains, or the angle"
         )
-    seen = [k for k, name in enumerate(labels_of(board.plant.outputs)) if name.startswith("w")]
-    return drawn_factor(float(np.abs(measured[:, seen]).max(initial=0.0)), board.drawing.mesh.span)
+    readings = labels_of(plant.outputs)
+    seen = [k for k, name in enumerate(readings) if name.startswith("w")]
+    drawn = drawn_factor(float(np.abs(measured[:, seen]).max(initial=0.0)), board.drawing.mesh.span)
+    amplitude, largest = plant.rom.basis.amplitude, np.abs(found).max(axis=0)
+    amplitude = np.maximum(largest, amplitude * np.linalg.norm(largest) / np.linalg.norm(amplitude))
+    rate = measured[:, readings.index("rate")]
+    turned = np.abs(rate).max() ** 2 + np.abs(np.diff(rate)).max() / plant.interval
+    across = 1.0 - np.eye(3)["xyz".index(plant.hub.axes)]  # type: ignore[union-attr]
+    limit = board.constants[1].limit
+    command = np.where(np.isfinite(limit), limit, 1.0)
+    frame = turned * np.append(np.outer(across, across), np.zeros(3))
+    return drawn, np.concatenate([amplitude, monomial_sizes(amplitude), command, frame])
 
 
 def _hands(board: Board, model: AxisModel, magnification: float) -> dict[str, Any]:

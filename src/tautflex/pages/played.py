@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,11 +59,12 @@ def played(
     count: int,
     held: Mapping[int, float] | None = None,
     knocks: Sequence[Mapping[str, Any]] = (),
+    told: Callable[[], None] | None = None,
 ) -> Array:
     """Measurements of a plant over some intervals, shape (count + 1, outputs).
 
     ``gains`` are those of `PD`; ``held`` numbers of the command stay; ``knocks`` push from ``start`` to ``end`` [s] by
-    a ``force`` at a ``number``.
+    a ``force`` at a ``number``; ``told`` is called after every interval.
     """
     readings = [channel.name for channel in plant.outputs for _ in range(channel.size)]
     attitude, rate = readings.index("attitude"), readings.index("rate")
@@ -83,4 +84,6 @@ def played(
         pulled += gains["stiffness"] * follow.attitude[0] + gains["damping"] * follow.rate[0]
         command[0] = pulled + gains["inertia"] * follow.acceleration[0]
         measured.append(plant.step(command).copy())
+        if told is not None:
+            told()
     return np.array(measured)

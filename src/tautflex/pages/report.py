@@ -70,8 +70,8 @@ def report(
     given = [run] if other is None else [run, other]
     data = [_framed(each, "run" if number == 0 else "other") for number, each in enumerate(given)]
     target, place = page_file(path, "report.html"), checks.path("folder", folder)
-    if not checks.positive("size", size) >= 2.0:
-        raise InputError(f"size: expected 2 MB or more, which hold the page and a picture, got {size:g}")
+    if not checks.finite("size", size) >= 2.0:
+        raise InputError(f"size: expected 2 MB or more, which hold the page and a picture, got {size:g}; try 6")
     checks.instance("state", state, (PrestressedState, type(None)), "a prestressed state, or None")
     if state is not None and any(each.sizes["node"] != len(state.model.nodes) for each in data):
         text = f"state: expected the state of this run, got one of {len(state.model.nodes)} nodes"

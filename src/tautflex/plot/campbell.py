@@ -82,14 +82,17 @@ save_campbell = saving(plot_campbell)
 
 
 def branch_name(table: xr.Dataset, index: int) -> str:
-    """Return e.g. "4 (1,2)", or "4 (1,2) to (4,1)" where the shape changes on the way, for a position in a table."""
+    """Return e.g. "4 (1,2)", or "4 (1,2) to (4,1)" where the shape changes on the way, for a position in a table.
+
+    A shape without half-waves to count at one end is "mixed" there.
+    """
     one = table.isel(branch=index)
     name = str(int(one["branch"])) if "branch" in table.coords else str(index + 1)
     if "label_m" not in table:
         return name
     labels = [(int(one["label_m"][k]), int(one["label_n"][k])) for k in (0, -1)]
-    words = [f"({m},{n})" if m > 0 else "-" for m, n in labels]
-    if words == ["-", "-"]:
+    words = [f"({m},{n})" if m > 0 else "mixed" for m, n in labels]
+    if words == ["mixed", "mixed"]:
         return name
     return f"{name} {words[0]}" if words[0] == words[1] else f"{name} {words[0]} to {words[1]}"
 

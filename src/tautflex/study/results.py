@@ -103,7 +103,9 @@ def write_together(
         drawn = [] if figures is None else figures(place)
         return [final / name for name in (*files, *(path.name for path in drawn))]
 
-    return {path.stem: path for path in publish(directory, write)}
+    paths = publish(directory, write)
+    stems = [path.stem for path in paths]
+    return {path.name if stems.count(path.stem) > 1 else path.stem: path for path in paths}
 
 
 def counts(data: xr.Dataset) -> dict[str, int]:

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from tautflex.cli.cards import list_files, say
+from tautflex.cli.figures import FORMATS, Formats, design_figures
 from tautflex.cli.options import Answer, command, require_output_directory
 from tautflex.cli.runs.run import default_directory, progress_bar
 from tautflex.cli.studies.sweep import (
@@ -33,6 +34,7 @@ def design(
     workers: Workers = None,
     scheduler: Scheduler = None,
     force: Anew = False,
+    form: Formats = None,
 ) -> Answer | int:
     """Search the values of keys that make measures small or large within limits, as a study's [design] says.
 
@@ -47,14 +49,14 @@ def design(
     directory = output if output is not None else default_directory(study)
     require_output_directory(directory)
 
-    from tautflex.cli.figures import design_figures
     from tautflex.study.design import write_design
     from tautflex.study.engines.serial import WorkerLostError
 
     asked: dict[str, Any] = {"trials": trials, "workers": workers, "scheduler": scheduler, "force": force}
     try:
         with progress_bar() as progress:
-            data, files = write_design(study, directory, progress=progress, figures=design_figures, **asked)
+            drawn = partial(design_figures, formats=form or FORMATS)
+            data, files = write_design(study, directory, progress=progress, figures=drawn, **asked)
     except KeyboardInterrupt:
         return tell(f"interrupted; finished trials are kept in {directory}: repeat the command to go on", INTERRUPTED)
     except WorkerLostError as error:

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from tautflex.cli.cards import list_files, say
+from tautflex.cli.figures import FORMATS, Formats, study_figures
 from tautflex.cli.options import Answer, command, require_output_directory
 from tautflex.cli.runs.run import default_directory, progress_bar
 from tautflex.errors import CaseError
@@ -38,6 +39,7 @@ def sweep(
         bool, Parameter(name="--dry-run", help="Tell what would be run; run and write nothing.")
     ] = False,
     force: Anew = False,
+    form: Formats = None,
 ) -> Answer | int:
     """Run a case at all combinations of the values of a study's axes; write study.nc, table.csv and figures.
 
@@ -70,14 +72,14 @@ def sweep(
         }
         return Answer(answer, partial(_show_plan, answer))
 
-    from tautflex.cli.figures import study_figures
     from tautflex.study.engines.serial import WorkerLostError
     from tautflex.study.results import counts
     from tautflex.study.sweep import write_sweep
 
     try:
         with progress_bar() as progress:
-            data, files = write_sweep(plan, directory, progress, study_figures)
+            drawn = partial(study_figures, formats=form or FORMATS)
+            data, files = write_sweep(plan, directory, progress, drawn)
     except KeyboardInterrupt:
         return tell(f"interrupted; finished points are kept in {directory}: repeat the command to go on", INTERRUPTED)
     except WorkerLostError as error:

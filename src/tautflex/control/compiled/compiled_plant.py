@@ -15,7 +15,7 @@ from tautflex.control.compiled.addresses import table_of
 from tautflex.control.compiled.blocks import blocks_of
 from tautflex.control.compiled.drives import drives_of
 from tautflex.control.compiled.parts import DRAWN, INTERVALS, Drives, LinearLoop, LoopState, Sensing
-from tautflex.control.compiled.sensing import sensing_of
+from tautflex.control.compiled.sensing import moved_by, sensing_of
 from tautflex.control.late import behind_drives
 from tautflex.control.law import ControlLaw, law_of
 from tautflex.control.linear import LinearPlant
@@ -115,7 +115,7 @@ class CompiledPlant:
         self.interval, self._steps = checks.positive("interval", interval), steps_of(interval, time_step)
         self.count = checks.whole("count", count, 1)
         monitor = monitor_of(self.actuators, rom.state, interval)
-        bank = Bank(self.actuators, rom.state.system, interval, monitor)
+        bank = self._bank = Bank(self.actuators, rom.state.system, interval, monitor)
         self.inputs: tuple[Channel, ...] = bank.channels
         self._effects = bank.effects
         step = interval / self._steps
@@ -344,6 +344,17 @@ class CompiledPlant:
     def displacement(self, row: int = 0) -> Array:
         """Displacement of all nodes of a plant by its coordinates [m], without answers to inputs, shape (node, 3)."""
         return self.rom.state.system.translations(self.rom.displacement(self._blocks.coordinates(row)[None])[0])
+
+    def coordinates(self, row: int = 0) -> Array:
+        """Coordinates of a plant now, shape (r,)."""
+        return self._blocks.coordinates(row).copy()
+
+    def moved_by(self) -> tuple[Array, dict[int, Array]]:
+        """Displacement by coordinates, monomials, numbers of the command and motion of the frame, shape (z, size).
+
+        And the stresses of these numbers by block, shapes (row, strain, c).
+        """
+        return moved_by(self._run, self._bank)
 
     @property
     def switched_off(self) -> Mask:

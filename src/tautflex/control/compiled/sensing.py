@@ -38,7 +38,7 @@ def sensing_of(
         If a sensor's reading is not linear, but for the film's deflection.
     """
     rom, system = run.rom, run.rom.state.system
-    vectors, columns = _vectors(run, bank)
+    vectors, columns = moved_by(run, bank)
     extended = np.pad(vectors, ((0, 0), (0, 1)))
     moving, rows, terms, first = rom.size + rom.monomial_count, list[int](), list[Any](), 0
     size = sum(bound.size for bound in prepared.values())
@@ -112,7 +112,7 @@ def _clean(look: Array, speed: Array, rom: OnBasis) -> None:
             part[:] = 0.0
 
 
-def _vectors(run: HubRun, bank: Bank) -> tuple[Array, dict[int, Array]]:
+def moved_by(run: HubRun, bank: Bank) -> tuple[Array, dict[int, Array]]:
     """Displacement by coordinates, monomials, numbers of the actuators and motion of the frame, shape (z, size).
 
     And the stresses of these numbers by block, shapes (row, strain, c).

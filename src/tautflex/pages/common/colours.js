@@ -4,6 +4,9 @@ const TWO_SIDED = ["#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddb
 const RISING = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"];
 export const STATES = [["taut", "#b8d4ea"], ["wrinkled", "#f0a23c"], ["slack", "#c2314c"]];
 
+// Of a film that pushes, told apart from both sides.
+export const PUSHED = "#ffd400";
+
 const STEPS = 256;
 
 function parts(hex) {
@@ -23,7 +26,7 @@ function table(stops) {
   return found;
 }
 
-export const twoSided = { table: table(TWO_SIDED), gradient: `linear-gradient(to right, ${TWO_SIDED.join(",")})` };
+export const twoSided = { table: Uint8Array.from([...table(TWO_SIDED), ...parts(PUSHED)]), beyond: STEPS, gradient: `linear-gradient(to right, ${TWO_SIDED.join(",")})` };
 export const rising = { table: table(RISING), gradient: `linear-gradient(to right, ${RISING.join(",")})` };
 export const states = Uint8Array.from(STATES.flatMap(([, hex]) => parts(hex)));
 

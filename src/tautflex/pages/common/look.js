@@ -5,6 +5,11 @@ const GREATEST = 1e5; // factor that displacements are drawn with
 
 export const element = (id) => document.getElementById(id);
 
+// Writes a text where another one stands: the same one again would be laid out and painted again.
+export function tell(where, text) {
+  if (where.textContent !== text) where.textContent = text;
+}
+
 // Factor of a slider's place between 0 and 1, of two digits.
 export function roundFactor(place) {
   const raw = GREATEST ** Number(place);

@@ -4,6 +4,7 @@ import * as THREE from "three";
 import { OrbitControls } from "three/orbit";
 import { colourOf, ink, rising, twoSided } from "page/colours";
 import { Supports, Tubes } from "page/members";
+import { drawnBySoftware } from "page/software";
 
 const HOME = new THREE.Vector3(0.42, -0.8, 0.62).normalize();
 const LABELS = ["x", "y", "z"];
@@ -18,8 +19,8 @@ export class Stage {
     this.points = Float32Array.from(mesh.nodes);
     this.values = new Float32Array(this.points.length / 3);
     this.marks = [];
-    this.renderer = new THREE.WebGLRenderer({ antialias: !drawnBySoftware(), alpha: true, preserveDrawingBuffer: true });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer = new THREE.WebGLRenderer({ antialias: !drawnBySoftware, alpha: true, preserveDrawingBuffer: true });
+    this.sharpen(1);
     holder.append(this.renderer.domElement);
     if (name) holder.append(Object.assign(document.createElement("div"), { className: "name", textContent: name }));
     this.said = holder.appendChild(Object.assign(document.createElement("div"), { className: "said" }));
@@ -108,6 +109,13 @@ export class Stage {
     for (const [dot] of this.dots) dot.material.color.set(ink("--ink"));
   }
 
+  // Draws with a part of the screen's pixels along each side, 1: all.
+  sharpen(part) {
+    if (part === this.part) return;
+    this.part = part;
+    this.renderer.setPixelRatio(part * Math.min(window.devicePixelRatio, 2));
+  }
+
   fit() {
     const { clientWidth: width, clientHeight: height } = this.holder;
     if (!width || !height) return;
@@ -158,10 +166,11 @@ export class Stage {
     this.film.getAttribute("color").needsUpdate = true;
   }
 
-  // Paints the film by its displacement w within a limit.
-  paintDisplacement(limit) {
+  // Paints the film by its displacement w within a limit, and where it pushes, if that is known.
+  paintDisplacement(limit, film) {
     const { triangles } = this.mesh;
-    this.paintFilm(twoSided.table, (k) => colourOf(this.values[triangles[k]], -limit, limit));
+    const pushes = film && film.least < 0 ? (k) => film.pushes[film.triangle[Math.floor(k / 3)]] : () => 0;
+    this.paintFilm(twoSided.table, (k) => (pushes(k) ? twoSided.beyond : colourOf(this.values[triangles[k]], -limit, limit)));
   }
 
   // Paints the cables by tensions within limits.
@@ -230,15 +239,6 @@ function boxCorners({ min, max }, room) {
     for (const y of [min.y, max.y]) for (const z of [min.z - room, max.z + room]) found.push(new THREE.Vector3(x, y, z));
   }
   return found;
-}
-
-// Whether the processor draws: then smooth edges would cost more than they are worth.
-function drawnBySoftware() {
-  const context = document.createElement("canvas").getContext("webgl2");
-  const known = context && context.getExtension("WEBGL_debug_renderer_info");
-  const name = known ? context.getParameter(known.UNMASKED_RENDERER_WEBGL) : "";
-  if (context) context.getExtension("WEBGL_lose_context").loseContext();
-  return /swiftshader|llvmpipe|software/i.test(name);
 }
 
 // Colours of vertices are linear in light.

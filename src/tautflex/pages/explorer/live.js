@@ -22,6 +22,7 @@ export class Live {
       ["Torque of the wheel", "T [N m]", [["torque", () => loop.value[torque]]]],
     ];
     if (seen.rms !== undefined) panels[0][2].push(["rms off the plane", read(seen.rms, 1e3)]);
+    if (loop.data.film) panels.splice(1, 0, ["Least tension of the film", "N/m", [["least", () => this.look()], ["zero", () => 0, 1]]]);
     this.plots = panels.filter(([, , lines]) => lines.length).map(([title, labelY, lines]) => {
       const drawn = lines.map(([name, value, dash], colour) => {
         const y = [];
@@ -30,10 +31,26 @@ export class Live {
       });
       return new Plot(holder, { title, labelX: "t [s]", labelY, lines: drawn });
     });
+    this.forget();
     this.note();
   }
 
+  forget() {
+    this.lowest = [Infinity, 0]; // smallest tension [N/m], and when
+    this.pushed = []; // first and last instant of compression
+  }
+
+  // Looks at the film, and remembers since when and for how long it has been in compression.
+  look() {
+    const { film } = this.loop.data;
+    const least = film.look(this.loop.z);
+    if (least < this.lowest[0]) this.lowest = [least, this.loop.time];
+    if (least < 0) this.pushed = [...this.pushed.slice(0, 1), this.loop.time];
+    return least;
+  }
+
   clear() {
+    this.forget();
     this.time.length = 0;
     for (const y of this.columns.keys()) y.length = 0;
     this.note();
@@ -48,9 +65,11 @@ export class Live {
     for (const y of this.columns.keys()) y.shift();
   }
 
-  draw() {
+  // Draws all curves, or one panel after the other.
+  draw(all) {
     const { time } = this.loop;
-    for (const plot of this.plots) {
+    this.next = ((this.next || 0) + 1) % this.plots.length;
+    for (const plot of all ? this.plots : [this.plots[this.next]]) {
       plot.limits();
       plot.x = [Math.max(0, time - WINDOW), Math.max(time, 0.25 * WINDOW)];
       plot.shown = time;

@@ -128,7 +128,7 @@ export class Loop {
     if (!this.plant.failed) this.read();
   }
 
-  // Fills what sensors read, without noise, see `loop.exact`.
+  // Fills what sensors read, without noise, see `loop.exact`, and z, which they read it from.
   read() {
     const { look, speed, level, rotation, rate, rms, form } = this.data.sensing;
     const { plant, value } = this;
@@ -141,6 +141,7 @@ export class Loop {
       moving.push(plant.q[i] * plant.v[j] + plant.v[i] * plant.q[j]);
     }
     z.push(...value, ...frame(plant, this.data.axis));
+    this.z = z;
     const product = (matrix, row, x, width) => {
       let total = 0;
       for (let i = 0; i < x.length; i++) total += matrix[row * width + i] * x[i];

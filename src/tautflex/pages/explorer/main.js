@@ -1,27 +1,33 @@
 // Puts the explorer together: the plant that is stepped, the scene, sliders, curves, and one loop that does it all.
 
 import * as THREE from "three";
-import { ink, twoSided } from "page/colours";
+import { ink, PUSHED, twoSided } from "page/colours";
 import { Hand } from "page/hand";
 import { Live } from "page/live";
-import { element, placeOfFactor, roundFactor, showPlaying, watchLook } from "page/look";
+import { element, placeOfFactor, roundFactor, showPlaying, tell, watchLook } from "page/look";
 import { Loop } from "page/loop";
 import { deviation, readPlant, trajectory } from "page/reading";
 import { Stage } from "page/scene";
 import { choice, group, short, slider } from "page/sliders";
+import { drawnBySoftware } from "page/software";
 import { PROFILES, SHAPERS } from "page/ways";
 
 const AXES = ["x", "y", "z"];
 const AGREES = 1e-9;
-const BUDGET = 11; // milliseconds of a frame for steps
+const LONGEST = 0.5; // time that one frame makes up for at most [s]
+const BUDGET = 0.6; // part of the time between frames that steps may take
+const CURVES = 250; // milliseconds in which all curves are drawn once where frames are late
+const [LATE, COARSE] = [24, 0.6]; // milliseconds between frames beyond which they are late; part of the pixels then
 const KNOCK = 0.05; // [s]
 const DEGREES = 180 / Math.PI;
+const OUTGROWN = "The motion has outgrown its steps: gains that are not stable, or a push too strong. Reset, and set them lower.";
 const UNITS = { m: ["mm", 1e3], N: ["N", 1], K: ["K", 1] };
 
 const data = readPlant();
 const loop = new Loop(data);
 const turn = { ...data.turn };
-const state = { playing: false, speed: 1, owed: 0, before: 0, stale: true, limit: 1e-9, stopped: false };
+// drawn, curves: instants of the last drawing and of that of curves; gap: mean time between drawings [ms].
+const state = { playing: false, speed: 1, owed: 0, before: 0, stale: true, limit: 1e-9, drawn: 0, curves: 0, gap: 16 };
 const defaults = [];
 let away = false; // whether the last slew went there
 
@@ -40,16 +46,16 @@ try {
 } catch (error) {
   element("stages").textContent = `This browser draws no 3-D scene (${error.message}); sliders and curves work.`;
 }
+tellNotes();
 const live = new Live(element("curves"), loop);
 fillSettings();
 listen();
-tellNotes();
 dress();
 home();
 requestAnimationFrame(frame);
 performance.mark("shown");
 window.explorer = {
-  data, loop, stage, hand, live, state, draw, play, deviation: () => deviation(data), trajectory: (asked) => trajectory(data, asked),
+  data, loop, stage, hand, live, state, draw, play, advance, deviation: () => deviation(data), trajectory: (asked) => trajectory(data, asked),
   ready: true,
 };
 if (!window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
@@ -60,7 +66,9 @@ if (!window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
 function tellNotes() {
   const off = deviation(data);
   const agrees = off <= AGREES;
-  const text = `${data.model.reach.length} coordinates, steps of ${short(1e3 * data.step)} ms; film under compression does not wrinkle here.`;
+  const { elements, whole } = data.film || {};
+  const watched = elements < whole ? ` Tension is watched at ${elements} of ${whole} film elements, those nearest to compression.` : "";
+  const text = `${data.model.reach.length} coordinates, steps of ${short(1e3 * data.step)} ms.${watched}`;
   const found = agrees
     ? `This page steps the model itself, and agrees with Python to ${off.toExponential(0)} over a slew with a pull and a push.`
     : `This browser steps the model differently from Python (${off.toExponential(1)}): do not trust it.`;
@@ -107,7 +115,7 @@ function fillSettings() {
 function play(playing) {
   if (playing && loop.plant.failed) return;
   state.playing = playing;
-  state.before = performance.now();
+  state.before = state.drawn = performance.now();
   state.stale = true;
 }
 
@@ -133,7 +141,7 @@ function knock() {
 
 // As many steps as time has passed, but no more than a frame has room for.
 function advance(now) {
-  const passed = Math.min(Math.max(0, now - state.before) / 1000, 0.1);
+  const passed = Math.min(Math.max(0, now - state.before) / 1000, LONGEST);
   state.before = now;
   state.owed += passed * state.speed;
   const start = performance.now();
@@ -142,7 +150,7 @@ function advance(now) {
     state.owed -= data.step;
     if (loop.steps > 0) continue;
     live.note();
-    if (performance.now() - start > BUDGET) state.owed = Math.min(state.owed, data.step);
+    if (performance.now() - start > 1000 * BUDGET * Math.max(passed, 1 / 60)) state.owed = Math.min(state.owed, data.step);
   }
   if (loop.plant.failed) state.playing = false;
   state.stale = true;
@@ -182,36 +190,52 @@ function round(value) {
   return [1, 2, 5, 10].map((digit) => digit * base).find((each) => each >= value * 0.999);
 }
 
-// Instants of the last drawing and of that of the curves, and the mean time between drawings [ms].
-let [drawn, curvesDrawn, gap] = [0, 0, 50];
-
 function draw() {
-  element("clock").textContent = `${loop.time.toFixed(2)} s`;
-  element("factor").textContent = `× ${factor()}`;
-  element("slew").textContent = away ? "Slew back" : "Slew";
+  tell(element("clock"), `${loop.time.toFixed(2)} s`);
+  tell(element("factor"), `× ${factor()}`);
+  tell(element("slew"), away ? "Slew back" : "Slew");
   showPlaying(element("play"), state.playing);
-  element("trouble").textContent = loop.plant.failed
-    ? "The motion has outgrown its steps: gains that are not stable, or a push too strong. Reset, and set them lower."
-    : "";
+  tell(element("trouble"), loop.plant.failed ? OUTGROWN : "");
+  const now = performance.now();
+  state.gap += 0.1 * (Math.min(now - state.drawn, 200) - state.gap);
+  state.drawn = now;
   if (stage) {
+    // Where frames are late the scene is coarser while it moves.
+    stage.sharpen(state.playing && drawnBySoftware && (state.gap > LATE || stage.part < 1) ? COARSE : 1);
     place();
     const limit = round(state.limit);
-    stage.paintDisplacement(limit);
+    stage.paintDisplacement(limit, data.film);
     stage.netLines.visible = element("lines").checked;
-    stage.said.textContent = `displacements × ${factor()}`;
+    tell(stage.said, `displacements × ${factor()}`);
     hand.draw();
     stage.draw();
-    element("low").textContent = `w = −${short(1e3 * limit)} mm`;
-    element("high").textContent = `+${short(1e3 * limit)} mm`;
+    tell(element("low"), `w = −${short(1e3 * limit)} mm`);
+    tell(element("high"), `+${short(1e3 * limit)} mm`);
   }
-  // Curves that move cost more than the scene where the processor draws: there they are drawn four times a second.
-  const now = performance.now();
-  gap += 0.1 * (now - drawn - gap);
-  drawn = now;
-  if (!state.playing || gap < 20 || now - curvesDrawn >= 250) {
-    curvesDrawn = now;
-    live.draw();
+  // Curves that move cost more than the scene where the processor draws: there one panel is drawn at a time.
+  const fast = !state.playing || state.gap < 20;
+  if (fast || now - state.curves >= CURVES / live.plots.length) {
+    state.curves = now;
+    live.draw(fast);
+    tellFilm();
   }
+}
+
+// Whether the film is in tension, in words; a state that stays is not said again to those who listen.
+function tellFilm() {
+  const { film } = data;
+  if (!film) return;
+  const { lowest, pushed } = live;
+  const now = film.least < 0;
+  const state = now ? "In compression: there a real film wrinkles, and this elastic one does not." : "In tension everywhere.";
+  const numbers = now
+    ? `${short(100 * film.share)} % of its area, least ${short(film.least)} N/m`
+    : `Least ${short(film.least)} N/m, until now ${short(lowest[0])} N/m at ${lowest[1].toFixed(2)} s`;
+  const before = pushed.length && !now ? `; it was in compression between ${pushed[0].toFixed(2)} and ${pushed.at(-1).toFixed(2)} s` : "";
+  tell(element("film-state"), state);
+  tell(element("film-numbers"), `${numbers}${before}.`);
+  element("film").classList.toggle("wrong", now);
+  element("pushed").hidden = !now;
 }
 
 function frame(now) {
@@ -239,6 +263,7 @@ function home() {
 
 function listen() {
   const again = () => { state.stale = true; };
+  element("pushed").querySelector("i").style.background = PUSHED;
   element("legend").querySelector(".bar").style.background = twoSided.gradient;
   element("magnification").value = placeOfFactor(data.magnification);
   for (const id of ["magnification", "lines"]) element(id).addEventListener("input", again);

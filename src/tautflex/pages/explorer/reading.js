@@ -1,6 +1,7 @@
 // The plant as the page carries it, and whether this browser steps it as Python did.
 
 import { carried, decoded, unpackMesh } from "page/data";
+import { Film } from "page/film";
 import { Loop } from "page/loop";
 
 export function readPlant() {
@@ -11,6 +12,7 @@ export function readPlant() {
   unpackMesh(data.mesh);
   const { values, scale, shape } = decoded(data.shapes);
   data.shapes = Float32Array.from(values, (value, k) => value * scale[k % shape[2]]);
+  data.film = data.film && new Film(data.film);
   data.check.measured = decoded(data.check.measured).values;
   return data;
 }
@@ -31,12 +33,12 @@ export function trajectory(data, { gains, damping, held, turn, knocks, count }) 
   return measured;
 }
 
-// Largest difference from Python's run, as a part of each measurement's largest value.
+// Largest difference from Python's run, as a part of each measurement's largest value, and of the film's stress.
 export function deviation(data) {
   const found = trajectory(data, data.check).flat();
   const width = data.readings.length;
   const { measured } = data.check;
-  let worst = 0;
+  let worst = data.film ? data.film.deviation() : 0;
   for (let n = 0; n < width; n++) {
     let [off, size] = [0, 0];
     for (let k = n; k < measured.length; k += width) {

@@ -3,7 +3,7 @@
 import { rising, STATES, twoSided } from "page/colours";
 import { showFacts } from "page/facts";
 import { Heat } from "page/heat";
-import { element, placeOfFactor, roundFactor, showPlaying, watchLook } from "page/look";
+import { element, placeOfFactor, roundFactor, showPlaying, tell, watchLook } from "page/look";
 import { Player } from "page/player";
 import { Plot } from "page/plot";
 import { RunStage } from "page/run_stage";
@@ -160,13 +160,13 @@ function draw() {
     else stage.showMode(mode, MODE_SIZE * stage.run.mesh.span * Math.sin(player.phase));
     stage.paint(by, ends);
     stage.netLines.visible = element("lines").checked;
-    stage.said.textContent = mode === null ? `t = ${time.toFixed(3)} s, displacements × ${factor()}` : `mode ${mode + 1}: ${stage.run.modes[mode].name}, slowed to be seen`;
+    tell(stage.said, mode === null ? `t = ${time.toFixed(3)} s, displacements × ${factor()}` : `mode ${mode + 1}: ${stage.run.modes[mode].name}, slowed to be seen`);
     stage.draw();
   }
   showLegend(by, ends);
-  element("clock").textContent = player.mode === null ? `${time.toFixed(3)} s` : "mode";
+  tell(element("clock"), player.mode === null ? `${time.toFixed(3)} s` : "mode");
   element("time").value = String(time);
-  element("factor").textContent = `× ${factor()}`;
+  tell(element("factor"), `× ${factor()}`);
   element("motion").value = player.mode === null ? "run" : String(player.mode);
   showPlaying(element("play"), player.playing);
   for (const plot of plots) plot.tell(time);
