@@ -4,9 +4,9 @@ Cells of the tutorials, which the manual runs for their pictures, run here too.
 
 Blocks of a page run in their order, in one folder and with one set of names. ``# -> text`` behind a line says what its
 output holds. Sections of case files (toml) are laid over a template and read. A comment before a block marks it:
-``<!-- test: slow -->``, ``extra PACKAGE`` (skipped without it), ``case TEMPLATE`` (m2 if not said), ``skip (why)``,
-``setup`` and lines of Python that run before it, unseen by readers. Blocks that are skipped are read all the same:
-commands with their options, names of tautflex.
+``<!-- test: slow -->``, ``extra PACKAGE`` (skipped without it), ``case TEMPLATE`` (m2 if not said), ``append FILE``
+(which it belongs to), ``skip (why)``, ``setup`` and lines of Python that run before it, unseen by readers. Blocks that
+are skipped are read all the same: commands with their options, names of tautflex.
 """
 
 from __future__ import annotations
@@ -38,7 +38,12 @@ DIRECTIVES = {"{toctree}", "{include}"}  # Sphinx reads these, with warnings as 
 # Why a block does not run here; whatever else is skipped must be added, with its reason.
 SKIPPED = {
     "README.md": ["a minute of all cores; test_reproduce_command.py runs it"],
-    "docs/learning.md": ["takes minutes", "another environment, a minute of processor time", "takes minutes", "takes minutes"],
+    "docs/learning.md": [
+        "takes minutes",
+        "another environment, a minute of processor time",
+        "takes minutes",
+        "takes minutes",
+    ],
     "docs/reproduction.md": ["a minute of all cores; test_reproduce_command.py runs it"],
     "docs/studies.md": ["a cluster; test_study_engines.py starts one, kills a worker and adds another"],
 }
@@ -88,13 +93,20 @@ def laid_over(base: dict, given: dict) -> dict:
     merged = dict(base)
     for name, value in given.items():
         old = base.get(name)
-        both = isinstance(old, dict) and isinstance(value, dict) and old.get("kind") == value.get("kind", old.get("kind"))
+        both = (
+            isinstance(old, dict) and isinstance(value, dict) and old.get("kind") == value.get("kind", old.get("kind"))
+        )
         merged[name] = laid_over(old, value) if both else value
     return merged
 
 
 def read_case(block: Block) -> None:
-    """The section of a case file is one."""
+    """The section of a case file is one; of a page's own file it is the end."""
+    own = re.search(r"append (\S+)", block.mark)
+    if own:
+        with open(own[1], "a", encoding="utf-8") as file:
+            file.write(f"\n{block.text}")
+        return
     name = (re.search(r"case ([\w-]+)", block.mark) or ["", "m2"])[1]
     import tomli_w
 
@@ -186,4 +198,6 @@ def test_nothing_is_left_out():
     for page in PAGES:
         assert {block.language for block in blocks(page)} <= LANGUAGES, page
         text = re.sub(r"^```.*?^```$|<!--.*?-->", "", page.read_text("utf-8"), flags=re.S | re.M)
-        assert not re.search(r"^    (tautflex |import |from |make |pip |python |\S+ = tf\.|.*\btf\.\w+\()", text, re.M), page
+        assert not re.search(
+            r"^    (tautflex |import |from |make |pip |python |\S+ = tf\.|.*\btf\.\w+\()", text, re.M
+        ), page

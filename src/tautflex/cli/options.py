@@ -6,6 +6,7 @@ import inspect
 import json
 import math
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
@@ -76,7 +77,9 @@ def command(function: Callable[..., Answer | int]) -> Callable[..., int]:
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=value) for name, (_, value) in _SHARED.items()
     ]
     hints = get_type_hints(function, include_extras=True) | {name: hint for name, (hint, _) in _SHARED.items()}
-    run.__name__, run.__doc__, run.__annotations__ = function.__name__, function.__doc__, hints
+    # Lines of a paragraph are joined, so that the terminal wraps them at its own width.
+    run.__doc__ = re.sub(r"(?<!\n)\n(?!\n)", " ", inspect.cleandoc(function.__doc__ or ""))
+    run.__name__, run.__annotations__ = function.__name__, hints
     run.__signature__ = own.replace(parameters=[*own.parameters.values(), *shared])  # type: ignore[attr-defined]
     return run
 

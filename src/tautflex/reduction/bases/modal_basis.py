@@ -41,6 +41,12 @@ class ModalBasis(Basis):
     ------
     InputError
         If an argument is out of range.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.ModalBasis(directions=("rx",), count=12).count
+    12
     """
 
     directions: Sequence[str] = ("z", "rx", "ry")
