@@ -5,8 +5,10 @@ Names are loaded when first used, so that importing the package costs nothing; `
 Examples
 --------
 >>> import tautflex as tf
->>> case = tf.load_case("m2.toml")            # doctest: +SKIP
->>> state = tf.solve_prestress(tf.build_model(case))  # doctest: +SKIP
+>>> case = tf.load_case("m2.toml")                       # tautflex init m2.toml --template m2-nearest-node
+>>> state = tf.solve_prestress(tf.build_model(case))
+>>> tf.solve_modes(state, n=3).labels[0]
+(1, 1)
 """
 
 from lazy_loader import attach_stub

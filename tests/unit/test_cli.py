@@ -217,6 +217,12 @@ def test_default_directory_is_named_like_the_case_in_the_current_folder(tmp_path
     assert default_directory(tmp_path / "m2") == Path("m2-run")
 
 
+def test_help_is_wrapped_by_the_terminal(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")
+    main(["run", "--help"])
+    assert "Ctrl-C, SIGTERM and SIGHUP end the run early and keep what was computed;" in capsys.readouterr().out
+
+
 def test_help_does_not_load_the_numerics():
     """Start-up stays fast because none of the heavy libraries are imported for `--help`."""
     code = "import sys; from tautflex.cli import main; main(['--help']); print(*sys.modules)"

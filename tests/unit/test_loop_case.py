@@ -247,6 +247,12 @@ def test_one_line_before_anything_is_built(change, words):
     assert "\n" not in str(caught.value)
 
 
+def test_all_keys_that_a_loop_has_no_use_for_are_told_at_once():
+    words = r"output\.every: expected 1 .*, got 2; output\.fields: expected 'none' .*, got 'all'; remove them"
+    with pytest.raises(CaseError, match=words):
+        parse_case(SLEW + TENSION, ["output.fields=all", "output.every=2"])
+
+
 def test_wheels_need_a_hub():
     text = SLEW[: SLEW.index("[hub]")] + SLEW[SLEW.index("[maneuver]") :]
     with pytest.raises(CaseError, match=r"actuators\.torque\.kind: expected a \[hub\] section beside 'hub-torque'"):

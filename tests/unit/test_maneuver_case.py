@@ -27,13 +27,13 @@ GOOD = {
     "slew": (
         'kind = "slew"\nangle = 0.35\nduration = 2.0\norigin = [0, 0.1, 0]',
         Slew(0.35, 2.0, origin=(0.0, 0.1, 0.0)),
-        "versine slew by 0.35 rad in 2 s",
+        "versine slew by 0.35 rad (20.1°) in 2 s",
     ),
     "shaped slew": (
         'kind = "slew"\nangle = -0.35\nduration = 2.0\nprofile = "input-shaped"\nfrequency = 1.5\n'
         'damping_ratio = 0.01\nshaper = "ZV"\nbase = "versine"',
         Slew(-0.35, 2.0, "input-shaped", frequency=1.5, damping_ratio=0.01, shaper="ZV", base="versine"),
-        "input-shaped slew by -0.35 rad in 2 s",
+        "input-shaped slew by -0.35 rad (-20.1°) in 2 s",
     ),
     "table": (
         'kind = "tabulated"\ntimes = [0, 1, 2]\nrates = [0, 0.2, 0]',
@@ -67,7 +67,8 @@ GOOD = {
         'hold = 0.5\n[[maneuver.steps]]\nkind = "spin-up"\nrate = 0.4\nduration = 2.0\n'
         '[[maneuver.steps]]\nkind = "stop"\nrate = 0.4\nduration = 1.0',
         Sequence((Slew(0.2, 1.0, "bang-bang"), SpinUp(0.4, 2.0), Stop(0.4, 1.0)), (0.5, 0.0)),
-        "bang-bang slew by 0.2 rad in 1 s, then spin-up from 0 to 0.4 rad/s in 2 s, then stop from 0.4 rad/s in 1 s",
+        "bang-bang slew by 0.2 rad (11.5°) in 1 s, then spin-up from 0 to 0.4 rad/s in 2 s, "
+        "then stop from 0.4 rad/s in 1 s",
     ),
 }
 
@@ -304,7 +305,7 @@ def test_run_and_check_take_every_new_kind(tmp_path, capsys):
     summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
     assert summary["status"] == "completed"
     assert summary["probes"]["A"]["amplitude"] > 1e-7
-    assert summary["maneuver"].startswith("bang-bang slew by 0.2 rad in 0.1 s, then spin-up")
+    assert summary["maneuver"].startswith("bang-bang slew by 0.2 rad (11.5°) in 0.1 s, then spin-up")
     path.write_text(f'{FILM_CASE}[maneuver]\nkind = "tabulated"\nfile = "gone.csv"\n', encoding="utf-8")
     assert main(["check", str(path)]) == 2
     assert "no such file" in " ".join(capsys.readouterr().err.split())

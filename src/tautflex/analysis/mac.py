@@ -34,6 +34,13 @@ def mac(a: xr.DataArray | ArrayLike, b: xr.DataArray | ArrayLike) -> Array:
     ------
     InputError
         If the shapes do not have the same number of entries, are not finite, or one of them is zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import tautflex as tf
+    >>> tf.mac(np.eye(2), np.eye(2)).tolist()
+    [[1.0, 0.0], [0.0, 1.0]]
     """
     nodal = 3 in (numbers("a", a).ndim, numbers("b", b).ndim)
     first, second = _rows("a", a, nodal), _rows("b", b, nodal)

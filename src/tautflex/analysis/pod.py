@@ -57,6 +57,13 @@ def pod(
     InputError
         If the data are empty, zero or not finite, ``mass`` does not fit or is not positive definite, or
         ``modes`` or ``energy`` is out of range.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.load_run("m2/run.nc")
+    >>> tf.pod(run.data, modes=2).sizes["mode"]
+    2
     """
     field, extra = _field(data)
     snapshots = float_array(str(field.name or "data"), field.values.reshape(field.shape[0], -1), (None, None))

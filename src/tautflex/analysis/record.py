@@ -52,6 +52,13 @@ def maneuver_end(run: xr.Dataset | Run) -> float | None:
     float or None
         The attribute ``maneuver_end`` if the run has it, else the first stored instant of constant rate; None if
         fewer than four samples follow it.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.load_run("m2/run.nc")
+    >>> round(tf.maneuver_end(run), 2)
+    1.0
     """
     data = dataset_of("run", run, "time", remedy="simulate(state, ...) gives one")
     if data.sizes["time"] < 4:

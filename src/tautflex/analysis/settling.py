@@ -31,6 +31,16 @@ def settling_time(record: Record, tolerance: float, *, after: float | None = Non
     ------
     InputError
         As :func:`tautflex.spectrum`, or if ``tolerance`` is not positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import tautflex as tf
+    >>> import xarray as xr
+    >>> time = np.linspace(0.0, 10.0, 10001)
+    >>> decay = xr.DataArray(np.exp(-time), dims="time", coords={"time": time})
+    >>> round(tf.settling_time(decay, 0.1), 2)              # ln 10
+    2.3
     """
     checks.positive("tolerance", tolerance)
     checked = uniform_record(record)

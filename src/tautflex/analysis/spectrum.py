@@ -49,6 +49,14 @@ def amplitude(record: xr.DataArray | ArrayLike | tuple[ArrayLike, float]) -> flo
     ------
     InputError
         If the record is empty, has more than one dimension or holds a number that is not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import tautflex as tf
+    >>> time = np.arange(0.0, 10.0, 0.01)
+    >>> tf.amplitude((0.002 * np.cos(2 * np.pi * 1.5 * time), 0.01))
+    0.002
     """
     values: Any = record[0] if isinstance(record, tuple) and len(record) == 2 and np.ndim(record[0]) else record
     checked = float_array("record", values, (None,))
@@ -97,6 +105,15 @@ def spectrum(
     ------
     InputError
         If the record is not uniform and finite, or ``length`` is shorter than the record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import tautflex as tf
+    >>> time = np.arange(0.0, 20.0, 0.01)
+    >>> found = tf.spectrum((np.sin(2 * np.pi * 1.5 * time), 0.01))
+    >>> list(found.data_vars)
+    ['amplitude', 'energy']
     """
     lines = _lines_of(uniform_record(record), pad, length, after, remove_mean)
     arrays = {"amplitude": lines.amplitude, "energy": lines.energy}
@@ -174,6 +191,15 @@ def dominant_frequency(
     ------
     InputError
         As for :func:`spectrum`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import tautflex as tf
+    >>> time = np.arange(0.0, 20.0, 0.01)
+    >>> peak = tf.dominant_frequency((np.sin(2 * np.pi * 1.5 * time), 0.01))
+    >>> abs(peak.frequency - 1.5) < peak.bin_width
+    True
     """
     non_negative("band", band)
     data = uniform_record(record)

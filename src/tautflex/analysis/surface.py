@@ -34,6 +34,13 @@ def surface(run: xr.Dataset | Run) -> xr.Dataset:
     ------
     InputError
         If ``run`` has no such record (those of runs of one film have), or the structure has no film.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.load_run("m2/run.nc")
+    >>> list(tf.surface(run))
+    ['rms', 'tilt_x', 'tilt_y', 'piston']
     """
     data = dataset_of("run", run, "time", *OF_SURFACE, remedy="simulate(state, ...) gives one", table=RUN)
     found = {name: data[stored].values for stored, name in OF_SURFACE.items()}
@@ -62,6 +69,12 @@ def ruze_loss(rms: xr.Dataset | xr.DataArray | Run | ArrayLike, frequency: float
     ------
     InputError
         If ``frequency`` is not positive, or ``rms`` is negative.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> round(float(tf.ruze_loss([0.03 / 50], 10e9)[0]), 2)     # rms of a fiftieth of the wavelength
+    0.27
     """
     checks.positive("frequency", frequency)
     if isinstance(rms, xr.Dataset | Run):

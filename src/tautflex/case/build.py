@@ -61,6 +61,13 @@ def build_model(case: Case) -> Model:
     ------
     InputError
         If geometry and mesh contradict each other, or a mesh file cannot be read or lacks what the case describes.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> model = tf.build_model(tf.load_case("m2.toml"))
+    >>> f"{model.mass:.2f} kg"
+    '6.13 kg'
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
     model = _bare_model(case)

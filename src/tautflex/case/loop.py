@@ -180,7 +180,9 @@ def control_case(
     Examples
     --------
     >>> import tautflex as tf
-    >>> run = tf.control_case(tf.load_case("slew.toml"))  # doctest: +SKIP
+    >>> run = tf.control_case(tf.load_case("slew.toml", ["solver.end_time=0.1"]))
+    >>> run.status.value
+    'completed'
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('slew.toml') gives one")
     checks.positive("seconds", seconds)

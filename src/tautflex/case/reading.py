@@ -91,6 +91,13 @@ def load_case(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Ca
     ------
     CaseError
         One line with file, key, value, expectation and remedy.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> case = tf.load_case("m2.toml", ["maneuver.duration=0.5"])
+    >>> case.maneuver.duration
+    0.5
     """
     source = checks.path("path", path)
     checks.several("overrides", overrides, str, "'damping.alpha=0.01'")

@@ -76,7 +76,9 @@ def run_case(
     Examples
     --------
     >>> import tautflex as tf
-    >>> run = tf.run_case(tf.load_case("m2.toml"))  # doctest: +SKIP
+    >>> run = tf.run_case(tf.load_case("m2.toml", ["solver.end_time=0.1", "solver.time_step=0.01"]))
+    >>> run.status.value
+    'completed'
     """
     checks.instance("case", case, Case, "a case", remedy="load_case('m2.toml') gives one")
     require_open_loop(case)

@@ -48,9 +48,10 @@ class Case(Section):
 
     Examples
     --------
+    >>> import tautflex as tf
     >>> film = dict(length=2.0, width=1.0, thickness=1e-4, youngs_modulus=3.5e9, poisson_ratio=0.34,
     ...             density=1530.0, edges="fixed", stress_x=4e3, stress_y=4e3)
-    >>> Case(schema=1, membrane=film).prestress.mode
+    >>> tf.Case(schema=1, membrane=film).prestress.mode
     'uniform'
     """
 
@@ -122,6 +123,12 @@ class Case(Section):
         """Return a validated copy with keys changed, e.g. ``case.replaced(cables={"pretension_x": 1.0})``.
 
         None takes a key out, so that it has its default again.
+
+        Examples
+        --------
+        >>> import tautflex as tf
+        >>> tf.load_case("m2.toml").replaced(maneuver={"duration": 0.5}).maneuver.duration
+        0.5
         """
         values = self.model_dump(by_alias=True, exclude_none=True)
         for name, changes in sections.items():

@@ -94,6 +94,7 @@ def show_run(case: Path, summary: Mapping[str, Any]) -> None:
         rows.add_row(f"probe {name}", _reading(reading))
     if summary["surface"]["rms"] is not None:
         rows.add_row("surface", _surface(summary["surface"]))
+        rows.add_row("tilt", f"{_pointing(summary['surface']['tilt'])} at the end")
     if summary["time_error"] is not None:
         rows.add_row("time error", f"about {summary['time_error']:.1g} of the largest displacement")
     if "settling_time" in summary:
@@ -175,6 +176,10 @@ def _surface(measures: Mapping[str, Any]) -> str:
     settled = measures["settling_time"]
     text = f"{text}, up to {measures['rms_max'] * 1e6:.3g} µm after the maneuver"
     return f"{text}, {'not settled' if settled is None else f'settled after {settled:.3g} s'}"
+
+
+def _pointing(tilt: Sequence[float]) -> str:
+    return " and ".join(f"{1e6 * angle:.3g} µrad about {axis}" for axis, angle in zip("xy", tilt, strict=True))
 
 
 def half_waves(label: Sequence[int] | None) -> str:

@@ -65,6 +65,16 @@ def authority(
         If an argument is wrong, or an input has no linear form.
     UnsupportedError
         If the structure can drift away.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> pull = tf.TensionGroup("y", command="tension")
+    >>> state = tf.equip(state, [pull])
+    >>> able = tf.authority(state, {"pull": pull.prepare(state.system)}, limits={"pull": 0.3}, modes=3)
+    >>> able.sizes["mode"]
+    3
     """
     state = plant.state if isinstance(plant, OnBasis) else plant
     checks.instance("plant", state, PrestressedState, "a prestressed state or a reduced model")

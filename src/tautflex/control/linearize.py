@@ -98,6 +98,17 @@ def linearize(
         If an argument is wrong, or an input has no linear form.
     UnsupportedError
         If the structure can drift away, or a hub spins about free axes.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> import numpy as np
+    >>> hub = tf.FreeHub(mass=50.0, inertia=(5.0, 5.0, 8.0), axes="x")
+    >>> sensors = {"attitude": tf.Attitude(), "rate": tf.Rate()}
+    >>> plant = tf.linearize(state, {"torque": np.eye(6)[:, 3:4]}, sensors, hub=hub, modes=4)
+    >>> plant.A.shape, plant.inputs, plant.outputs
+    ((10, 10), ('torque',), ('attitude', 'rate'))
     """
     state = plant.state if isinstance(plant, OnBasis) else plant
     checks.instance("plant", state, PrestressedState, "a prestressed state or a reduced model")

@@ -115,10 +115,10 @@ class Plant:
 
     Examples
     --------
-    >>> plant = tf.Plant(state, tf.FreeHub(20.0, (3.0, 4.0, 5.0)), {"torque": tf.HubTorque("x")}, {"rate": tf.Rate()})
-    ... # doctest: +SKIP
-    >>> y = plant.reset(seed=0)  # doctest: +SKIP
-    >>> y = plant.step(-0.5 * y[:1])  # doctest: +SKIP
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> plant = tf.Plant(state, sensors={"film": tf.SurfaceRms()}, maneuver=tf.Stop(0.6, 1.0), interval=0.02)
+    >>> y = plant.reset(seed=0)
     """
 
     def __init__(

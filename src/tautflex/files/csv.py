@@ -41,6 +41,13 @@ def write_csv(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
         If the dataset has no time.
     NotWrittenError
         If the file cannot be written; what stood there is whole.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.load_run("m2/run.nc")
+    >>> tf.write_csv(run.data, "run.csv").name
+    'run.csv'
     """
     dataset = dataset_of("dataset", dataset, "time", remedy="give run.data or load('run.nc')")
     columns = [("time", dataset["time"]), *_histories(dataset)]

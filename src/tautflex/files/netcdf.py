@@ -61,6 +61,14 @@ def save(dataset: xr.Dataset | Run, path: str | os.PathLike[str]) -> Path:
         If ``dataset`` is no Dataset, or an attribute cannot be stored.
     NotWrittenError
         If the path cannot be written.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.load_run("m2/run.nc")
+    >>> file = tf.save(run.data, "copy.nc")
+    >>> tf.load(file).identical(run.data)
+    True
     """
     final = dataset.final if isinstance(dataset, Run) else None
     dataset = dataset_of("dataset", dataset, remedy="give run.data or modes.to_dataset()")
@@ -92,6 +100,13 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     ones that another program changed) are read if their metadata have checksums of HDF5's own and they point neither
     at other files nor at more numbers than they hold. HDF5 is not made for files built to do harm: open results from
     sources you trust.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.load_run("m2/run.nc")
+    >>> tf.load("m2/run.nc").w.attrs["units"]
+    'm'
     """
     return _load(path)
 
@@ -113,6 +128,13 @@ def load_run(path: str | os.PathLike[str]) -> Run:
     ------
     InputError
         As :func:`load`, or if the file holds something else than a run.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.load_run("m2/run.nc")
+    >>> run.status.value
+    'completed'
     """
     data = _load(path)
     try:

@@ -61,6 +61,14 @@ def write_vtu(dataset: xr.Dataset, directory: str | os.PathLike[str], name: str 
         If the dataset holds no fields or no mesh.
     NotWrittenError
         If the files cannot be written; what stood there is whole.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.load_run("m2/run.nc")
+    >>> files = tf.write_vtu(run.data, "fields")
+    >>> files[0].name
+    'run.pvd'
     """
     dataset = dataset_of("dataset", dataset, "node_position", *CELL_TYPES, remedy="give run.data or modes.to_dataset()")
     directory = checks.path("directory", directory)

@@ -46,6 +46,13 @@ def membrane_states(source: StructuralSystem | HasSystem, q: Array | None = None
     -------
     numpy.ndarray
         Shape (t,).
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> set(tf.membrane_states(state).tolist())              # 0: taut
+    {0}
     """
     system = system_of("source", source)
     place = np.zeros(system.size) if q is None else checks.float_array("q", q, (system.size,))

@@ -130,6 +130,12 @@ class Stop(FixedAxis):
     ------
     InputError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.Stop(rate=0.6, duration=1.0, axis=(0.0, 1.0, 0.0)).duration
+    1.0
     """
 
     rate: float
@@ -171,6 +177,12 @@ class SpinUp(FixedAxis):
     ------
     InputError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.SpinUp(rate=0.6, duration=2.0, axis=(0.0, 0.0, 1.0)).rate
+    0.6
     """
 
     rate: float
@@ -226,6 +238,13 @@ class Slew(FixedAxis):
     ------
     InputError
         If a value is out of range, or the duration is too short for the shaper.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> import math
+    >>> tf.Slew(angle=math.radians(30.0), duration=4.0, axis=(0.0, 1.0, 0.0), profile="minimum-jerk").duration
+    4.0
     """
 
     angle: float

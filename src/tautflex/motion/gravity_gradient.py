@@ -92,6 +92,16 @@ def gravity_gradient(
         The hub that carries it.
     orbital_rate, nadir, orbit_normal
         See `GravityGradient`.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> hub = tf.FreeHub(mass=50.0, inertia=(5.0, 5.0, 8.0))
+    >>> pull = tf.gravity_gradient(state, hub, orbital_rate=1.1e-3)
+    >>> from dataclasses import replace
+    >>> replace(hub, torque=pull).torque is pull
+    True
     """
     checks.instance("hub", hub, FreeHub, "a FreeHub(...)")
     structure = system_of("source", source).inertia

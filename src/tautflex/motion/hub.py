@@ -70,14 +70,20 @@ class FreeHub:
     breaks
         Instants at which torque or force jump [s]; integrators step onto them.
     axes
-        What the hub is free to do: ``"free"`` turns about all axes and moves, ``"xyz"`` turns about an origin at rest,
-        ``"x"``, ``"y"`` or ``"z"`` turns about that axis through an origin at rest.
+        What the hub is free to do, ``"free"`` (turn about all axes and move), ``"xyz"`` (turn about an origin at rest),
+        or ``"x"``, ``"y"``, ``"z"`` (turn about that axis through an origin at rest).
 
     Raises
     ------
     InputError
         If a value has the wrong shape or range, no body has such an inertia, or the start or a force moves what the
         axes hold.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.FreeHub(mass=50.0, inertia=(5.0, 5.0, 8.0), axes="x").axes
+    'x'
     """
 
     mass: float

@@ -32,6 +32,13 @@ class Sequence(Maneuver):
     ------
     InputError
         If there are no maneuvers, or the angular velocity would jump between two of them.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> there, back = tf.Slew(angle=0.3, duration=2.0), tf.Slew(angle=-0.3, duration=2.0)
+    >>> len(tf.Sequence((there, back), holds=(1.0,)).steps)
+    2
     """
 
     steps: tuple[Maneuver, ...]

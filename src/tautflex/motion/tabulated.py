@@ -55,6 +55,12 @@ class Tabulated(Maneuver):
     ------
     InputError
         If the table is too short, disordered or inconsistent.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.Tabulated(times=[0.0, 1.0, 2.0], rates=[0.0, 0.1, 0.0], axis=(1.0, 0.0, 0.0)).ends
+    'free'
     """
 
     times: ArrayLike

@@ -79,7 +79,9 @@ def explore(
 
     Examples
     --------
-    >>> tf.explore(tf.load_case("m2.toml"), "explorer.html")  # doctest: +SKIP
+    >>> import tautflex as tf
+    >>> tf.explore(tf.load_case("m2.toml"), "explorer.html").name
+    'explorer.html'
     """
     target = page_file(path, "explorer.html")
     given = explorable(model, hub, actuators, damping, law, slew)

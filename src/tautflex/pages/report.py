@@ -66,6 +66,13 @@ def report(
         If the run has no frames, or an argument is out of range.
     NotWrittenError
         If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.load_run("m2/run.nc")
+    >>> tf.report(run, "stop.html").name
+    'stop.html'
     """
     given = [run] if other is None else [run, other]
     data = [_framed(each, "run" if number == 0 else "other") for number, each in enumerate(given)]

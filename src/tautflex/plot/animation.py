@@ -71,6 +71,13 @@ def animate(
         If the run stored fewer than two fields, an argument is out of range, or the file cannot be written.
     MissingExtraError
         If ``.mp4`` is asked for and ffmpeg is not there.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.load_run("m2/run.nc")
+    >>> tf.animate(run, "stop.gif", frames=3).name
+    'stop.gif'
     """
     remedy = "simulate(..., frames=300) gives one"
     run = dataset_of("run", run, "displacement", "field_time", remedy=remedy, table=RUN)

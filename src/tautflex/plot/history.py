@@ -47,6 +47,12 @@ def plot_time_history(
     ------
     InputError
         If there is no run, probe or component of that name, or ``span`` does not increase.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.load_run("m2/run.nc")
+    >>> tf.plot.plot_time_history(run, span=(0.0, 0.3)).savefig("record.png")
     """
     alone = isinstance(runs, xr.Dataset) or not isinstance(runs, Mapping)
     cases = {

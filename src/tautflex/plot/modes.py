@@ -39,6 +39,13 @@ def plot_modes(modes: xr.Dataset | Modes, count: int = 6, columns: int = 3) -> F
     ------
     InputError
         If ``modes`` has no shapes or no mesh, or ``count`` or ``columns`` is below 1.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> figure = tf.plot.plot_modes(tf.solve_modes(state, n=2))
+    >>> figure.savefig("modes.png")
     """
     modes = dataset_of("modes", modes, "shape", remedy="solve_modes(state) gives them", table=MODES)
     checks.whole("count", count, 1)

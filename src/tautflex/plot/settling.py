@@ -31,6 +31,12 @@ def plot_surface(run: xr.Dataset | Run, tolerance: float | None = None) -> Figur
     ------
     InputError
         If the run has no such record, or no film, or ``tolerance`` is not positive.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> run = tf.load_run("m2/run.nc")
+    >>> tf.plot.plot_surface(run, tolerance=1e-5).savefig("surface.png")
     """
     film = surface(run)
     rms, time = film["rms"].values, film["time"].values

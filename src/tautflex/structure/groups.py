@@ -61,6 +61,12 @@ class Support:
         Node numbers.
     directions
         Any of ``"x", "y", "z", "rx", "ry", "rz"``; rotations are ignored at nodes that have none.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.Support.pinned([0, 8]).directions
+    ('x', 'y', 'z')
     """
 
     nodes: tuple[int, ...]

@@ -39,6 +39,12 @@ class PointMass:
     ------
     InputError
         If the mass is negative, the inertia not symmetric and positive semidefinite, or there is neither.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.PointMass(node=15, mass=2.5, inertia=(0.1, 0.1, 0.2)).mass
+    2.5
     """
 
     node: int

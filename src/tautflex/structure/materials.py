@@ -36,6 +36,12 @@ class Material:
     ------
     InputError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.Material(youngs_modulus=3.5e9, density=1530.0, poisson_ratio=0.34).poisson_ratio
+    0.34
     """
 
     youngs_modulus: float
@@ -161,9 +167,10 @@ def laminate(*layers: MembraneSection) -> MembraneSection:
 
     Examples
     --------
-    >>> film = MembraneSection(Material(3e9, 1420.0, 0.34), 25e-6)
-    >>> coating = MembraneSection(Material(70e9, 2700.0, 0.34), 1e-7)
-    >>> laminate(film, coating, coating).thickness
+    >>> import tautflex as tf
+    >>> film = tf.MembraneSection(tf.Material(3e9, 1420.0, 0.34), 25e-6)
+    >>> coating = tf.MembraneSection(tf.Material(70e9, 2700.0, 0.34), 1e-7)
+    >>> tf.laminate(film, coating, coating).thickness
     2.52e-05
     """
     checks.several("layers", layers, MembraneSection, "MembraneSection(...)")
@@ -208,6 +215,13 @@ class MembraneSection:
         `tautflex.elements.laws.Law`.
     nonstructural_mass
         Mass per area of what has no stiffness, such as coatings and cells [kg/m^2].
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> kapton = tf.Material(youngs_modulus=3e9, density=1420.0, poisson_ratio=0.34)
+    >>> tf.MembraneSection(kapton, 25e-6, law="tension-field").thickness
+    2.5e-05
     """
 
     material: Material
@@ -250,6 +264,12 @@ class CableSection:
         ``"elastic"``, ``"slack"`` or a `tautflex.elements.laws.Law`.
     nonstructural_mass
         Mass per length of what has no stiffness, such as sheaths [kg/m].
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.CableSection(tf.Material(65e9, 1440.0), area=1e-6, slack=True).area
+    1e-06
     """
 
     material: Material
@@ -295,6 +315,13 @@ class BeamSection:
         Whether sections resist turning about their own axes when the beam bends; "corotational" beams always do.
     nonstructural_mass
         Mass per length of what has no stiffness, such as harness [kg/m]; it lies on the axis.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tube = tf.BeamSection(tf.Material(70e9, 1600.0, 0.3), 1.854e-4, 8.07e-8, 8.07e-8, 1.614e-7)
+    >>> tube.inertia_y == tube.inertia_z
+    True
     """
 
     material: Material

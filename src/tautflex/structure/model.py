@@ -122,6 +122,17 @@ class Model(Numbering):
             If the mesh is degenerate, disconnected or refers to missing nodes.
         InputError
             If an argument has the wrong shape or value.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import tautflex as tf
+        >>> nodes = np.column_stack([np.linspace(0.0, 1.0, 101), np.zeros((101, 2))])
+        >>> rope = tf.CableSection(tf.Material(70e9, 1000.0), area=1e-6)                  # 1 g/m
+        >>> string = tf.Model.from_mesh(nodes, cables=[(k, k + 1) for k in range(100)], cable=rope, cable_tension=10.0,
+        ...                             supports=[tf.Support.pinned([0, 100])])
+        >>> round(float(tf.solve_modes(tf.solve_prestress(string), n=1).frequencies[0]), 1)  # 100 m/s over twice 1 m
+        50.0
         """
         points = checks.float_array("nodes", nodes, (None, 3), error=MeshError)
         film = _surface_elements(triangles, quads, {} if surfaces is None else surfaces, len(points))

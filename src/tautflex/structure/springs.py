@@ -112,6 +112,12 @@ class Spring(Joint):
     ------
     InputError
         If a stiffness is negative or all are 0, or nodes or axes are none.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.Spring([5], (0.0, 0.0, 100.0)).nodes
+    [5]
     """
 
     nodes: Sequence[int]

@@ -71,7 +71,11 @@ def design(
     Examples
     --------
     >>> import tautflex as tf
-    >>> found = tf.design("study.toml", "best")  # doctest: +SKIP
+    >>> case = tf.load_case("m2.toml", ["solver.time_step=0.01", "solver.end_time=1.5"])
+    >>> chosen = {"variables": {"maneuver.duration": {"from": 0.5, "to": 1.0}}, "minimize": ["probes.A.amplitude"]}
+    >>> found = tf.design(tf.Study(base=case, design=chosen), "best", trials=2, workers=1)
+    >>> found.sizes["trial"]
+    2
     """
     return write_design(
         study, directory, trials=trials, workers=workers, scheduler=scheduler, progress=progress, force=force

@@ -89,7 +89,11 @@ def sweep(
     Examples
     --------
     >>> import tautflex as tf
-    >>> data = tf.sweep("study.toml", "study")  # doctest: +SKIP
+    >>> case = tf.load_case("m2.toml", ["solver.time_step=0.01", "solver.end_time=1.5"])
+    >>> study = tf.Study(base=case, axes={"maneuver.duration": [0.5, 1.0]})
+    >>> data = tf.sweep(study, "study", workers=1)
+    >>> data["probes.A.amplitude"].shape
+    (2,)
     """
     folder, tell = checks.path("directory", directory), checks.teller(progress)
     plan = make_plan(study, folder, workers=workers, scheduler=scheduler, force=force)

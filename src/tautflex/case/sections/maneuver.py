@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,7 +20,7 @@ _WORDS = {
     "none": "no maneuver",
     "stop": "stop from {rate:.4g} rad/s in {duration:g} s",
     "spin-up": "spin-up from {initial_rate:.4g} to {rate:.4g} rad/s in {duration:g} s",
-    "slew": "{profile} slew by {angle:.4g} rad in {duration:g} s",
+    "slew": "{profile} slew by {angle:.4g} rad ({degrees:.3g}°) in {duration:g} s",
     "base-acceleration": "{profile} base acceleration of {acceleration:.4g} m/s^2",
 }
 
@@ -43,6 +44,8 @@ class Motion(Chosen):
             numbers = (f"{name} = {value:.4g}" for name, value in values.items() if isinstance(value, float))
             return f"{self.kind} ({', '.join(numbers)})"
         span = f" for {self.duration:g} s" if self.kind == "base-acceleration" and self.duration is not None else ""
+        if self.kind == "slew":
+            values = values | {"degrees": math.degrees(values["angle"])}
         return _WORDS[self.kind].format(**values) + span
 
 

@@ -98,9 +98,8 @@ def tell(text: str, code: int) -> int:
 def _show_plan(answer: dict[str, Any]) -> None:
     axes = " x ".join(f"{count} of {name}" for name, count in answer["axes"].items())
     say(f"{answer['points']} points: {axes}")
-    say(
-        f"engine {answer['engine']}, {answer['structures']} structures, {answer['resumed']} points are finished already"
-    )
+    structures = f"{answer['structures']} structure{'s' if answer['structures'] != 1 else ''}"
+    say(f"engine {answer['engine']}, {structures}, {answer['resumed']} points are finished already")
     if answer["failed"]:
         say(f"{answer['failed']} are not valid, the first: {answer['invalid']}")
 

@@ -22,7 +22,10 @@ class Actuator(Drive):
 
     Examples
     --------
+    >>> import tautflex as tf
     >>> tension = tf.Actuator(tf.TensionGroup("x", command="tension"), limit=0.5, lag=0.02)
+    >>> tension.limit
+    0.5
     """
 
     effect: Effect

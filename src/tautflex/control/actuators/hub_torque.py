@@ -34,6 +34,12 @@ class HubTorque(Drive):
     ------
     InputError
         If the axis is unknown or a number out of range.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.HubTorque("x", limit=6.0).axis
+    'x'
     """
 
     axis: str = "x"

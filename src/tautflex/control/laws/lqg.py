@@ -18,6 +18,12 @@ class LQG(Filtered, LinearLaw):
     """Linear-quadratic regulator on the state that a steady Kalman filter estimates [Kwakernaak & Sivan 1972].
 
     Poles of the loop are those of regulator and filter (separation principle), as long as the plant is the model.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.LQG(tolerances={"attitude": 1e-2, "film": 3e-4}, efforts={"torque": 0.1}, modes=8).modes
+    8
     """
 
     __repr__ = brief

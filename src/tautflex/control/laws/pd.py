@@ -44,6 +44,13 @@ class PD(LinearLaw):
     ------
     InputError
         If a number is out of range, or frequencies and shaper contradict each other.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> law = tf.PD(stiffness=30.0, damping=22.0, inertia=7.46, shaper="ZVD", frequencies=[4.54])
+    >>> law.shaper
+    'ZVD'
     """
 
     stiffness: float

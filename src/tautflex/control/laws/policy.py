@@ -25,6 +25,12 @@ class PolicyLaw(ControlLaw):
     ------
     InputError
         If the file is missing, damaged, or no policy; and when it starts, if the loop has another shape.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.PolicyLaw("tautflex/Slew-v0").policy.commanded
+    ('torque', 'tension_x', 'tension_y')
     """
 
     file: str

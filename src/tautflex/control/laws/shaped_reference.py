@@ -43,6 +43,13 @@ class ShapedReference(ControlLaw):
     ------
     InputError
         If a number is out of range, or the law follows no reference; when a loop starts, if it has no free hub.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> lqg = tf.LQG(tolerances={"attitude": 1e-2}, efforts={"torque": 0.1})
+    >>> tf.ShapedReference(lqg, "ZVD", [4.43]).shaper
+    'ZVD'
     """
 
     law: ControlLaw

@@ -25,6 +25,13 @@ class TensionDamping(ParametricLaw, ControlLaw):
     ----------
     gain
         Time that makes the power per energy a pure number [s], > 0, per unit of the command: large switches.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> law = tf.PD(30.0, 22.0) + tf.TensionDamping(commands=("pull",), limit=0.3, modes=6)
+    >>> type(law).__name__
+    'SumOfLaws'
     """
 
     gain: float = 1.0

@@ -21,6 +21,12 @@ class Displacement(Sensor):
         Point (x, y) or (x, y, z) [m], or a list of them: any of the film, or where a node of frame or cables is.
     component
         ``"u"``, ``"v"`` or ``"w"``: along x, y or z.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.Displacement([(0.7, 0.4), (-0.7, 0.4)], noise=1e-6).component
+    'w'
     """
 
     points: Points

@@ -81,6 +81,13 @@ def read_mesh(
         If the file cannot be read, is damaged, or holds what is not read here; the message names the file.
     MissingExtraError
         If a ``.msh`` file is given and Gmsh is not installed.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> mesh = tf.read_mesh("sail.inp")
+    >>> sorted(mesh.groups)
+    ['beams-boom', 'cables-edge', 'film', 'support-hub']
     """
     source = checks.path("path", path)
     shown = shorten(str(source), 200).strip("'\"")

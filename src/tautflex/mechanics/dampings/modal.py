@@ -33,6 +33,12 @@ class Modal(Damping):
     Modes are those of the prestressed reference at rest, in the order of `tautflex.solve_modes`, mass-normalised: so
     ``phi_j' C phi_k = 2 zeta_k w_k`` for j = k and 0 for others [Clough & Penzien, Dynamics of Structures, 12-3]. Modes
     above the listed ones, rigid motions and unstable modes are not damped.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.Modal(ratio=0.01, modes=20).modes
+    20
     """
 
     ratio: float | tuple[float, ...]

@@ -31,6 +31,12 @@ class Rayleigh(Damping):
     A mode of angular frequency w has the ratio ``alpha / (2 w) + beta w / 2`` [Clough & Penzien, Dynamics of
     Structures, 12-4]. By kind, ``C = sum_e (alpha_e M_e + beta_e K_e) + beta_membrane K_0``: materials have different
     loss factors, while K_0, which comes from the tensions, belongs to none.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.Rayleigh(alpha=0.001, beta={"membrane": 0.001, "cable": 0.0}).alpha
+    0.001
     """
 
     alpha: float | Mapping[str, float] = 0.0

@@ -34,7 +34,8 @@ class Held:
 
     Examples
     --------
-    >>> force = Held(0.0)
+    >>> import tautflex as tf
+    >>> force = tf.Held(0.0)
     >>> force.hold(0.2, time=1.0)
     >>> float(force(0.5)), float(force(1.0)), float(force(7.0))
     (0.0, 0.2, 0.2)

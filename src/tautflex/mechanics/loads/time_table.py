@@ -33,6 +33,12 @@ class TimeTable:
     ------
     InputError
         If the table is empty, disordered, or has not one value per instant.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> float(tf.TimeTable([0.0, 1.0], [0.0, 2.0])(0.25))
+    0.5
     """
 
     times: ArrayLike

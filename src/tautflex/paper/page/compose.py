@@ -146,7 +146,8 @@ def _figures(files: Mapping[str, Sequence[Path]], folder: Path) -> list[str]:
 
 
 def _end(summary: Mapping[str, Any]) -> list[str]:
-    parts = ["## Compute it yourself", "```\ntautflex reproduce -o reproduction\n```"]
+    mark = "<!-- test: skip (a minute of all cores; test_reproduce_command.py runs it) -->"  # read by test_docs.py
+    parts = ["## Compute it yourself", f"{mark}\n```console\ntautflex reproduce -o reproduction\n```"]
     if summary.get("seconds"):
         parts.append(f"The runs of this page took {float(summary['seconds']):.0f} s of computing.")
     if summary.get("versions"):

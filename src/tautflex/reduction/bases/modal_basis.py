@@ -45,6 +45,12 @@ class ModalBasis(Basis):
     ------
     InputError
         If an argument is out of range, or, once a structure is reduced, if no direction loads it.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.ModalBasis(directions=("rx",), count=12).count
+    12
     """
 
     directions: Sequence[str] = ("z", "rx", "ry")

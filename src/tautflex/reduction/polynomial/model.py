@@ -182,6 +182,15 @@ def reduce(
         If ``basis`` is not a basis, ``weak_field`` is not in [0, 1e-2], or an input does not fit the structure.
     UnsupportedError
         If the structure has nonlinear laws or can drift away as a rigid body, or an input is not linear in few numbers.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> rom = tf.reduce(state, tf.ModalBasis(directions=("rx",)))
+    >>> run = tf.simulate(rom, tf.Stop(rate=0.6, duration=0.2), time_step=2e-3, end_time=0.5, probes={"A": (0.7, 0.4)})
+    >>> run.status.value
+    'completed'
     """
     began = clock.perf_counter()
     require_state(state)

@@ -74,6 +74,14 @@ def campbell(
         If rates are not monotonic, or another argument is out of range.
     NotConvergedError
         If there is no equilibrium at a rate; ``result`` has the table of the rates before it.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> branches = tf.campbell(state, [0.0, 0.3], n=3)
+    >>> dict(branches.frequency.sizes)
+    {'rate': 2, 'branch': 3}
     """
     require_state(state)
     values = checks.float_array("rates", rates, (None,))

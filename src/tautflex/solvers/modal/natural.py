@@ -130,6 +130,14 @@ def solve_modes(
         If ``n`` is out of range, or ``about`` has another shape.
     NotConvergedError
         If the eigensolver fails.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> modes = tf.solve_modes(state, n=3)
+    >>> modes.frequencies.shape, modes.labels[0]
+    ((3,), (1, 1))
     """
     require_state(state)
     system = state.system

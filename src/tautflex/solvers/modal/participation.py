@@ -66,6 +66,14 @@ def appendage_data(
         If nothing holds the structure.
     InputError
         If ``point`` or ``damping`` has the wrong shape or value.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> data = tf.appendage_data(tf.solve_modes(state, n=5))
+    >>> list(data.data_vars)[:3]
+    ['frequency', 'damping_ratio', 'participation']
     """
     checks.instance("modes", modes, Modes, "the Modes of a state", remedy="solve_modes(state) gives them")
     place = checks.vector3("point", point)

@@ -103,6 +103,13 @@ def tune_pretension(
     -----
     Squared frequencies are nearly linear in the tensions, so Newton's method in the logarithms of frequency squared
     and scale, with a difference Jacobian, needs a few steps.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> found = tf.tune_pretension(tf.build_model(tf.load_case("m2.toml")), [1.5])
+    >>> round(float(found.frequencies[0]), 6)
+    1.5
     """
     checks.instance("model", model, Model, "a Model", remedy="build_model(case) and Model.from_mesh(...) give one")
     targets = checks.float_array("frequencies", frequencies, (None,))

@@ -43,8 +43,12 @@ def equip(state: PrestressedState, inputs: Sequence[TimeInput]) -> PrestressedSt
 
     Examples
     --------
-    >>> tension = tf.TensionGroup("x", change=lambda t: 0.1 if t < 1.0 else 0.0)  # doctest: +SKIP
-    >>> run = tf.simulate(tf.equip(state, [tension]), inputs=[tension], time_step=1e-3, end_time=2.0)  # doctest: +SKIP
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> tension = tf.TensionGroup("x", change=lambda t: 0.1 if t < 0.05 else 0.0, breaks=(0.05,))
+    >>> run = tf.simulate(tf.equip(state, [tension]), inputs=[tension], method=tf.Bathe(), time_step=5e-3, end_time=0.1)
+    >>> run.status.value
+    'completed'
     """
     require_state(state)
     given, system = checks.several("inputs", inputs, TimeInput, "TensionGroup('x')"), state.system

@@ -55,6 +55,14 @@ def find_form(model: Model, *, tolerance: float = 1e-10, max_iterations: int = 2
         If there are links, springs alone hold a part, nothing is taut, nothing can move, or a stress pushes.
     NotConvergedError
         If no such shape is found.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> shape = tf.find_form(tf.build_model(tf.load_case("scalloped.toml")))
+    >>> state = tf.solve_prestress(shape)
+    >>> f"{state.min_principal_resultant:.3f} N/m"          # 2e5 Pa x 5e-5 m
+    '10.000 N/m'
     """
     checks.instance("model", model, Model, "a Model", remedy="Model.from_mesh(...) gives one")
     checks.positive("tolerance", tolerance)

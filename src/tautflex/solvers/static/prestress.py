@@ -191,6 +191,13 @@ def solve_prestress(model: Model, check: bool = True) -> PrestressedState:
     ------
     PrestressError
         If there is no prestress, a cable is slack, a given film stress is compressive, or the state is unstable.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> f"{state.min_principal_resultant:.2f} N/m"
+    '0.42 N/m'
     """
     checks.instance("model", model, Model, "a Model", remedy="build_model(case) and Model.from_mesh(...) give one")
     checks.flag("check", check)

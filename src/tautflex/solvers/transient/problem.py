@@ -122,6 +122,15 @@ class TransientProblem:
         If an argument is out of range.
     UnsupportedError
         If the structure could drift away as a rigid body under a maneuver.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> asked = dict(method=tf.GeneralizedAlpha(), time_step=0.01, end_time=0.5, probes={"A": (0.7, 0.4)})
+    >>> run = tf.simulate(state, tf.Stop(rate=0.6, duration=0.2), **asked)
+    >>> run.status.value, dict(run.data.w.sizes)
+    ('completed', {'time': 51, 'probe': 1})
     """
 
     plant: PrestressedState | SteppingModel

@@ -29,6 +29,12 @@ class RigidLink(Link):
     ------
     InputError
         If a node stands twice, or a direction is unknown.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.RigidLink(10, [11, 12, 13]).nodes
+    [11, 12, 13]
     """
 
     reference: int

@@ -31,6 +31,13 @@ class NodalForce(Effect):
         Instants at which the function jumps [s].
     direction
         Direction in floating-frame axes, of any length: the force is then one number.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> knock = tf.NodalForce([7], lambda time: (0.0, 0.0, 1e-3 * (time < 0.05)), breaks=(0.05,))
+    >>> knock.breaks
+    (0.05,)
     """
 
     nodes: Sequence[int]

@@ -61,6 +61,13 @@ class TensionGroup(Effect):
     ------
     InputError
         If the command is unknown, or the stiffness not positive.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> pull = tf.TensionGroup("y", tf.TimeTable([0.0, 0.05], [0.0, 0.2]), stiffness=2e3)
+    >>> pull.command
+    'tension'
     """
 
     cables: Sequence[int] | str | None = None

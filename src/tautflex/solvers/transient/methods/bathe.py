@@ -29,6 +29,12 @@ class Bathe(Method):
     -----
     Second order, unconditionally stable, kills what the step does not resolve at once (spectral radius 0 at infinity)
     and hardly damps what it does. Two solutions a step: compare it with other methods at half their step.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> round(tf.Bathe().split, 4)
+    0.5858
     """
 
     split: float = 2.0 - sqrt(2.0)

@@ -54,6 +54,12 @@ class GeneralizedAlpha(OneStageMethod):
     ------
     InputError
         If ``rho_inf`` is out of range.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> tf.GeneralizedAlpha(rho_inf=0.8)
+    GeneralizedAlpha(rho_inf=0.8)
     """
 
     rho_inf: float = 0.8
