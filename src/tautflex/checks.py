@@ -172,7 +172,7 @@ def numbers(name: str, value: Any, *, error: type[InputError] = InputError) -> N
         array = np.asarray(value)
         if array.dtype.kind in "biufO":
             return np.asarray(array, dtype=float)
-    raise _fail(name, "an array of numbers", value, _without_quotes(value), error)
+    raise _fail(name, "an array of numbers", value, _without_quotes(value) and "give numbers without quotes", error)
 
 
 def float_array(

@@ -8,10 +8,6 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.case import parse_case
-from tautflex.case.build import build_maneuver, build_state
-from tautflex.case.loop import build_law, build_plant
-from tautflex.control.runs.following import references
 from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.reduction.marching.free_hub.hub_run import HubRun
 from tautflex.solvers.transient.problem import TransientProblem
@@ -160,53 +156,6 @@ def test_uneven_pressure_pushes_a_reduced_model_on_a_hub():
     np.testing.assert_allclose(one.hub_position.values, each.hub_position.values, rtol=1e-12, atol=1e-18)
     full = tf.simulate(film(), tf.FreeHub(**BODY), inputs=[tf.Pressure(0.2)], **given).data
     np.testing.assert_allclose(one.hub_position.values[-1], full.hub_position.values[-1], rtol=1e-2)
-
-
-CASE = """schema = 1
-membrane = { length = 1.0, width = 0.8, thickness = 1e-3, youngs_modulus = 2e5, poisson_ratio = 0.3, density = 1000.0, \
-edges = "fixed", stress_x = 4e3, stress_y = 3e3 }
-mesh = { divisions = [4, 4] }
-hub = { mass = 20.0, inertia = [4.0, 5.0, 6.0], center = [0.1, -0.3, 0.1], axes = "x" }
-maneuver = { kind = "slew", angle = 0.05, duration = 0.2, axis = [1.0, 0.0, 0.0] }
-loop = { interval = 0.01 }
-damping = { beta = 2e-3 }
-solver = { time_step = 5e-3, end_time = 1.0 }
-inputs.gust = { kind = "pressure", pressure = { times = [0.0, 0.05, 0.1], values = [0.0, 1.0, 0.0] } }
-[actuators]
-torque = { kind = "hub-torque", axis = "x" }
-press = { kind = "pressure", limit = 5.0 }
-[sensors]
-attitude = { kind = "attitude" }
-rate = { kind = "rate" }
-speed = { kind = "velocity", points = [[0.0, 0.0]] }
-[[controller]]
-kind = "pd"
-stiffness = 300.0
-damping = 60.0
-"""
-
-
-@pytest.mark.slow
-def test_a_case_file_commands_pressure(verification_row):
-    """Pressure against the film's speed takes energy out of it."""
-    case = parse_case(CASE)
-    plant = build_plant(case, build_state(case))
-    assert [(channel.name, channel.unit) for channel in plant.inputs] == [("torque", "N m"), ("press", "Pa")]
-    law, maneuver, speeds = build_law(case, plant), build_maneuver(case), list[float]()
-    memory = law.start(tf.LoopSpec(plant.outputs, plant.inputs, plant.interval, axes=1))
-    for gain in (0.0, 4.0):
-
-        def act(time, seen, gain=gain):
-            torque = law.act(memory, seen, references(maneuver, np.array([time]), plant.hub)[0])[1][0]
-            return [torque, -gain * seen[2]]
-
-        run = tf.close_loop(plant, act, maneuver, end_time=1.0)
-        speeds.append(float(np.abs(run.data.measurement.values[60:, 2]).max()))
-    work = dict(zip(run.data.source.values, run.data.source_work.values[-1], strict=True))
-    ratio = speeds[1] / speeds[0]
-    verification_row("pressure against the film's speed: late speed / that without", "< 0.5", ratio, "passivity")
-    assert speeds[1] < 0.5 * speeds[0]
-    assert work["press"] < 0.0
 
 
 @pytest.mark.jax
