@@ -28,6 +28,17 @@ def _fail(name: str, expected: str, got: object, remedy: str, error: type[InputE
     return error(f"{text}; {remedy}" if remedy else text)
 
 
+def _without_quotes(value: Any) -> str:
+    """What to try with a text, or texts, where numbers are meant; empty for anything else."""
+    if isinstance(value, list | tuple) and any(map(_without_quotes, value)):
+        return "write numbers without quotes"
+    if not isinstance(value, str):
+        return ""
+    with contextlib.suppress(ValueError):
+        return f"write it without quotes: {float(value):.6g}"
+    return "give a number"
+
+
 @contextlib.contextmanager
 def within(name: str) -> Iterator[None]:
     """Put the name of an argument in front of what is wrong inside it."""
@@ -116,7 +127,7 @@ def finite(name: str, value: Any, *, remedy: str = "", error: type[InputError] =
         with contextlib.suppress(TypeError, ValueError, OverflowError):
             number = float(value)
     if not np.isfinite(number):
-        raise _fail(name, "a finite number", value, remedy, error)
+        raise _fail(name, "a finite number", value, remedy or _without_quotes(value), error)
     return number
 
 
@@ -161,7 +172,7 @@ def numbers(name: str, value: Any, *, error: type[InputError] = InputError) -> N
         array = np.asarray(value)
         if array.dtype.kind in "biufO":
             return np.asarray(array, dtype=float)
-    raise _fail(name, "an array of numbers", value, "", error)
+    raise _fail(name, "an array of numbers", value, _without_quotes(value) and "give numbers without quotes", error)
 
 
 def float_array(

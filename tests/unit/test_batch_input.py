@@ -102,7 +102,7 @@ def test_hubs_and_inputs_must_have_a_batched_form(state):
     with pytest.raises(InputError, match=r"'hub.inertia' > 0 kg m\^2, got -1\.0"):
         batch.simulate({"hub.inertia": -1.0}, tf.FreeHub(**body, axes="x"), **explicit)
     with pytest.raises(UnsupportedError, match=r"inputs: expected inputs that are linear.*Pressure"):
-        batch.simulate({}, inputs=[tf.Pressure(1.0)], **explicit)
+        batch.simulate({}, inputs=[tf.Pressure([1.0] * state.model.membrane_count)], **explicit)
     wave = tf.NodalForce([0], lambda time: np.sin(float(time)), direction=(0, 0, 1))
     with pytest.raises(UnsupportedError, match=r"function of jax\.numpy .* NodalForce number 1"):
         batch.simulate({}, inputs=[wave], **explicit)

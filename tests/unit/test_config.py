@@ -223,6 +223,17 @@ def test_replaced_validates_again():
         case.replaced(cables={"pretension_x": -1.0})
 
 
+def test_replaced_takes_sections_out():
+    case = parse_case(M2_TEMPLATE, ["hub.mass=20", "hub.inertia=[4,5,6]"])
+    assert case.replaced(hub=None).hub is None
+    assert case.replaced(task=None) == case
+    for wrong, words in (({"membrane": None}, "membrane: missing"), ({"hub": 3}, "hub: expected a table")):
+        with pytest.raises(CaseError, match=words):
+            case.replaced(**wrong)
+    with pytest.raises(CaseError, match="nonsense: unknown key"):
+        case.replaced(nonsense=None)
+
+
 def test_file_with_byte_order_mark_is_read(tmp_path):
     path = tmp_path / "bom.toml"
     path.write_bytes(b"\xef\xbb\xbf" + M2_TEMPLATE.encode())

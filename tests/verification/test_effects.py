@@ -90,15 +90,17 @@ def test_sets_say_what_their_numbers_do(taut):
         ],
     )
     numbers = inputs.values(3.0)
-    np.testing.assert_allclose(numbers, [0.0, 3.0, 1.0, 2.0, 0.1, 0.2, 0.5])
-    assert inputs.labels[3:] == ("change [K]", "change_1 [N]", "change_4 [N]", "tension [N]")
+    np.testing.assert_allclose(numbers, [0.0, 3.0, 1.0, 2.0, 0.1, 0.2, 1.0, 0.5])
+    assert inputs.labels[3:] == ("change [K]", "change_1 [N]", "change_4 [N]", "pressure [Pa]", "tension [N]")
     np.testing.assert_allclose(inputs.pattern @ numbers, inputs.load(3.0), atol=1e-15)
+    (follower,) = inputs.followers(3.0)
+    push = inputs.load(3.0) + follower.force(np.zeros(taut.system.size))
+    np.testing.assert_allclose(inputs.force_at_rest @ numbers, push, atol=1e-15)
     stress = inputs.stress(3.0)
     assert set(stress) == set(inputs.columns)
     for index, column in inputs.columns.items():
         np.testing.assert_allclose(column @ numbers, stress[index], rtol=1e-14, atol=1e-12)
-    assert len(inputs.linear) == 4
-    assert len(inputs.followers(3.0)) == 1
+    assert len(inputs.linear) == 5
 
 
 def test_held_numbers_jump_where_they_are_set(held_film):

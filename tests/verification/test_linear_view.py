@@ -342,7 +342,7 @@ def test_reduced_model_has_the_linear_view_of_its_own_motion(state, node):
 def test_what_has_no_linear_form_is_said(state, node):
     system = state.system
     with pytest.raises(tf.InputError, match=r"^inputs.p: expected a constant pattern .*no linear column.*NodalForce"):
-        linearize(state, {"p": tf.Pressure(1.0).prepare(system)}, {})
+        linearize(state, {"p": tf.Pressure(np.ones(state.model.membrane_count)).prepare(system)}, {})
     plant = linearize(state, {}, {"rms": SurfaceRms()}, modes=3)
     assert not plant.C.any()
     assert plant.remarks["rms"].startswith("a row of zeros")

@@ -310,6 +310,11 @@ def test_bad_plants_are_told(state):
     for limit in (0.0, [], [1.0, -1.0]):
         with pytest.raises(InputError, match="limit: expected"):
             tf.HubTorque("x", limit=limit)
+    for made, key in ((tf.HubTorque, "limit"), (tf.HubTorque, "rate"), (tf.Rate, "noise"), (tf.Rate, "bias")):
+        with pytest.raises(
+            InputError, match=f"^{key}: expected a finite number, got '0.5'; write it without quotes: 0.5$"
+        ):
+            made(**{key: "0.5"})
     made = plant(state, torque)
     with pytest.raises(InputError, match="expected reset before this"):
         made.step(0.0)

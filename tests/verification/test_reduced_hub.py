@@ -372,5 +372,3 @@ def test_what_hubs_and_reduced_models_refuse():
         tf.simulate(rom(), FREE, coupling=tf.Coupling(euler=False), **given)
     with pytest.raises(tf.InputError, match="stable step"):
         tf.simulate(rom(), FREE, method=tf.CentralDifference(), time_step=0.5, end_time=1.0)
-    with pytest.raises(tf.UnsupportedError, match="got Pressure number 1, whose wrench on the hub"):
-        tf.simulate(rom(), FREE, inputs=[tf.Pressure(0.1)], **given)

@@ -248,7 +248,10 @@ def _apply(values: dict[str, Any], override: str) -> None:
     for key in keys[:-1]:
         table = table.setdefault(key, {})
         if not isinstance(table, dict):
-            raise CaseError(f"--set: {path.strip()}: {key!r} is a value, not a section; use section.key=value")
+            what, remedy = "a value, not a section", "use section.key=value"
+            if isinstance(table, list):
+                what, remedy = "a list of tables, not one section", "change the file, or leave one table there"
+            raise CaseError(f"--set: {path.strip()}: {key!r} is {what}; {remedy}")
     name = keys[-1]
     if not text.strip():
         if name not in table:

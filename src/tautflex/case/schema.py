@@ -119,10 +119,10 @@ class Case(Section):
 
     __str__ = __repr__
 
-    def replaced(self, **sections: dict[str, Any]) -> Case:
+    def replaced(self, **sections: Any) -> Case:
         """Return a validated copy with keys changed, e.g. ``case.replaced(cables={"pretension_x": 1.0})``.
 
-        None takes a key out, so that it has its default again.
+        None takes a key or a section out, so that it has its default again; what is no table replaces the section.
 
         Examples
         --------
@@ -132,8 +132,12 @@ class Case(Section):
         """
         values = self.model_dump(by_alias=True, exclude_none=True)
         for name, changes in sections.items():
-            changed = {**values.get(name, {}), **changes}
-            values[name] = {key: value for key, value in changed.items() if value is not None}
+            now = values.pop(name, {})
+            if isinstance(changes, dict):
+                changed = {**(now if isinstance(now, dict) else {}), **changes}
+                values[name] = {key: value for key, value in changed.items() if value is not None}
+            elif changes is not None or name not in Case.model_fields:
+                values[name] = changes
         return Case(**values)
 
     @field_validator("inputs", "actuators", "sensors")

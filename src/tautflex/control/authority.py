@@ -90,7 +90,7 @@ def authority(
         size = largest_inputs.get(effect.name, np.ones(effect.count))
         loads = loads_of(effect, system, about.q)
         answers = about.solve(loads)
-        change = stiffness_changes(effect, system, about.q, answers, vectors)
+        change = stiffness_changes(effect, system, about.q, answers, vectors, about.films)
         stiffness = size[:, None] * np.einsum("kii->ki", change) / squares
         force = size[:, None] * without_round_off(vectors, loads).T
         stroke = _reeled(effect, system, answers, size)

@@ -1,11 +1,12 @@
 r"""What inputs do to a structure: loads, wrenches and changes of the stiffness, per unit of each number.
 
-An input is a constant pattern of forces or a change of stresses [control.md 1]. Either has a static answer
-``psi = K^-1 f`` whose stresses, with the input's own, change the stiffness of the structure,
+An input is a constant pattern of forces, a change of stresses or pressure that follows the film [control.md 1]. Each
+has a static answer ``psi = K^-1 f`` whose stresses, with the input's own, change the stiffness of the structure,
 
-    Khat = Phi' d/ds [K_tan(q + s psi; sigma + s columns)] Phi  at s = 0.
+    Khat = Phi' d/ds [K_tan(q + s psi; sigma + s columns)] Phi  at s = 0,
 
-``K_tan`` is quadratic in s where laws are elastic, so a central difference is exact.
+less the symmetric derivative of the pressure's force, which turns with the film. ``K_tan`` is quadratic in s where laws
+are elastic, so a central difference is exact.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from numpy.typing import ArrayLike
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.effects.tension_group import ReeledCables
-from tautflex.mechanics.loads.prepared import LinearInput, PatternLoad, PreparedInput, StressChange
+from tautflex.mechanics.loads.prepared import FilmPressure, LinearInput, PatternLoad, PreparedInput, StressChange
+from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.numeric import Array, cross_matrices
 from tautflex.text import shown
@@ -47,6 +49,8 @@ class InputColumns:
         Number of a block -> change of its stresses, shape (row, strain, n).
     internal
         Whether the spacecraft pulls at itself, so that the whole wrench is zero.
+    film
+        Pressure of 1 Pa that follows the film; None: there is none.
     stroke
         Length of each cable that a drive reels in, from free unknowns and a number [m]; None where there is no drive.
     """
@@ -58,6 +62,7 @@ class InputColumns:
     held: Array
     columns: dict[int, Array] = field(default_factory=dict)
     internal: bool = False
+    film: PressureLoad | None = None
     stroke: Callable[[Array, float], Array] | None = None
 
     @property
@@ -72,17 +77,19 @@ class InputColumns:
         Raises
         ------
         InputError
-            If it is neither a pattern of forces nor a change of stresses.
+            If it is neither a pattern of forces, nor a change of stresses, nor one number of pressure.
         """
+        film = given.unit if isinstance(given, FilmPressure) else None
         if isinstance(given, PatternLoad):
             parts: tuple[Array, Array, dict[int, Array], bool] = given.pattern, given.held, {}, given.internal
-        elif isinstance(given, StressChange):
-            parts = np.zeros((system.size, given.count)), np.zeros((6, given.count)), given.columns, False
+        elif isinstance(given, StressChange | FilmPressure):
+            stresses = given.columns if isinstance(given, StressChange) else {}
+            parts = np.zeros((system.size, given.count)), np.zeros((6, given.count)), stresses, False
         elif isinstance(given, PreparedInput):
             raise InputError(
-                f"inputs.{name}: expected a constant pattern of forces or a change of stresses, got "
-                f"{type(given).__name__}, which has no linear column: its force follows the motion; leave it out of "
-                "the linear view, or push with a NodalForce or an EdgeForce"
+                f"inputs.{name}: expected a constant pattern of forces, a change of stresses or one number of "
+                f"pressure, got {type(given).__name__}, which has no linear column; leave it out of the linear view, "
+                "or push with a NodalForce or an EdgeForce"
             )
         else:
             held = checks.float_array(f"inputs.{name}", given, (6, None))
@@ -93,10 +100,12 @@ class InputColumns:
             units = tuple(label.partition("[")[2].rstrip("]") for label in given.labels)
         labels = (name,) if count == 1 else tuple(f"{name}[{k}]" for k in range(count))
         stroke = given.stroke if isinstance(given, ReeledCables) else None
-        return cls(name, labels, units, *parts, stroke)
+        return cls(name, labels, units, *parts, film, stroke)
 
-    def wrench(self, rows: Array) -> Array:
-        """Force and torque on the whole spacecraft, shape (6, n); ``rows`` are `rigid_rows`."""
+    def wrench(self, rows: Array, q: Array) -> Array:
+        """Force and torque on the whole spacecraft at q, shape (6, n); ``rows`` are `rigid_rows` there."""
+        if self.film is not None:
+            return self.film.wrench(q)[:, None]
         return np.zeros((6, self.count)) if self.internal else self.held + rows @ self.pattern
 
 
@@ -134,6 +143,8 @@ def rigid_rows(system: StructuralSystem, q: Array) -> Array:
 
 def loads_of(effect: InputColumns, system: StructuralSystem, q: Array) -> Array:
     """Forces on the free unknowns at q, those that stresses make included, shape (size, n)."""
+    if effect.film is not None:
+        return effect.film.force(q)[:, None]
     if not effect.columns:
         return effect.pattern
     made = [
@@ -144,14 +155,24 @@ def loads_of(effect: InputColumns, system: StructuralSystem, q: Array) -> Array:
 
 
 def stiffness_changes(
-    effect: InputColumns, system: StructuralSystem, q: Array, answers: Array, vectors: Array
+    effect: InputColumns,
+    system: StructuralSystem,
+    q: Array,
+    answers: Array,
+    vectors: Array,
+    films: Sequence[PressureLoad] = (),
 ) -> Array:
-    """Khat on vectors (r, size) of an effect whose static answers at q have shape (size, n), shape (n, r, r)."""
+    """Khat on vectors (r, size) of an effect with static answers (size, n) at q, under held pressures, (n, r, r)."""
     result = np.zeros((effect.count, len(vectors), len(vectors)))
     for k, (plus, minus, step) in enumerate(_both_ways(effect, system, answers)):
-        change = system.with_initial_stress(plus).tangent(q + step * answers[:, k])
-        change = change - system.with_initial_stress(minus).tangent(q - step * answers[:, k])
-        result[k] = vectors @ (system.pattern.symmetric_matrix(change / (2.0 * step)) @ vectors.T)
+        ahead, behind = q + step * answers[:, k], q - step * answers[:, k]
+        change = system.with_initial_stress(plus).tangent(ahead) - system.with_initial_stress(minus).tangent(behind)
+        for film in films:
+            change -= film.stiffness(ahead) - film.stiffness(behind)
+        change /= 2.0 * step
+        if effect.film is not None:
+            change -= effect.film.stiffness(q)
+        result[k] = vectors @ (system.pattern.symmetric_matrix(change) @ vectors.T)
     return result
 
 

@@ -178,7 +178,7 @@ class _View:
         coupled = self.vectors @ link.T
         pushes = without_round_off(self.vectors, self.loads)
         rows = rigid_rows(about.state.system, about.q)
-        wrench = np.concatenate([np.zeros((6, 0)), *(one.wrench(rows) for one in self.effects)], axis=1)
+        wrench = np.concatenate([np.zeros((6, 0)), *(one.wrench(rows, about.q) for one in self.effects)], axis=1)
         swing = 2.0 * about.spin * about.swing if about.spin else np.zeros(size)
         rates = block_diag(np.zeros((d, d)), self._damping(damping))
         if about.spin:
@@ -226,7 +226,7 @@ class _View:
         about, first, parts = self.about, 0, [np.zeros((0, len(self.vectors), len(self.vectors)))]
         for effect in self.effects:
             own = self.answers[:, first : first + effect.count]
-            parts.append(stiffness_changes(effect, about.state.system, about.q, own, self.vectors))
+            parts.append(stiffness_changes(effect, about.state.system, about.q, own, self.vectors, about.films))
             first += effect.count
         return np.concatenate(parts)
 

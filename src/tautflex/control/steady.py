@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from tautflex import checks
 from tautflex.control.columns import InputColumns, by_name
 from tautflex.errors import InputError, UnsupportedError
+from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import AtRest, RigidMotion
@@ -40,6 +41,8 @@ class SteadyState:
         Steady motion of the frame, and which of its terms count.
     hub
         Hub that is free, or None.
+    films
+        Pressures that are held.
     """
 
     reference: PrestressedState
@@ -48,12 +51,15 @@ class SteadyState:
     motion: RigidMotion
     coupling: Coupling
     hub: FreeHub | None
+    films: Sequence[PressureLoad] = ()
 
     @cached_property
     def stiffness(self) -> Array:
-        """``K_tan(q) + K_T`` in the pattern, shape (entries,)."""
+        """``K_tan(q) + K_T`` in the pattern, less what turning film has of pressure, shape (entries,)."""
         system, weight = self.state.system, self.coupling.displacement_weight(self.motion)
         tangent = system.tangent(self.q)
+        for film in self.films:
+            tangent = tangent - film.stiffness(self.q)
         return tangent + system.inertia.entries(weight) if weight.any() else tangent
 
     def modes(self, count: int) -> Array:
@@ -139,10 +145,13 @@ def steady_state(
         raise InputError(f"coupling: expected all terms, whole, on a free hub, got {coupling!r}; leave coupling out")
     held = by_name("values", values, effects)
     system, load, stress = state.system, np.zeros(state.system.size), list(state.system.initial_stress)
+    films = list[PressureLoad]()
     for effect in effects:
         if effect.name in held:
             u = held[effect.name]
             load -= effect.pattern @ u
+            if effect.film is not None:
+                films.append(effect.film.scaled(float(u[0])))
             for index, columns in effect.columns.items():
                 stress[index] = stress[index] + columns @ u
     reference = state
@@ -153,9 +162,11 @@ def steady_state(
     weight = coupling.displacement_weight(moving)
     load = load + coupling.load(moving, coupling.moments(system))
     q = np.zeros(system.size)
-    if changed or load.any() or weight.any():
-        q = solve_static(state, load, system.inertia.entries(weight) if weight.any() else None)
-    return SteadyState(reference, state, q, moving, coupling, hub)
+    pressure = films[0].scaled(sum(film.pressure for film in films)) if films else None
+    if changed or load.any() or weight.any() or films:
+        extra = system.inertia.entries(weight) if weight.any() else None
+        q = solve_static(state, load, extra, pressure=pressure)
+    return SteadyState(reference, state, q, moving, coupling, hub, films)
 
 
 def _motion(hub: FreeHub | None, motion: RigidMotion | None) -> RigidMotion:

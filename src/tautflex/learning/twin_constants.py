@@ -196,7 +196,7 @@ class TwinConstants:
             load=drives.load,
             stress=drives.stress,
             torque=drives.wrench[:, row],
-            arms=drives.arms[:, axis],
+            arms=drives.arms[:, axis - 3],
             limit=drives.limit,
             rate=drives.rate,
             lag=drives.lag,

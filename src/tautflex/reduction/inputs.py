@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -61,7 +61,15 @@ def input_loads(inputs: InputSet) -> tuple[Array, Array]:
     require_linear(inputs)
     stressing = inputs.stressing
     pulls = -stress_loads(inputs.system, inputs.columns) if inputs.columns else np.zeros((0, inputs.system.size))
-    return inputs.pattern.T[~stressing], pulls[stressing[: len(pulls)]]
+    return inputs.force_at_rest.T[~stressing], pulls[stressing[: len(pulls)]]
+
+
+class Pressed(NamedTuple):
+    """Pressure of some distribution, its force on the coordinates at rest, (r,), and on what follows them, (m,)."""
+
+    unit: PressureLoad
+    load: Array
+    beside: Array
 
 
 class ReducedInputs:
@@ -88,6 +96,8 @@ class ReducedInputs:
         Force of unit stresses on the coordinates at rest, shape (n_s, r).
     own
         ``u own u / 2`` is what stresses store at once in the structure that answers them, shape (n_s, n_s).
+    slopes
+        What pressure that follows the film adds to the forces per monomial, shape (m, n); 0 of other inputs.
 
     Raises
     ------
@@ -104,13 +114,23 @@ class ReducedInputs:
             item for item in items if not isinstance(item, LinearInput) and type(item).load is not PreparedInput.load
         ]
         self._followers = [item for item in items if type(item).follower is not PreparedInput.follower]
-        self.load, self._on_monomials = self._projected(inputs.pattern)
+        self._uneven = [item for item in self._followers if not isinstance(item, LinearInput)]
+        self._pressures: list[Pressed] = []
+        self.load, self._on_monomials = self._projected(inputs.force_at_rest)
+        self.slopes = np.zeros_like(self._on_monomials)
+        for place, unit in inputs.films.items():
+            self.slopes[:, place] = self._slopes(unit)
+        self._on_monomials += self.slopes
         self.columns = {number: column[..., self._stressing] for number, column in inputs.columns.items()}
         pulls = stress_loads(system, self.columns) if self.columns else np.zeros((0, system.size))
         self.beta = pulls @ basis.kept.T
         self.answers = static_answers(rom.reference, basis, -pulls) if len(pulls) else pulls
         self.own = pulls @ self.answers.T
-        self._pressures: list[tuple[Array, Array, Array]] = []
+
+    @property
+    def followers(self) -> bool:
+        """Whether an input has forces that follow the motion."""
+        return bool(self._followers)
 
     @property
     def breaks(self) -> tuple[float, ...]:
@@ -165,7 +185,7 @@ class ReducedInputs:
     def forces(self, times: Array, before: float = np.inf) -> tuple[Array, Array]:
         """The same of all inputs at instants [s]; a jump at ``before`` is not met yet."""
         load, given = self.driven(self.values(times, before))
-        for place, time in enumerate(times) if self._others or self._followers else ():
+        for place, time in enumerate(times) if self._others or self._uneven else ():
             for own, beside in self._unsplit(earlier(float(time), before)):
                 load[place] -= own
                 if not self._rom.in_elements:
@@ -177,9 +197,10 @@ class ReducedInputs:
         for item in self._others:
             if (force := item.load(time)) is not None:
                 yield self._projected(force)
-        for item in self._followers:
+        for item in self._uneven:
             if (film := item.follower(time)) is not None:
-                yield self._pressure(film)
+                size, unit = self.pressed(film)
+                yield size * unit.load, size * unit.beside
 
     def answer(self, times: Array) -> Array:
         """What the structure answers at once to stresses at instants [s], shape (time, size)."""
@@ -247,12 +268,12 @@ class ReducedInputs:
             film: Any = item.follower(time)
             if film is None or not film.pressure.any():
                 continue
-            (known, beside), (whole, through) = self._pressure(film), self._projected(film.force(q))
-            missing, through = whole - known, through - beside
+            (size, unit), (whole, through) = self.pressed(film), self._projected(film.force(q))
+            missing, through = whole - size * unit.load, through - size * unit.beside
             if through.size:
                 np.add.at(missing, first, through * eta[second])
                 np.add.at(missing, second, through * eta[first])
-            worst = max(worst, float(np.linalg.norm(missing) / np.linalg.norm(known)))
+            worst = max(worst, float(np.linalg.norm(missing) / np.linalg.norm(size * unit.load)))
         return worst
 
     def _projected(self, forces: Array) -> tuple[Array, Array]:
@@ -262,25 +283,28 @@ class ReducedInputs:
             return rom.basis.kept @ forces, rom.monomial_vectors @ forces
         return rom.basis.kept @ forces, np.zeros((rom.monomial_count, *forces.shape[1:]))
 
-    def _pressure(self, film: Any) -> tuple[Array, Array]:
-        """Force of pressure on the coordinates and what follows them: what is constant and linear about rest.
+    def pressed(self, film: PressureLoad) -> tuple[float, Pressed]:
+        """Size of a pressure [Pa], and what a unit of its distribution does, which is worked out once.
 
-        What the film's turning and stretching add beyond that is of second order in its slopes, see `left_out`.
+        That is what is constant and linear about rest. What the film's turning and stretching add beyond it is of
+        second order in its slopes, see `left_out`.
         """
-        rom, pressure = self._rom, film.pressure
-        size = float(pressure[np.argmax(np.abs(pressure))])
-        if size == 0.0:
-            return np.zeros(rom.size), np.zeros(rom.monomial_count)
-        for known, own, beside in self._pressures:
-            if np.abs(pressure - size * known).max() <= _ALIKE * abs(size):
-                return size * own, size * beside
-        unit, still = film.scaled(pressure / size), np.zeros(rom.state.system.size)
-        own, beside = self._projected(unit.force(still))
-        if rom.monomial_count:
-            tangent = rom.state.system.matrix(unit.tangent(still))
-            beside = beside + 0.5 * packed(rom.basis.kept @ (tangent @ rom.basis.kept.T))
-        self._pressures.append((unit.pressure, own, beside))
-        return size * own, size * beside
+        size = float(film.pressure[np.argmax(np.abs(film.pressure))])
+        for known in self._pressures:
+            if np.abs(film.pressure - size * known.unit.pressure).max() <= _ALIKE * abs(size):
+                return size, known
+        unit = film.scaled(film.pressure / (size or 1.0))
+        load, beside = self._projected(unit.force(np.zeros(self._rom.state.system.size)))
+        self._pressures.append(Pressed(unit, load, beside + self._slopes(unit)))
+        return size, self._pressures[-1]
+
+    def _slopes(self, unit: PressureLoad) -> Array:
+        """What the turning of the film adds to the force of a pressure per monomial, shape (m,)."""
+        rom = self._rom
+        if not rom.monomial_count:
+            return np.zeros(0)
+        tangent = rom.state.system.matrix(unit.tangent(np.zeros(rom.state.system.size)))
+        return np.asarray(0.5 * packed(rom.basis.kept @ (tangent @ rom.basis.kept.T)))
 
 
 def by_rows(rows: Array, matrix: Array) -> Array:

@@ -89,7 +89,12 @@ class FullPlant:
         probes: ProbeSet,
         inputs: BatchInputs,
     ) -> FullEquation:
-        """Equation of one run; UnsupportedError where a parameter would change the stress of an input."""
+        """Equation of one run; UnsupportedError for pressure, or where a parameter would change an input's stress."""
+        if inputs.given.films:
+            raise UnsupportedError(
+                "inputs: expected forces that do not follow the motion in a batch of the full model, got Pressure; "
+                "reduce(state) first, or simulate one by one"
+            )
         changed = [name for name in numbers if name.startswith("youngs_modulus")]
         if inputs.given.columns and changed:
             raise UnsupportedError(

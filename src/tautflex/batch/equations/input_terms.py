@@ -56,7 +56,8 @@ class InputTerms(NamedTuple):
             square[np.ix_(places, places)] = own
         storing, rest = widened(reduced.stress.T), widened(reduced.beta.T)
         through = jnp.swapaxes(on_monomials, 0, 1)
-        stress = storing.reshape(*storing.shape, *(1 for _ in through.shape[2:])) - through
+        given_stress = storing - reduced.slopes
+        stress = given_stress.reshape(*storing.shape, *(1 for _ in through.shape[2:])) - through
         return cls(rest - reduced.load, stress, widened(probes.map @ reduced.answers.T), storing, rest, square)
 
     def of_numbers(self, u: Array) -> tuple[Array, Array]:

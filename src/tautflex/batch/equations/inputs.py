@@ -113,7 +113,7 @@ class BatchInputs:
             for item, _, key in self._signals
             if isinstance(item.function, TimeTable) or f"{key}.values" not in self.numbers
         )
-        return self.given.pattern.tobytes(), columns, tables, len(self._signals)
+        return self.given.force_at_rest.tobytes(), columns, tables, len(self._signals)
 
     def push(self, axis: Array, kept: Array) -> tuple[Array, Array]:
         """Torque about an axis through the origin of a unit of each input, shape (n,), and per coordinate, (n, r).
@@ -135,7 +135,11 @@ class BatchInputs:
         turning = np.flatnonzero(np.diff(model.dof_offset) == 6)
         turned = pattern[system.place[model.dof_offset[turning][:, None] + np.arange(3, 6)]]
         torque = torque + np.einsum("b,nbk->k", axis, turned)
-        return np.asarray(outside) * torque, np.asarray(outside)[:, None] * arms
+        torque, arms = np.asarray(outside) * torque, np.asarray(outside)[:, None] * arms
+        for place, unit in self.given.films.items():
+            torque[place] = axis @ unit.wrench(np.zeros(system.size))[3:]
+            arms[place] = axis @ unit.wrench_slopes(kept)[3:]
+        return torque, arms
 
 
 def _signal(name: str, item: LinearInput) -> tuple[Any, Signal]:

@@ -61,7 +61,7 @@ class ReducedPlant:
         assembly, basis = self._assembly(history.axis, history.origin, coupling.load_by_kind), self.rom.basis
         _refuse_restressed(inputs, numbers)
         # Forces act on what follows the monomials too: read like probes.
-        looks = np.concatenate([probes.map @ basis.derivatives.T, inputs.given.pattern.T @ basis.derivatives.T])
+        looks = np.concatenate([probes.map @ basis.derivatives.T, inputs.given.force_at_rest.T @ basis.derivatives.T])
         readings = jnp.asarray(looks.T)
 
         def weigh(numbers: Numbers) -> tuple[Any, ...]:

@@ -13,7 +13,7 @@ from tautflex.case.registry import ACTUATORS, CONTROLLERS, SENSORS, TASKS
 from tautflex.case.section import Positive, Section, Vector, key
 from tautflex.case.sections.inputs import ChosenPoints, Placed
 from tautflex.control.actuators.drive import Drive
-from tautflex.errors import InputError
+from tautflex.errors import CaseError, InputError
 from tautflex.mechanics.loads.inputs import Effect
 from tautflex.motion.hub import FreeHub
 
@@ -39,13 +39,17 @@ class Actuator(section_of(Drive), Placed):  # type: ignore[misc] # beside the ke
     def _drive_takes_the_values(self) -> Self:
         """Its numbers are checked where the effect cannot be made without a structure, too."""
         try:
-            Drive(**self._driven())
-        except InputError as error:
-            raise ValueError(self.in_words_of_the_case(str(error))) from None
+            self._behind(Drive)
+        except CaseError as error:
+            raise ValueError(str(error)) from None
         return self
 
-    def _driven(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in _DRIVE}
+    def _behind(self, drive: type[Drive], **known: Any) -> Drive:
+        """Make a drive of the section's numbers; CaseError if it refuses them."""
+        try:
+            return drive(**known, **{name: getattr(self, name) for name in _DRIVE})
+        except InputError as error:
+            raise CaseError(self.in_words_of_the_case(str(error))) from None
 
     @classmethod
     def unused_fields(cls, target: type) -> tuple[str, ...]:
@@ -68,7 +72,7 @@ class Actuator(section_of(Drive), Placed):  # type: ignore[misc] # beside the ke
             return made
         from tautflex.control.actuators.actuator import Actuator as Driven  # beside a section of the same name
 
-        return Driven(effect=made, **self._driven())
+        return self._behind(Driven, effect=made)
 
 
 class Sensor(Placed):

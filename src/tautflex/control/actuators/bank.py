@@ -17,7 +17,7 @@ from tautflex.control.runs.run_of_plant import Place, RunOfPlant
 from tautflex.control.signals import Channel
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import Effect, TimeInput
-from tautflex.mechanics.loads.prepared import LinearInput, PatternLoad, StressChange
+from tautflex.mechanics.loads.prepared import LinearInput, StressChange
 from tautflex.mechanics.loads.signals import Held
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion import rotations
@@ -222,14 +222,11 @@ class Bank:
                     mean += 0.5 * rotations.matrix(hub.attitude) @ torque
                     item.work += 0.5 * (at.time - before.time) * float(torque @ hub.twist[3:])
                 item.stored -= (at.time - before.time) * mean
-            elif isinstance(item.bound, PatternLoad):
-                load = item.bound.pattern @ item.value
-                item.work += float(load @ (at.q - before.q))
-                if at.rigid.size and not item.bound.internal:
-                    held = item.bound.held @ item.value
-                    for end in (before, at):
-                        wrench = held + run.wrench_of(load, end)
-                        item.work += 0.5 * (at.time - before.time) * float(wrench @ rigid_parts(end.rigid).twist)
+            elif item.bound is not None and not isinstance(item.bound, StressChange):
+                item.work += run.work_of(item.bound, item.value, before, at)
+                for end in (before, at) if at.rigid.size else ():
+                    wrench = run.push_of(item.bound, item.value, end)
+                    item.work += 0.5 * (at.time - before.time) * float(wrench @ rigid_parts(end.rigid).twist)
 
     def _in_hub_axes(self, place: Place, item: Driven) -> Array:
         stored: Array = rotations.matrix(rigid_parts(place.rigid).attitude).T @ item.stored

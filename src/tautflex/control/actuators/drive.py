@@ -71,8 +71,10 @@ class Drive:
 
     def __post_init__(self) -> None:
         if self.limit is not None:
-            limits: list[Any] = np.atleast_1d(checks.numbers("limit", self.limit)).ravel().tolist()
-            for value in limits or [self.limit]:
+            given: Any = self.limit
+            if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str):
+                given = checks.numbers("limit", given).ravel().tolist()
+            for value in given or [self.limit] if isinstance(given, list) else [given]:
                 checks.positive("limit", value)
         if self.rate is not None:
             checks.positive("rate", self.rate)

@@ -36,7 +36,7 @@ def _copy(one: HubInputs, other: HubInputs) -> None:
     # Loops in place of array expressions, whose shape checks take seconds to compile.
     for i in range(one.load.shape[1]):
         other.load[0, i], other.inside[0, i] = one.load[0, i], one.inside[0, i]
-        for a in range(3):
+        for a in range(one.arms.shape[1]):
             other.arms[0, a, i] = one.arms[0, a, i]
     for m in range(one.stress.shape[1]):
         other.stress[0, m], other.inside_stress[0, m] = one.stress[0, m], one.inside_stress[0, m]
@@ -63,7 +63,7 @@ def _give(d: Drives, base: HubInputs, value: Array, now: HubInputs) -> None:
             now.stress[0, m] += u * d.stress[k, m]
             now.inside_stress[0, m] += u * d.inside_stress[k, m]
         if d.kind[k] == FORCE:
-            for a in range(3):
+            for a in range(d.arms.shape[1]):
                 for i in range(now.load.shape[1]):
                     now.arms[0, a, i] += u * d.arms[k, a, i]
 
@@ -94,8 +94,9 @@ def _count(d: Drives, loop: LoopState, ride: HubWork, q: Array, before: Array, o
         elif d.kind[k] == FORCE and d.pushing[k] != 0:
             for i in range(6):
                 loop.work[0, k] += 0.5 * step * u * d.wrench[k, i] * (before[TWIST + i] + now[TWIST + i])
-            for i in range(3):
-                arms = dot(d.arms[k, i], own) * before[TWIST + 3 + i] + dot(d.arms[k, i], q) * now[TWIST + 3 + i]
+            for i in range(d.arms.shape[1]):
+                way = TWIST + 6 - d.arms.shape[1] + i
+                arms = dot(d.arms[k, i], own) * before[way] + dot(d.arms[k, i], q) * now[way]
                 loop.work[0, k] += 0.5 * step * u * arms
 
 

@@ -253,7 +253,7 @@ def axis_model(run: HubRun, drives: Drives, sensing: Sensing, base: HubInputs, a
         load=np.concatenate([base.load, drives.load]),
         stress=np.concatenate([base.stress, drives.stress]),
         torque=np.concatenate([base.wrench, drives.wrench])[:, row : row + 1].copy(),
-        arms=np.concatenate([base.arms, drives.arms])[:, axis].copy(),
+        arms=np.concatenate([base.arms, drives.arms])[:, axis - 3].copy(),
         pull_load=drives.load.T.copy(),
         pull_stress=drives.stress.T.copy(),
         root=arrays.fields,

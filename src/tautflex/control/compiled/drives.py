@@ -8,7 +8,7 @@ from tautflex.control.actuators.bank import Bank
 from tautflex.control.actuators.hub_torque import HubTorque
 from tautflex.control.actuators.monitor import Monitor
 from tautflex.control.compiled.parts import FORCE, STRESS, Drives
-from tautflex.mechanics.loads.prepared import PatternLoad, StressChange
+from tautflex.mechanics.loads.prepared import FilmPressure, PatternLoad, StressChange
 from tautflex.numeric import Array
 from tautflex.reduction.marching.free_hub.hub_run import HubRun
 
@@ -23,7 +23,7 @@ def drives_of(run: HubRun, bank: Bank, monitor: Monitor, times: Array) -> Drives
     kind, axis, delay, pushing = np.zeros((4, total), dtype=np.int64)
     load, inside = np.zeros((2, total, r))
     stress, pulled = np.zeros((2, total, m))
-    wrench, arms = np.zeros((total, 6)), np.zeros((total, 3, r))
+    wrench, arms = np.zeros((total, 6)), np.zeros((total, 6 if inputs.followers else 3, r))
     first = used = 0
     stresses: list[int] = []
     count = sum(d.bound.count for d in bank.items if d.bound is not None)
@@ -55,7 +55,10 @@ def drives_of(run: HubRun, bank: Bank, monitor: Monitor, times: Array) -> Drives
             kind[own_places], pushing[own_places] = FORCE, not bound.internal
             if not bound.internal:
                 wrench[own_places] = bound.held.T + bound.pattern.T @ run.to_wrench
-                arms[own_places] = (bound.pattern.T @ run.to_arms).reshape(n, 3, r)
+                arms[own_places, -3:] = (bound.pattern.T @ run.to_arms).reshape(n, 3, r)
+        elif isinstance(bound, FilmPressure):
+            kind[own_places], pushing[own_places] = FORCE, 1
+            wrench[own_places], arms[own_places] = run.pushed_by(bound.unit)
     if stresses:
         inside[stresses], pulled[stresses] = inputs.beta, inputs.stress
         own[np.ix_(stresses, stresses)] = inputs.own

@@ -27,7 +27,7 @@ class Drives(NamedTuple):
     pushing
         Whether a force pushes the spacecraft, shape (c,).
     load, stress, inside, inside_stress, wrench, arms
-        Of a unit of each, as of `HubInputs`, shapes (c, r), (c, m), (c, r), (c, m), (c, 6) and (c, 3, r).
+        Of a unit of each, as of `HubInputs`, shapes (c, r), (c, m), (c, r), (c, m), (c, 6) and (c, 3, r), or (c, 6, r).
     own, whole
         ``u own u / 2`` is what stresses store at once in the structure that answers them, and what they store in one
         that has answered, of what is watched, shape (c, c).

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tautflex.control.runs.run_of_plant import Place, RunOfPlant, Sight
+from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.numeric import Array
 from tautflex.solvers.transient.free_hub.equation import HubEquation
 from tautflex.solvers.transient.free_hub.motion import HubMotion
@@ -49,6 +50,14 @@ class FullPlantRun(RunOfPlant):
         """Force, and torque about O, of forces on the free unknowns, hub axes, shape (6,)."""
         assert isinstance(self._run.equation, HubEquation)
         return self._run.equation.wrench_of(load, place.q)
+
+    def pressure_work(self, unit: PressureLoad, before: Place, at: Place) -> float:
+        """Work of pressure on the structure between two places [J]."""
+        return float(unit.mean_force(before.q, at.q) @ (at.q - before.q))
+
+    def pressure_push(self, unit: PressureLoad, place: Place) -> Array:
+        """Force, and torque about O, of pressure, hub axes, shape (6,)."""
+        return unit.wrench(place.q)
 
     def look(self, stress: bool) -> Sight:
         """What sensors see; ``stress``: of stresses too."""

@@ -7,6 +7,7 @@ import time as clock
 import numpy as np
 
 from tautflex.control.runs.run_of_plant import Place, RunOfPlant, Sight
+from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.mechanics.loads.signals import Held
 from tautflex.numeric import Array
 from tautflex.reduction.marching.free_hub.hub_run import HubRun
@@ -72,6 +73,24 @@ class ReducedPlantRun(RunOfPlant):
         wrench: Array = load @ run.to_wrench
         wrench[3:] += (load @ run.to_arms).reshape(3, -1) @ place.coordinates
         return wrench
+
+    def pressure_work(self, unit: PressureLoad, before: Place, at: Place) -> float:
+        """Work of pressure on the structure between two places [J]: the model's own force has a potential."""
+        size, pressed = self._run.inputs.pressed(unit)
+        work, (first, second) = 0.0, np.triu_indices(self._run.rom.size)
+        for sign, place in ((1.0, at), (-1.0, before)):
+            eta = place.coordinates
+            work += sign * float(pressed.load @ eta)
+            if pressed.beside.size:
+                work += sign * float(pressed.beside @ (eta[first] * eta[second]))
+        return size * work
+
+    def pressure_push(self, unit: PressureLoad, place: Place) -> Array:
+        """Force, and torque about O, of pressure, hub axes, shape (6,)."""
+        run = self._run
+        assert isinstance(run, HubRun)
+        wrench, slopes = run.pushed_by(unit)
+        return np.asarray(wrench + slopes @ place.coordinates)
 
     def look(self, stress: bool) -> Sight:
         """What sensors see; ``stress``: of stresses too."""

@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tautflex.mechanics.loads.prepared import FilmPressure, LinearInput, PatternLoad
+from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.numeric import Array
 from tautflex.solvers.transient.problem import TransientProblem
 from tautflex.solvers.transient.restart.checkpoint import Checkpoint
@@ -91,6 +93,28 @@ class RunOfPlant(ABC):
     @abstractmethod
     def wrench_of(self, load: Array, place: Place) -> Array:
         """Force, and torque about O, of forces on the free unknowns, hub axes, shape (6,)."""
+
+    @abstractmethod
+    def pressure_work(self, unit: PressureLoad, before: Place, at: Place) -> float:
+        """Work of pressure on the structure between two places [J]."""
+
+    @abstractmethod
+    def pressure_push(self, unit: PressureLoad, place: Place) -> Array:
+        """Force, and torque about O, of pressure, hub axes, shape (6,)."""
+
+    def work_of(self, bound: LinearInput, value: Array, before: Place, at: Place) -> float:
+        """Work on the structure of numbers of an input that is no stress between two places [J]."""
+        if isinstance(bound, FilmPressure):
+            return float(value[0]) * self.pressure_work(bound.unit, before, at)
+        assert isinstance(bound, PatternLoad)
+        return float(bound.pattern @ value @ (at.q - before.q))
+
+    def push_of(self, bound: LinearInput, value: Array, place: Place) -> Array:
+        """Force, and torque about O, of the same on the spacecraft, hub axes, shape (6,)."""
+        if isinstance(bound, FilmPressure):
+            return float(value[0]) * self.pressure_push(bound.unit, place)
+        assert isinstance(bound, PatternLoad)
+        return np.zeros(6) if bound.internal else bound.held @ value + self.wrench_of(bound.pattern @ value, place)
 
     @abstractmethod
     def look(self, stress: bool) -> Sight:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from tautflex import checks
 from tautflex.errors import InputError, UnsupportedError
 from tautflex.mechanics.loads.prepared import (
+    FilmPressure,
     FollowerForce,
     LinearInput,
     MovedSupport,
@@ -26,6 +27,7 @@ from tautflex.mechanics.loads.prepared import (
     PreparedInput,
     StressChange,
 )
+from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.mechanics.loads.signals import Signal
 from tautflex.mechanics.loads.time_table import TimeTable
 from tautflex.mechanics.system import StructuralSystem
@@ -208,7 +210,7 @@ class InputSet:
 
     @cached_property
     def linear(self) -> list[LinearInput]:
-        """Inputs that are linear in a few numbers u, in order: `PatternLoad` or `StressChange`."""
+        """Inputs that are linear in a few numbers u, in order: `PatternLoad`, `StressChange` or `FilmPressure`."""
         return [item for item in self._inputs if isinstance(item, LinearInput)]
 
     @cached_property
@@ -219,7 +221,7 @@ class InputSet:
     @cached_property
     def all_linear(self) -> bool:
         """Whether the numbers of the linear inputs are all that there is to know of an instant."""
-        return all(isinstance(item, PatternLoad | StressChange) for item in self._inputs)
+        return all(isinstance(item, PatternLoad | StressChange | FilmPressure) for item in self._inputs)
 
     @cached_property
     def all_loads(self) -> bool:
@@ -248,10 +250,25 @@ class InputSet:
 
     @cached_property
     def pattern(self) -> Array:
-        """Force on the free unknowns per number of the linear inputs, shape (size, n); 0 where one is a stress."""
+        """Constant force on the free unknowns per number of the linear inputs, shape (size, n); 0 where none is."""
         empty = np.zeros((self.system.size, 0))
         parts = [_pattern(item, self.system.size) for item in self.linear]
         return np.concatenate([empty, *parts], axis=1)
+
+    @cached_property
+    def films(self) -> dict[int, PressureLoad]:
+        """Place among the linear inputs' numbers -> pressure of 1 Pa that follows the film."""
+        ends = np.cumsum([0, *(item.count for item in self.linear)])
+        pairs = zip(ends.tolist(), self.linear, strict=False)
+        return {first: item.unit for first, item in pairs if isinstance(item, FilmPressure)}
+
+    @cached_property
+    def force_at_rest(self) -> Array:
+        """The same with the forces that follow the motion, as they are at rest, shape (size, n)."""
+        force = self.pattern.copy()
+        for place, unit in self.films.items():
+            force[:, place] = unit.force(np.zeros(self.system.size))
+        return force
 
     @cached_property
     def columns(self) -> dict[int, Array]:

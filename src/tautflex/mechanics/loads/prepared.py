@@ -1,7 +1,8 @@
 """What inputs come down to once they are bound to a structure.
 
-Linear ones come in two kinds: a force whose nodal pattern is constant, or a change of the initial stresses. Either is
-linear in a few numbers u, and a stress acts through ``Gᵀ V B(g)ᵀ s u``: a force and a stiffness for each number.
+Linear ones come in three kinds: a force whose nodal pattern is constant, a change of the initial stresses, or pressure
+that follows the film. All are linear in a few numbers u; a stress acts through ``Gᵀ V B(g)ᵀ s u``: a force and a
+stiffness for each number.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.mechanics.loads.signals import Held, Signal, check_signal, value_at
 from tautflex.numeric import Array, Indices
 
@@ -169,3 +171,15 @@ class StressChange(LinearInput):
         """Change of initial stress by block number, shapes (element, strain)."""
         value = self.values(time)
         return {index: column @ value for index, column in self.columns.items()}
+
+
+@dataclass(frozen=True)
+class FilmPressure(LinearInput):
+    """Pressure of one number that stays normal to the film; ``unit`` is that of 1 Pa."""
+
+    unit: PressureLoad
+
+    def follower(self, time: float) -> PressureLoad | None:
+        """The pressure at an instant [s]."""
+        value = float(self.values(time)[0])
+        return self.unit.scaled(value) if value else None

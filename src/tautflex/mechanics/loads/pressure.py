@@ -124,6 +124,20 @@ class PressureLoad:
             total += np.concatenate([forces.sum(axis=(0, 1)), np.cross(places, forces).sum(axis=(0, 1))])
         return total
 
+    def wrench_slopes(self, vectors: Array) -> Array:
+        """Derivative of the wrench by motion from rest along vectors (r, size), shape (6, r).
+
+        Forces are quadratic in the places of nodes, so that their central differences are exact.
+        """
+        slopes, still = np.zeros((6, len(vectors))), np.zeros(self._system.size + 1)
+        for patch, pressure in self._parts():
+            here, force = patch.places(still), patch.forces(pressure, still)
+            for column, vector in enumerate(np.append(vectors, np.zeros((len(vectors), 1)), axis=1)):
+                change = 0.5 * (patch.forces(pressure, vector) - patch.forces(pressure, -vector))
+                torque = np.cross(patch.places(vector) - here, force) + np.cross(here, change)
+                slopes[:, column] += np.concatenate([change.sum(axis=(0, 1)), torque.sum(axis=(0, 1))])
+        return slopes
+
     def mean_force(self, start: Array, end: Array) -> Array:
         """Mean of the force on the straight way between two states [N], shape (size,); exact, it is quadratic in q."""
         return (self.force(start) + 4.0 * self.force(0.5 * (start + end)) + self.force(end)) / 6.0
@@ -131,6 +145,11 @@ class PressureLoad:
     def work(self, q: Array) -> float:
         """Work on the straight way from the reference [J]: pressure times the volume that the film sweeps."""
         return float(self.mean_force(np.zeros_like(q), q) @ q)
+
+    def stiffness(self, q: Array) -> Array:
+        """Symmetric part of `tangent`: all of it where the film's edge is held; see Notes."""
+        values = self.tangent(q)
+        return np.asarray(0.5 * (values + values[self._system.pattern.transpose_slots]))
 
     def tangent(self, q: Array) -> Array:
         """Derivative of the force [N/m], values in the pattern, shape (entries,)."""

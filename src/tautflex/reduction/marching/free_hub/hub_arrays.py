@@ -80,7 +80,8 @@ class HubInputs(NamedTuple):
     wrench
         Force, and torque about O, on hub and structure at the reference, hub axes, shape (n, 6).
     arms
-        Torque per coordinate, what forces gain in arm as their nodes move, shape (n, 3, r).
+        Torque per coordinate, what forces gain in arm as their nodes move, shape (n, 3, r); (n, 6, r): force and torque
+        of pressure, whose direction changes, too.
     """
 
     load: Array

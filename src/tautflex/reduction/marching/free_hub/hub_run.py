@@ -7,14 +7,15 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
-from tautflex.errors import InputError, UnsupportedError
+from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import earlier
-from tautflex.mechanics.loads.prepared import PreparedInput
+from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.mechanics.loads.signals import Held
 from tautflex.motion import rotations
 from tautflex.motion.hub import FreeHub, HubState
 from tautflex.motion.kinematics import AtRest, RigidMotion, Segment, split_segments
 from tautflex.numeric import Array, Indices
+from tautflex.reduction.inputs import Pressed
 from tautflex.reduction.marching.books import Start
 from tautflex.reduction.marching.frame_terms import Span, frame_at
 from tautflex.reduction.marching.free_hub import hub_implicit, hub_mobile, hub_steps
@@ -40,8 +41,6 @@ _MOST_TURNS = 50
 class HubRun(ReducedRun):
     """State and record of a run on a free hub; see `ReducedRun`.
 
-    Raises UnsupportedError for an input whose wrench on the hub follows the motion.
-
     Attributes
     ----------
     commanded
@@ -66,16 +65,8 @@ class HubRun(ReducedRun):
         self.rigid, self.outside = np.zeros((len(self.stored), 31)), np.zeros(len(self.stored))
         self._trace = np.empty((0, 3, rom.size))
         self.commanded: Held | None = None
-        self._refuse_followers()
         self._levers()
-
-    def _refuse_followers(self) -> None:
-        for name, item in self.inputs.given.named:
-            if type(item).follower is not PreparedInput.follower:
-                raise UnsupportedError(
-                    f"inputs: expected forces that do not follow the motion for a reduced model on a free hub, got "
-                    f"{name}, whose wrench on the hub the model lacks; simulate the full state"
-                )
+        self._pressed: list[tuple[Pressed, Array, Array]] = []
 
     def _levers(self) -> None:
         """Wrench of forces on the free unknowns at the reference, (size, 6), and per coordinate, (size, 3, r)."""
@@ -133,8 +124,29 @@ class HubRun(ReducedRun):
         given = self.inputs.given
         outside = np.array([given.outside_load(instant) for instant in instants])
         held = np.array([given.held_wrench(instant) for instant in instants])
-        arms = (outside @ self.to_arms).reshape(-1, 3, r)
-        return HubInputs(load, stress, *inside, wrench + held + outside @ self.to_wrench, arms)
+        arms, wrench = (outside @ self.to_arms).reshape(-1, 3, r), wrench + held + outside @ self.to_wrench
+        if self.inputs.followers:
+            # Film that turns changes the force, too.
+            arms = np.concatenate([np.zeros_like(arms), arms], axis=1)
+            for row, instant in enumerate(instants):
+                for film in given.followers(instant):
+                    whole, slopes = self.pushed_by(film)
+                    wrench[row], arms[row] = wrench[row] + whole, arms[row] + slopes
+        return HubInputs(load, stress, *inside, wrench, arms)
+
+    def pushed_by(self, film: PressureLoad) -> tuple[Array, Array]:
+        """Force, and torque about O, of pressure at rest, shape (6,), and per coordinate, (6, r).
+
+        As of the forces on the coordinates, this is what is constant and linear about rest.
+        """
+        size, pressed = self.inputs.pressed(film)
+        for known, wrench, slopes in self._pressed:
+            if known is pressed:
+                return size * wrench, size * slopes
+        system, kept = self.rom.state.system, self.rom.basis.kept
+        found = pressed.unit.wrench(np.zeros(system.size)), pressed.unit.wrench_slopes(kept)
+        self._pressed.append((pressed, *found))
+        return size * found[0], size * found[1]
 
     def _at(self, time: float, before: float, rigid: Array, seen: Array | None = None) -> HubInputs:
         """What acts from outside at one instant with this hub and these coordinates and velocities, (2, r)."""

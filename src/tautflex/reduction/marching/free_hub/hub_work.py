@@ -120,8 +120,8 @@ def set_inputs(arrays: Any, inputs: HubInputs, row: int, q: Array, ride: HubWork
     given, arms = inputs.wrench[row % inputs.wrench.shape[0]], inputs.arms[row % inputs.arms.shape[0]]
     for k in range(6):
         ride.wrench[k] = given[k]
-    for k in range(3):
-        ride.wrench[3 + k] += dot(arms[k], q)
+    for k in range(arms.shape[0]):
+        ride.wrench[6 - arms.shape[0] + k] += dot(arms[k], q)
 
 
 @jit
