@@ -51,11 +51,16 @@ def steps_per_second(
 
 def bases(rich: int, count: int) -> Iterator[tuple[str, tf.Basis | str, float]]:
     """Names, bases (or the name of the run that trains one) and weak_field; runs come before what they train."""
-    for modes, weak in ((count - 1, 1e-5), (count - 1, 1e-6), (rich // 2, 1e-6), (rich, 1e-8)):
-        yield f"{modes} natural modes", tf.ModalBasis(("rx",), count=modes, candidates=260), weak
-    for trainer in (f"{rich} natural modes", "full"):
-        for weak in (1e-5, 1e-6):
-            yield f"{count} proper orthogonal modes: {trainer}", trainer, weak
+    for modes, candidates, weak in (
+        (count - 1, 130, 1e-5),
+        (count - 1, 130, 1e-6),
+        (count - 1, 130, 1e-8),
+        (rich // 2, 130, 1e-8),
+        (rich, 260, 1e-8),
+    ):
+        yield f"{modes} natural modes", tf.ModalBasis(("rx",), count=modes, candidates=candidates), weak
+    for trainer, weak in ((f"{rich} natural modes", 1e-5), (f"{rich} natural modes", 1e-6), ("full", 1e-8)):
+        yield f"{count} proper orthogonal modes: {trainer}", trainer, weak
 
 
 def compare_bases(turn: float, rich: int = 60, count: int = 17) -> None:
