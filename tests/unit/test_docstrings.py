@@ -1,7 +1,7 @@
 """Examples in docstrings run, and print what stands there; none is left out.
 
 They run in a folder with the files that they read: `m2.toml` of the template `m2-nearest-node` and its run `m2`,
-`slew.toml` of `control`, `task.toml` of `task-slew`, `scalloped.toml`, and the mesh `sail.inp`.
+`slew.toml` of `control`, `scalloped.toml`, and the mesh `sail.inp`.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ import tautflex as tf
 from tautflex.case import template, template_files
 
 ROOT = Path(tf.__file__).parent
-FILES = {"m2": "m2-nearest-node", "slew": "control", "task": "task-slew", "scalloped": "scalloped"}
+FILES = {"m2": "m2-nearest-node", "slew": "control", "scalloped": "scalloped"}
 # Beside these every example takes less than 0.9 s of a processor that has nothing else to do.
-SLOW = {"CompiledPlant", "animate", "close_loop", "control_case", "design", "evaluate", "explore", "plot_time_history", "reduce", "report", "save", "sweep"}
-NEEDED = {"design": "optuna", "evaluate": "gymnasium"}
+SLOW = {"animate", "control_case", "design", "plot_time_history", "reduce", "report", "save", "sweep"}
+NEEDED = {"design": "optuna"}
 
 
 def examples():
@@ -32,7 +32,9 @@ def examples():
         tree = ast.parse(text)
         owners = {id(child): node.name for node in tree.body if isinstance(node, ast.ClassDef) for child in node.body}
         for node in ast.walk(tree):
-            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ">>>" in (ast.get_docstring(node) or ""):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ">>>" in (
+                ast.get_docstring(node) or ""
+            ):
                 name = getattr(node, "name", "tautflex")
                 place = f"{owners[id(node)]}.{name}" if id(node) in owners else name
                 marks = [pytest.mark.slow] * (name in SLOW)
@@ -70,4 +72,12 @@ def test_names_that_users_reach_for_first_have_examples():
     """All names of the README's Python, and enough of the others."""
     found = {parameters.values[1] for parameters in examples()}
     assert len(found) >= 70
-    assert {"build_model", "load_case", "solve_prestress", "solve_modes", "TransientProblem", "run_case", "reduce"} <= found
+    assert {
+        "build_model",
+        "load_case",
+        "solve_prestress",
+        "solve_modes",
+        "TransientProblem",
+        "run_case",
+        "reduce",
+    } <= found
