@@ -19,7 +19,7 @@ from tautflex.case import template, template_files
 ROOT = Path(tf.__file__).parent
 FILES = {"m2": "m2-nearest-node", "slew": "control", "scalloped": "scalloped"}
 # Beside these every example takes less than 0.9 s of a processor that has nothing else to do.
-SLOW = {"animate", "control_case", "design", "plot_time_history", "reduce", "report", "save", "sweep"}
+SLOW = {"animate", "control_case", "design", "plot_time_history", "reduce", "report", "save", "sweep", "write_vtu"}
 NEEDED = {"design": "optuna"}
 
 
