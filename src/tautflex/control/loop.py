@@ -67,18 +67,6 @@ def close_loop(
     NotConvergedError
         If a step fails, or the law does: raises, or commands what is no finite number. ``.result`` is the run until
         then.
-
-    Examples
-    --------
-    >>> import tautflex as tf
-    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
-    >>> rom = tf.reduce(state, tf.ModalBasis(directions=("rx",)))
-    >>> hub = tf.FreeHub(mass=50.0, inertia=(5.0, 5.0, 8.0), axes="x")
-    >>> sensors = {"attitude": tf.Attitude(), "rate": tf.Rate()}
-    >>> plant = tf.Plant(rom, hub, {"torque": tf.HubTorque("x", limit=6.0)}, sensors, interval=0.02)
-    >>> run = tf.close_loop(plant, tf.PD(30.0, 22.0, inertia=7.46), tf.Slew(angle=0.1, duration=1.0), end_time=2.0)
-    >>> abs(float(run.data.attitude[-1, 1]) - 0.05) < 1e-3     # sine of half the angle
-    True
     """
     return kept_loop(plant, law, maneuver, end_time, seed, progress, frames)
 

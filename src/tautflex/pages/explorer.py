@@ -76,12 +76,6 @@ def explore(
         If an argument is wrong, the structure cannot be built or reduced, or the loop is not stable.
     NotWrittenError
         If the file cannot be written.
-
-    Examples
-    --------
-    >>> import tautflex as tf
-    >>> tf.explore(tf.load_case("m2.toml"), "explorer.html").name
-    'explorer.html'
     """
     target = page_file(path, "explorer.html")
     given = explorable(model, hub, actuators, damping, law, slew)

@@ -80,19 +80,6 @@ class CompiledPlant:
         If an argument is wrong, or the step is not stable.
     UnsupportedError
         If the model is hyper-reduced, the hub has feedback, or a sensor is not linear.
-
-    Examples
-    --------
-    >>> import tautflex as tf
-    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
-    >>> rom = tf.reduce(state, tf.ModalBasis(directions=("rx",)))
-    >>> import numpy as np
-    >>> hub = tf.FreeHub(mass=50.0, inertia=(5.0, 5.0, 8.0), axes="x")
-    >>> wheel = {"torque": tf.HubTorque("x", limit=6.0)}
-    >>> plants = tf.CompiledPlant(rom, hub, wheel, {"rate": tf.Rate()}, interval=0.01, count=3)
-    >>> y = plants.reset(seed=0)
-    >>> plants.step(np.full((3, 1), 0.5)).shape
-    (3, 1)
     """
 
     def __init__(

@@ -75,15 +75,6 @@ def evaluate(
     ------
     InputError
         If an argument is wrong, or a law does not fit the loop.
-
-    Examples
-    --------
-    >>> import tautflex as tf
-    >>> case = tf.load_case("task.toml", ["task.duration=0.2"])
-    >>> asked = dict(scenarios=[tf.Scenario({"angle": 0.4})], plants=["reduced"], workers=1)
-    >>> found = tf.evaluate({"pd": tf.PD(30.0, 22.0)}, case, **asked)
-    >>> found["cost"].sizes["law"]
-    1
     """
     checks.instance("laws", laws, Mapping, "a mapping such as {'pd': PD(30.0, 22.0)}")
     if not laws:
