@@ -37,10 +37,9 @@ def export(
     from tautflex.files.csv import write_csv
     from tautflex.files.vtu import write_vtu
 
-    data = netcdf.load(run)
-
     def write(place: Path, final: Path) -> list[Path]:
-        made = [write_csv(data, place / f"{run.stem}.csv")] if to == "csv" else write_vtu(data, place, run.stem)
+        with netcdf.opened(run) as data:
+            made = [write_csv(data, place / f"{run.stem}.csv")] if to == "csv" else write_vtu(data, place, run.stem)
         return [final / file.relative_to(place) for file in made]
 
     with result_folder(directory), about(run):
