@@ -131,6 +131,20 @@ def test_links_to_nothing_are_refused_before_the_work(tmp_path, capsys):
     assert "a link to nothing" in capsys.readouterr().err
 
 
+def test_a_command_whose_output_was_closed_ends_well(monkeypatch):
+    monkeypatch.setattr(sys, "stdout", None)
+    assert main(["keys", "solver", "--json"]) == 0
+    assert main(["keys", "solver"]) == 0
+
+
+def test_ctrl_c_at_the_start_tells_no_traceback(tmp_path):
+    (tmp_path / "cyclopts.py").write_text("import signal\nsignal.raise_signal(signal.SIGINT)\n")
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    command = [sys.executable, "-m", "tautflex", "keys"]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert (done.returncode, done.stderr) == (-signal.SIGINT, "")
+
+
 def wait():
     for _ in range(500):
         time.sleep(0.01)
