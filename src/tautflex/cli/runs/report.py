@@ -40,9 +40,10 @@ def report(
     from tautflex.files.netcdf import opened
     from tautflex.pages.report import report as write
 
-    with ExitStack() as files, about(run):
+    with ExitStack() as files:
         data = [files.enter_context(opened(path)) for path in results]
         given: dict[str, Any] = {"other": data[-1] if other else None, "size": size, "names": _names(results)}
+        files.enter_context(about(run))
         write_or_keep(target, lambda path: write(data[0], path, folder=results[0].parent.parent, **given))
     megabytes = target.stat().st_size / 1e6
     return Answer(
