@@ -1,5 +1,12 @@
-"""`python -m tautflex`: the command line without its script."""
+"""The command `tautflex`, and `python -m tautflex`."""
+
+import signal
+
+# While libraries load, Ctrl-C ends the process as SIGTERM does, without a traceback; then commands listen to both.
+if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 from tautflex.cli import main
 
-raise SystemExit(main())
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -16,11 +16,14 @@ import xarray as xr
 
 import tautflex as tf
 from tautflex.cli import main
-from tautflex.files.transaction import publish, result_folder
+from tautflex.files.transaction import publish, result_file, result_folder
 from tautflex.interrupts import exit_code, listening
 from tautflex.writing import finish
 from unit.full_disk import files_no_longer_than
+from unit.study_cases import FILM as REDUCED_FILM
 from verification.builders import FILM_CASE
+
+PEAK = "\nprint(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)"
 
 
 def wrote(place: Path, final: Path, text: str) -> list[Path]:
@@ -103,12 +106,43 @@ def test_two_commands_in_one_folder_are_kept_apart(tmp_path):
     assert names(tmp_path) == ["out/kept"]
 
 
+def test_two_trainings_for_one_file_are_kept_apart(tmp_path, capsys):
+    policy = tmp_path / "policy.npz"
+    code = (
+        "import sys, pathlib; from tautflex.files.transaction import result_file\n"
+        "with result_file(pathlib.Path(sys.argv[1])): print('in', flush=True); sys.stdin.read()"
+    )
+    command = [sys.executable, "-c", code, str(policy)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as other:
+        assert other.stdout.readline() == "in\n"
+        assert main(["train", "slew.toml", "-o", str(policy)]) == 2
+        assert f"a file that no other command writes to, got that of process {other.pid}" in capsys.readouterr().err
+        other.kill()
+    with result_file(policy):
+        policy.touch()
+    assert names(tmp_path) == ["policy.npz"]
+
+
 def test_links_to_nothing_are_refused_before_the_work(tmp_path, capsys):
     case = tmp_path / "film.toml"
     case.write_text(FILM_CASE)
     (tmp_path / "out").symlink_to(tmp_path / "nowhere")
     assert main(["run", str(case), "-o", str(tmp_path / "out")]) == 2
     assert "a link to nothing" in capsys.readouterr().err
+
+
+def test_a_command_whose_output_was_closed_ends_well(monkeypatch):
+    monkeypatch.setattr(sys, "stdout", None)
+    assert main(["keys", "solver", "--json"]) == 0
+    assert main(["keys", "solver"]) == 0
+
+
+def test_ctrl_c_at_the_start_tells_no_traceback(tmp_path):
+    (tmp_path / "cyclopts.py").write_text("import signal\nsignal.raise_signal(signal.SIGINT)\n")
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    command = [sys.executable, "-m", "tautflex", "keys"]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert (done.returncode, done.stderr) == (-signal.SIGINT, "")
 
 
 def wait():
@@ -160,3 +194,17 @@ def test_random_kills_leave_whole_files_and_equal_results(tmp_path):
         check=False,
     )
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.slow
+def test_ten_times_the_record_takes_no_more_memory(tmp_path):
+    case, peaks = tmp_path / "film.toml", []
+    case.write_text(REDUCED_FILM)
+    for steps in (40_000, 400_000):
+        code = f"import sys, resource; from tautflex.cli import main\nmain(sys.argv[1:]){PEAK}"
+        command = [sys.executable, "-c", code, "run", str(case), "--force", "-o", str(tmp_path / "out")]
+        command += ["--set", f"solver.end_time={5e-3 * steps}", "--checkpoint", "1"]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        peaks.append(int(done.stderr.split()[-1]) / 1e3)
+    assert (tmp_path / "out" / "run.nc").stat().st_size > 80e6
+    assert peaks[1] < 1.15 * peaks[0], peaks

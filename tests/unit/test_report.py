@@ -20,7 +20,8 @@ from tautflex.mechanics.loads.effects.cable_tension import CableTension
 from tautflex.motion.rotations import exponential
 from tautflex.pages.encode import packed, plain, quantised
 from tautflex.pages.rebuilt import Structure, stresses_over_time
-from tautflex.pages.thinning import drawing_of, thinned
+from tautflex.pages.thinning import drawing_of
+from tautflex.plot.style import thinned
 from tautflex.structure.shapes import TRIANGLE3
 from verification.builders import FILM_CASE
 from verification.dynamic_cases import small_antenna
@@ -69,7 +70,7 @@ def test_thinned_curves_keep_their_extremes():
     x = np.linspace(0.0, 1.0, 20_001)
     y = np.sin(900.0 * x)
     y[777], y[13_000] = 9.0, -7.0
-    some, values = thinned(x, y, 400)
+    some, values = thinned(x, y, 400, 0)
     assert len(some) <= 402
     assert (values.max(), values.min()) == (9.0, -7.0)
     assert (some[0], some[-1]) == (0.0, 1.0)

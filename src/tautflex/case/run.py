@@ -164,17 +164,16 @@ def write_results(
     tell(1.0, "modes")
     modes = lowest_modes(state)
     run = replace(run, data=run.data.assign_attrs(title=title))
-    data = run.data
     tell(1.0, "writing")
-    summary = {**summary_of(case, state, run, modes.frequencies), **(more or {})}
 
     def write(place: Path, final: Path) -> dict[str, Any]:
         files = {"run": place / "run.nc", "summary": place / "summary.json"}
-        netcdf.save(run, files["run"])
-        if figures is not None:
-            files |= _named(figures(data, modes.to_dataset(), place))
+        with netcdf.opened(netcdf.save(run, files["run"])) as data:  # a long record is read variable by variable
+            summary = summary_of(case, state, replace(run, data=data), modes.frequencies)
+            if figures is not None:
+                files |= _named(figures(data, modes.to_dataset(), place))
         stand = {name: str(final / path.relative_to(place)) for name, path in files.items()}
-        whole = summary | {"files": stand}
+        whole = summary | dict(more or {}) | {"files": stand}
         files["summary"].write_text(json.dumps(whole, indent=2, allow_nan=False) + "\n", encoding="utf-8")
         return whole
 

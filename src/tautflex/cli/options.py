@@ -64,8 +64,8 @@ def command(function: Callable[..., Answer | int]) -> Callable[..., int]:
         if isinstance(answer, int):
             return answer
         if as_json:
-            sys.stdout.write(json.dumps(jsonable(answer.values), allow_nan=False) + "\n")
-            sys.stdout.flush()
+            # Not written to sys.stdout, which is None where a caller closed it.
+            print(json.dumps(jsonable(answer.values), allow_nan=False), flush=True)  # noqa: T201
         if answer.error is not None:
             raise answer.error
         if not as_json:

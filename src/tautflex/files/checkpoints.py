@@ -24,11 +24,13 @@ from numpy.typing import NDArray
 from tautflex.errors import CaseError, NotWrittenError
 from tautflex.files import netcdf
 from tautflex.numeric import Array
+from tautflex.solvers.transient.restart.keeper import let_go
 from tautflex.solvers.transient.status import Run
 from tautflex.writing import written
 
 FOLDER = ".tautflex-checkpoint"
 _STATE = "state.npz"
+_LET_GO = 1.0  # seconds after which memory of the record is given back
 
 
 class RunFolder:
@@ -64,7 +66,7 @@ class RunFolder:
             self._open()
         else:
             self.remove()
-        self._last = clock.monotonic()
+        self._last = self._let_go = clock.monotonic()
 
     @property
     def state(self) -> Path:
@@ -85,8 +87,12 @@ class RunFolder:
             return np.zeros(shape, dtype=kind)
 
     def due(self) -> bool:
-        """Whether the time between two checkpoints is over."""
-        return not self.trouble and clock.monotonic() - self._last >= self._seconds
+        """Whether the time between two checkpoints is over; memory of the record is given back meanwhile."""
+        now = clock.monotonic()
+        if now - self._let_go >= _LET_GO:
+            self._let_go = now
+            let_go(*self._maps)
+        return not self.trouble and now - self._last >= self._seconds
 
     def keep(self, time: float, memory: Mapping[str, Array]) -> None:
         """Bring the record to the disk, then the memory."""
@@ -96,8 +102,7 @@ class RunFolder:
         try:
             for each in self._maps:
                 each.flush()
-                if hasattr(mmap, "MADV_DONTNEED"):
-                    each.madvise(mmap.MADV_DONTNEED)  # it is in the file; what is read again comes back by itself
+            let_go(*self._maps)
             if not self._folder.exists():
                 raise FileNotFoundError(2, "the folder was removed")
             with written(self.state) as place, place.open("wb") as file:

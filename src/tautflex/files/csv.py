@@ -15,6 +15,8 @@ from tautflex.files.results import results_of_a_run
 from tautflex.solvers.variables import dataset_of
 from tautflex.writing import written
 
+_ROWS = 2**12  # that are written at once
+
 
 @results_of_a_run()
 def write_csv(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
@@ -57,7 +59,9 @@ def write_csv(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
         table.writerow(
             [f"{title} [{values.attrs['units']}]" if "units" in values.attrs else title for title, values in columns]
         )
-        table.writerows(zip(*(values.values.tolist() for _, values in columns), strict=True))
+        for first in range(0, dataset.sizes["time"], _ROWS):
+            part = (values.isel(time=slice(first, first + _ROWS)).values.tolist() for _, values in columns)
+            table.writerows(zip(*part, strict=True))
     return target
 
 

@@ -33,7 +33,8 @@ def finished(case: str, directory: Path) -> dict[str, Any] | None:
     """
     if not (directory / "run.nc").exists() or (directory / FOLDER).exists():
         return None  # a checkpoint beside a result is of a run that was to replace it
-    there, summary = netcdf.load(directory / "run.nc").attrs, read_summary(directory)
+    with netcdf.opened(directory / "run.nc") as data:
+        there, summary = data.attrs, read_summary(directory)
     if there.get("case") != case:
         text = f"{directory}: expected a result of this case to go on with, got one of another case"
         raise CaseError(f"{text}; choose another folder with -o, or replace it with --force")

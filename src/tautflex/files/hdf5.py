@@ -10,6 +10,10 @@ from typing import IO, Any
 import h5netcdf
 import xarray as xr
 
+from tautflex.solvers.transient.restart.keeper import let_go
+
+_PART = 2**20  # bytes of an array that are written at once
+
 
 def write_hdf5(path: Path, groups: Mapping[str | None, xr.Dataset]) -> None:
     """Write datasets into the groups of one new file; None is the root.
@@ -25,9 +29,23 @@ def write_hdf5(path: Path, groups: Mapping[str | None, xr.Dataset]) -> None:
             with h5netcdf.File(watched, "w") as written:
                 for group, data in groups.items():
                     plain = {name: {"_FillValue": None} for name in data.variables}
-                    data.dump_to_store(xr.backends.H5NetCDFStore(written, group=group), encoding=plain)
+                    data.dump_to_store(xr.backends.H5NetCDFStore(written, group=group), encoding=plain, writer=_InParts())
         finally:
             watched.raise_error()
+
+
+class _InParts:
+    """Writer for xarray that copies no array as a whole, and keeps no part of one that is mapped from a file."""
+
+    def add(self, source: Any, target: Any, region: None = None) -> None:
+        """Write an array."""
+        if source.nbytes <= _PART:
+            target[...] = source
+            return
+        rows = max(1, _PART * len(source) // source.nbytes)
+        for first in range(0, len(source), rows):
+            target[first : first + rows] = source[first : first + rows]
+            let_go(source)
 
 
 class _Watched:

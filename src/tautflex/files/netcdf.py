@@ -9,6 +9,8 @@ import hashlib
 import json
 import os
 import platform
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -111,6 +113,34 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     return _load(path)
 
 
+@contextmanager
+def opened(path: str | os.PathLike[str], group: str | None = None) -> Iterator[xr.Dataset]:
+    """Dataset as `load` gives it, whose numbers are read from the file each time that they are asked for.
+
+    Long records take no memory that way. Raises as `load` does.
+    """
+    source = checks.path("path", path)
+    if not source.is_file():
+        raise InputError(f"path: expected a result file, got {str(source)!r}, which does not exist; check the name")
+    wrong = f"path: expected a NetCDF-4 result of tautflex, got {str(source)!r}"
+    with _damage_told(wrong):
+        _examine(source)
+        raw = xr.open_dataset(
+            source, engine="h5netcdf", decode_times=False, decode_timedelta=False, mask_and_scale=False, cache=False,
+            group=group,
+        )  # fmt: skip
+    with raw:
+        marked = raw.attrs.get("format") == _FORMAT
+        if not marked:
+            raise InputError(f"{wrong}, which has no tautflex marker; give a file written by tautflex run")
+        with _damage_told(wrong):
+            schema = int(raw.attrs["schema"])
+            result = _decode(raw) if schema <= _SCHEMA else raw
+        if schema > _SCHEMA:
+            raise InputError(f"{wrong} of schema {schema}; upgrade tautflex to read it")
+        yield result
+
+
 def load_run(path: str | os.PathLike[str]) -> Run:
     """Read a run that :func:`save` or ``tautflex run`` wrote: ``simulate(..., initial=load_run(path).final)``.
 
@@ -156,25 +186,16 @@ def _final(path: Path) -> Checkpoint | None:
 
 
 def _load(path: str | os.PathLike[str], group: str | None = None) -> xr.Dataset:
-    source = checks.path("path", path)
-    if not source.is_file():
-        raise InputError(f"path: expected a result file, got {str(source)!r}, which does not exist; check the name")
-    wrong = f"path: expected a NetCDF-4 result of tautflex, got {str(source)!r}"
+    with opened(path, group) as data, _damage_told(f"path: expected a NetCDF-4 result of tautflex, got {str(path)!r}"):
+        return data.load()
+
+
+@contextmanager
+def _damage_told(wrong: str) -> Iterator[None]:
     try:
-        _examine(source)
-        raw = xr.load_dataset(
-            source, engine="h5netcdf", decode_times=False, decode_timedelta=False, mask_and_scale=False, group=group
-        )
-        marked = raw.attrs.get("format") == _FORMAT
-        schema = int(raw.attrs["schema"]) if marked else _SCHEMA
-        result = _decode(raw) if marked and schema <= _SCHEMA else raw
+        yield
     except Exception as error:  # damage can show anywhere in h5py, h5netcdf and xarray, as any exception
         raise InputError(f"{wrong} ({_one_line(error)}); run the case again") from error
-    if not marked:
-        raise InputError(f"{wrong}, which has no tautflex marker; give a file written by tautflex run")
-    if schema > _SCHEMA:
-        raise InputError(f"{wrong} of schema {schema}; upgrade tautflex to read it")
-    return result
 
 
 def _examine(path: Path) -> None:

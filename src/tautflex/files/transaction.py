@@ -1,4 +1,4 @@
-"""Folders of results: one command at a time writes to one, all of its files or none."""
+"""Folders and files of results: one command at a time writes to one, all of its files or none."""
 
 from __future__ import annotations
 
@@ -34,21 +34,35 @@ def result_folder(directory: Path) -> Iterator[None]:
     try:
         try:
             directory.mkdir(parents=True, exist_ok=True)
-            lock = _locked(directory)
+            lock = _locked(directory, directory / _LOCK, "folder")
             finish(directory)
         except OSError as error:
             raise CaseError(f"{directory}: cannot write there ({error.strerror}); choose another with -o") from None
         try:
             yield
         finally:
-            if lock is not None:
-                with suppress(OSError):
-                    (directory / _LOCK).unlink()
-                lock.close()
+            _unlock(directory / _LOCK, lock)
     finally:
         for folder in made:
             with suppress(OSError):  # not empty
                 folder.rmdir()
+
+
+@contextmanager
+def result_file(path: Path) -> Iterator[None]:
+    """Keep a file, in a folder that is there, to this process.
+
+    Raises
+    ------
+    CaseError
+        If another process has it.
+    """
+    mark = path.with_name(f".{path.name}.lock")
+    lock = _locked(path, mark, "file")
+    try:
+        yield
+    finally:
+        _unlock(mark, lock)
 
 
 def publish(directory: Path, write: Callable[[Path, Path], Result]) -> Result:
@@ -73,17 +87,23 @@ def publish(directory: Path, write: Callable[[Path, Path], Result]) -> Result:
         raise kept_elsewhere(error, directory.name, lambda folder: write(folder, folder)) from None
 
 
-def _locked(directory: Path) -> IO[bytes] | None:
-    """Lock on a folder, which its process holds until it ends, however it does; None where there are no locks."""
-    path = directory / _LOCK
+def _unlock(mark: Path, lock: IO[bytes] | None) -> None:
+    if lock is not None:
+        with suppress(OSError):
+            mark.unlink()
+        lock.close()
+
+
+def _locked(place: Path, mark: Path, kind: str) -> IO[bytes] | None:
+    """Lock on a place, which its process holds until it ends, however it does; None where there are no locks."""
     while sys.platform != "win32":
         try:
-            file = path.open("a+b", buffering=0)  # what a full disk does not take must not be tried again at the end
+            file = mark.open("a+b", buffering=0)  # what a full disk does not take must not be tried again at the end
         except OSError:  # no room even for a name: the results will say so
             return None
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if not path.exists() or os.fstat(file.fileno()).st_ino != path.stat().st_ino:
+            if not mark.exists() or os.fstat(file.fileno()).st_ino != mark.stat().st_ino:
                 file.close()  # of a process that was just about to leave
                 continue
             file.truncate(0)
@@ -92,7 +112,7 @@ def _locked(directory: Path) -> IO[bytes] | None:
             file.seek(0)
             holder = file.read().decode(errors="replace") or "?"
             file.close()
-            text = f"{directory}: expected a folder that no other command writes to, got that of process {holder}"
+            text = f"{place}: expected a {kind} that no other command writes to, got that of process {holder}"
             raise CaseError(f"{text}; wait for it, or choose another with -o") from None
         except OSError:
             pass  # a file system without locks, or without room for a number

@@ -20,6 +20,7 @@ from tautflex.case.schema import Case
 from tautflex.control.law import ControlLaw
 from tautflex.control.tasks.policy import Policy
 from tautflex.errors import InputError, MissingExtraError
+from tautflex.files.transaction import result_file
 from tautflex.learning.arena import Arena
 from tautflex.learning.cases import case_of
 from tautflex.learning.functional import FunctionalTwin
@@ -214,8 +215,11 @@ def train(
     words = json.dumps([settings, hashlib.sha256(gain.tobytes()).hexdigest(), repr(arena.task), repr(arena.actuators)])
     training = _Training(twins, gain, keep, settings, drawn, hashlib.sha256(words.encode()).hexdigest()[:16])
     with threadpool_limits(1, "blas"):
-        place = None if checkpoint is None else checks.path("checkpoint", checkpoint)
-        return training.train(iterations, place, progress, seconds)
+        if checkpoint is None:
+            return training.train(iterations, None, progress, seconds)
+        place = checks.path("checkpoint", checkpoint)
+        with result_file(place):
+            return training.train(iterations, place, progress, seconds)
 
 
 class _Training:

@@ -103,7 +103,7 @@ def _frames(
     stored, moves = run["frame_time"].values, run["frame_displacement"].transpose("frame_time", "node", "component")
     each = _TEXT * (6 * len(drawing.nodes) + 2 * len(drawing.cables) + len(drawing.triangles) + 16)
     some = chosen_frames(stored.size, budget / each) if stored.size else np.zeros(0, dtype=np.int64)
-    times, whole = stored[some], moves.values[some].astype(np.float64)
+    times, whole = stored[some], moves.isel(frame_time=some).values.astype(np.float64)
     tension, states, notes = None, None, list[str]()
     if some.size < stored.size:
         notes.append(f"{some.size} of {stored.size} frames are shown, {float(np.diff(times).max()):.3g} s apart")

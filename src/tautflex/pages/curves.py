@@ -16,11 +16,11 @@ from tautflex.errors import InputError
 from tautflex.motion.rotations import rotation_vector
 from tautflex.numeric import Array
 from tautflex.pages.encode import packed, quantised
-from tautflex.pages.thinning import thinned
+from tautflex.plot.style import thinned
 
 # Lines of a panel at most: more are not told apart.
 _MOST_LINES = 8
-_SCALOGRAM_COLUMNS = 320
+_MOST_POINTS, _SCALOGRAM_COLUMNS = 1600, 320
 
 
 def curves_of(run: xr.Dataset, tension: tuple[Array, Array] | None) -> list[dict[str, Any]]:
@@ -79,7 +79,7 @@ def _commands(run: xr.Dataset) -> Iterator[dict[str, Any]]:
 def _panel(key: str, title: str, label: str, lines: list[tuple[str, Array, Array]]) -> dict[str, Any]:
     found = []
     for name, x, y in lines:
-        some, values = thinned(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        some, values = thinned(np.asarray(x, dtype=float), np.asarray(y, dtype=float), _MOST_POINTS, 0)
         if some.size > 1:
             found.append({"name": name, "x": packed(some), "y": packed(values)})
     return {"key": key, "title": title, "label": label, "lines": found}
@@ -105,7 +105,7 @@ def frequencies_of(run: xr.Dataset, highest: float) -> dict[str, Any] | None:
     f, height = found["frequency"].values, 1e3 * found["amplitude"].values
     most = f[min(len(f) - 1, int(np.searchsorted(np.cumsum(height**2), 0.99 * np.sum(height**2))))]
     some = (f > 0.0) & (f <= max(3.0 * most, 1.5 * highest, f[min(len(f) - 1, 8)]))
-    x, y = thinned(f[some], height[some])
+    x, y = thinned(f[some], height[some], _MOST_POINTS, 0)
     columns = np.unique(np.linspace(0, picture.sizes["time"] - 1, _SCALOGRAM_COLUMNS).round().astype(int))
     picture = picture.isel(time=columns)
     magnitude = 1e3 * picture["magnitude"].transpose("frequency", "time").values

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from tautflex.numeric import Array, Indices
+from tautflex.numeric import Indices
 from tautflex.plot.surface import Wireframe, wireframe
 
-# Nodes of the drawing at most, and points of a curve.
-MOST_NODES, MOST_POINTS = 6000, 1600
+# Nodes of the drawing at most.
+MOST_NODES = 6000
 
 
 class Drawing(NamedTuple):
@@ -54,15 +54,3 @@ def drawing_of(run: xr.Dataset, most: int = MOST_NODES) -> Drawing:
 def chosen_frames(stored: int, most: float) -> Indices:
     """Numbers of frames, evenly spaced among those stored, two at least."""
     return np.unique(np.linspace(0, stored - 1, int(min(stored, max(2.0, most)))).round().astype(np.int64))
-
-
-def thinned(x: Array, y: Array, most: int = MOST_POINTS) -> tuple[Array, Array]:
-    """A curve with the extremes of equal parts of its points, so that none is lost to the eye."""
-    known = np.isfinite(y)
-    if known.sum() <= most:
-        return x[known], y[known]
-    x, y = x[known], y[known]
-    parts = np.array_split(np.arange(len(x)), most // 2)
-    some = np.unique([part[index] for part in parts for index in (y[part].argmin(), y[part].argmax())])
-    some = np.union1d(some, [0, len(x) - 1])
-    return x[some], y[some]

@@ -19,7 +19,7 @@ from tautflex.errors import InputError, MissingExtraError
 from tautflex.motion.rotations import matrix
 from tautflex.numeric import Array
 from tautflex.plot.shapes import drawn_factor
-from tautflex.plot.style import DIVERGING, length_unit, new_figure, styled
+from tautflex.plot.style import DIVERGING, length_unit, new_figure, styled, thinned
 from tautflex.plot.surface import VIEW, draw_surface, wireframe
 from tautflex.solvers.transient.status import Run
 from tautflex.solvers.variables import RUN, dataset_of
@@ -113,7 +113,7 @@ class _Film:
 
     def __init__(self, run: xr.Dataset, chosen: Array, magnification: float | None, turning: bool) -> None:
         self._times = run["field_time"].values[chosen]
-        self._fields = run["displacement"].transpose("field_time", "node", "component").values[chosen]
+        self._fields = run["displacement"].isel(field_time=chosen).transpose("field_time", "node", "component").values
         turns = map(matrix, recorded_attitude(run, self._times)) if turning else None
         self._mesh, self._turns = wireframe(run), None if turns is None else np.array(list(turns))
         across = float(np.abs(self._fields[..., 2]).max())
@@ -132,7 +132,7 @@ class _Film:
             moves = int(np.abs(run["w"].transpose("time", "probe").values).max(axis=0).argmax())
             name, w = str(run["probe"].values[moves]), run["w"].isel(probe=moves).values
             factor_of_record, unit = length_unit(w)
-            record.plot(run["time"].values, factor_of_record * w)
+            record.plot(*thinned(run["time"].values, factor_of_record * w))
             record.set(xlabel="$t$ [s]", ylabel=f"$w_{{\\mathrm{{{name}}}}}$ [{unit}]")
         else:
             record.plot(self._times, self._scale * np.abs(self._fields[..., 2]).max(axis=1))

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from tautflex import checks
 from tautflex.analysis import maneuver_end
 from tautflex.errors import InputError
-from tautflex.plot.style import DOUBLE_COLUMN, GREY, LINES, length_unit, new_axes, saving, styled
+from tautflex.plot.style import DOUBLE_COLUMN, GREY, LINES, length_unit, new_axes, saving, styled, thinned
 from tautflex.solvers.transient.status import Run
 from tautflex.solvers.variables import RUN, dataset_of
 
@@ -71,7 +71,7 @@ def plot_time_history(
             point = f"point {probe}" if name == "" or record.sizes["probe"] > 1 else ""
             label = ", ".join(part for part in (name, point) if part)
             line = LINES[(drawn // 7 if len(cases) > 1 else drawn) % 4]
-            axes.plot(record["time"], scale * record.sel(probe=probe), line, label=label)
+            axes.plot(*thinned(record["time"].values, scale * record.sel(probe=probe).values), line, label=label)
             drawn += 1
     ends = {maneuver_end(run) for run in cases.values()}
     end = ends.pop() if len(ends) == 1 else None

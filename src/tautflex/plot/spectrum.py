@@ -16,7 +16,7 @@ from tautflex.analysis.record import counted_from
 from tautflex.checks import float_array, positive
 from tautflex.numeric import Array
 from tautflex.plot.history import probe_records
-from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, LINES, length_unit, new_axes, saving, styled
+from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, LINES, length_unit, new_axes, saving, styled, thinned
 from tautflex.solvers.modal.natural import Modes
 from tautflex.solvers.transient.status import Run
 
@@ -67,18 +67,18 @@ def plot_spectrum(
     peaks = [dominant_frequency(record, length=length, after=after) for record in each]
     scale, unit = length_unit(np.concatenate([line["amplitude"].values for line in lines]))
     figure, axes = new_axes(DOUBLE_COLUMN * 0.75, 2.7, "frequency $f$ [Hz]", f"amplitude of ${component}$ [{unit}]")
-    top = 0.0
+    limit, top = _reach(lines) if highest is None else positive("highest", highest), 0.0
     for k, (line, peak) in enumerate(zip(lines, peaks, strict=True)):
-        height = scale * line["amplitude"].values
+        frequency, height = line["frequency"].values, scale * line["amplitude"].values
         color = COLORS[k % len(COLORS)]
         name = f"point {records['probe'].values[k]}"
         if np.isfinite(peak.frequency) and not goes_on:
             name += f": peak {peak.frequency:.3f} Hz, bins of {peak.bin_width:.3f} Hz"
-            at = int(np.abs(line["frequency"].values - peak.frequency).argmin())
+            at = int(np.abs(frequency - peak.frequency).argmin())
             axes.plot(peak.frequency, height[at], "o", color=color, markersize=4, zorder=4)
-        axes.plot(line["frequency"], height, LINES[k % 4], color=color, label=name)
+        seen = slice(0, int(np.searchsorted(frequency, limit)) + 1)
+        axes.plot(*thinned(frequency[seen], height[seen]), LINES[k % 4], color=color, label=name)
         top = max(top, float(height.max()))
-    limit = _reach(lines) if highest is None else positive("highest", highest)
     axes.set_xlim(0.0, limit)
     axes.set_ylim(0.0, (1.1 + 0.11 * len(lines)) * top or 1.0)
     if natural_frequencies is not None:

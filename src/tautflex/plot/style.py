@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from tautflex import checks
+from tautflex.numeric import Array
 from tautflex.writing import written
 
 SINGLE_COLUMN = 3.5  # [inch], one column of a two-column page
@@ -137,6 +138,22 @@ def save_figure(figure: Figure, stem: str | os.PathLike[str], formats: Sequence[
             with written(path) as place:
                 figure.savefig(place, dpi=200, metadata=undated[kind], format=kind)
     return files
+
+
+def thinned(x: Array, y: Array, most: int = 3000, as_it_is: int = 20_000) -> tuple[Array, Array]:
+    """A curve of many points with the extremes of equal parts of them alone, so that none is lost to the eye.
+
+    A figure is a thousand dots wide; strokes from one extreme to the next take much memory while they are drawn.
+    """
+    known = np.isfinite(y)
+    if not known.all():
+        x, y = x[known], y[known]
+    if len(x) <= max(most, as_it_is):
+        return x, y
+    parts = np.array_split(np.arange(len(x)), most // 2)
+    some = np.unique([part[index] for part in parts for index in (y[part].argmin(), y[part].argmax())])
+    some = np.union1d(some, [0, len(x) - 1])
+    return x[some], y[some]
 
 
 def length_unit(values: ArrayLike) -> tuple[float, str]:

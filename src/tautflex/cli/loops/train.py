@@ -12,6 +12,7 @@ from tautflex.cli.cards import show_training
 from tautflex.cli.options import Answer, CaseFile, Force, Overrides, about, command, load, require_new_file
 from tautflex.cli.runs.run import progress_bar
 from tautflex.errors import CaseError
+from tautflex.files.transaction import result_file
 from tautflex.writing import write_or_keep
 
 _MOST = 10**6  # iterations, where the clock ends a training
@@ -47,21 +48,22 @@ def train(
     require_new_file(output, force=force)
     if iterations is not None and iterations < 1:
         raise CaseError(f"--iterations: expected a number >= 1, got {iterations}; ask for example --iterations 200")
-    loaded = load(case, override)
+    with result_file(output):
+        loaded = load(case, override)
 
-    from tautflex.learning.train import train as run
+        from tautflex.learning.train import train as run
 
-    with about(case), progress_bar() as progress:
-        found = run(
-            case=loaded,
-            law=law,
-            iterations=_MOST if iterations is None else iterations,
-            seconds=300.0 if seconds is None and iterations is None else seconds,
-            seed=seed,
-            checkpoint=checkpoint,
-            progress=progress,
-        )
-    write_or_keep(output, found.policy.save)
+        with about(case), progress_bar() as progress:
+            found = run(
+                case=loaded,
+                law=law,
+                iterations=_MOST if iterations is None else iterations,
+                seconds=300.0 if seconds is None and iterations is None else seconds,
+                seed=seed,
+                checkpoint=checkpoint,
+                progress=progress,
+            )
+        write_or_keep(output, found.policy.save)
     answer = {
         "cost": found.cost,
         "start_cost": found.start_cost,

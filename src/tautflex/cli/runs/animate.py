@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -32,13 +32,10 @@ def animate(
     source = stored_run(run)
     require_new_file(output, force=force)
 
-    from tautflex.files.netcdf import load
+    from tautflex.files.netcdf import opened
     from tautflex.plot.animation import animate as film
 
-    data = load(source)
-
-    def write(path: Path) -> Path:
-        return film(data, path, magnification=magnification, frames=frames, rate=rate, turning=not floating)
-
-    write_or_keep(output, write)
+    with opened(source) as data:
+        asked: dict[str, Any] = {"magnification": magnification, "frames": frames, "rate": rate}
+        write_or_keep(output, lambda path: film(data, path, turning=not floating, **asked))
     return Answer({"file": output}, partial(say, f"Wrote {output}."))

@@ -37,13 +37,11 @@ def export(
     from tautflex.files.csv import write_csv
     from tautflex.files.vtu import write_vtu
 
-    data = netcdf.load(run)
-
     def write(place: Path, final: Path) -> list[Path]:
         made = [write_csv(data, place / f"{run.stem}.csv")] if to == "csv" else write_vtu(data, place, run.stem)
         return [final / file.relative_to(place) for file in made]
 
-    with result_folder(directory), about(run):
+    with netcdf.opened(run) as data, result_folder(directory), about(run):
         files = publish(directory, write)
     more = f" and {len(files) - 1} files in {files[1].parent}" if len(files) > 1 else ""
     return Answer({"files": files}, partial(say, f"Wrote {files[0]}{more}."))

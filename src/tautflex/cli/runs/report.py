@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -36,12 +37,13 @@ def report(
     target = results[0].parent / "report.html" if output is None else output
     require_new_file(target, force=force)
 
-    from tautflex.files.netcdf import load
+    from tautflex.files.netcdf import opened
     from tautflex.pages.report import report as write
 
-    data, names = [load(path) for path in results], _names(results)
-    given: dict[str, Any] = {"other": data[-1] if other else None, "size": size, "names": names}
-    with about(run):
+    with ExitStack() as files:
+        data = [files.enter_context(opened(path)) for path in results]
+        given: dict[str, Any] = {"other": data[-1] if other else None, "size": size, "names": _names(results)}
+        files.enter_context(about(run))
         write_or_keep(target, lambda path: write(data[0], path, folder=results[0].parent.parent, **given))
     megabytes = target.stat().st_size / 1e6
     return Answer(

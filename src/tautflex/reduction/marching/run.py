@@ -64,8 +64,8 @@ class ReducedRun:
         self._began, self.segments = self._plan(problem.maneuver)
         self._tolerance = problem.tolerance or self._method.tolerance
         # Numbers of the grid instants whose coordinates are kept, sorted.
-        kept = {*problem.stored_steps} | problem.field_steps | problem.frame_steps
-        self.stored = np.array(sorted(kept), dtype=np.int64)
+        kept = problem.stored_steps, sorted(problem.field_steps), sorted(problem.frame_steps)
+        self.stored = np.unique(np.concatenate([np.asarray(each, dtype=np.int64) for each in kept]))
         self.eta, self.rate = np.zeros((2, len(self.stored), rom.size))
         self.reached, self.halvings = problem.begin, 0
         self._work = new_work(rom.size, self._method.tangents)

@@ -12,8 +12,8 @@ from tautflex.interrupts import deferred, meet
 from tautflex.mechanics.membrane import survey_at
 from tautflex.motion.hub import FreeHub
 from tautflex.numeric import Array
-from tautflex.reduction.marching.frame_terms import in_blocks
 from tautflex.reduction.marching.free_hub.hub_run import HubRun
+from tautflex.reduction.marching.readout import Readout
 from tautflex.reduction.marching.resume import final, go_on, kept, resume
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.marching.schedule import stretches
@@ -22,9 +22,9 @@ from tautflex.reduction.on_basis import OnBasis
 from tautflex.solvers.transient.accuracy.verdict import judge
 from tautflex.solvers.transient.problem import Progress, TransientProblem
 from tautflex.solvers.transient.recorder import Samples, run_dataset
-from tautflex.solvers.transient.restart.keeper import Keeper
+from tautflex.solvers.transient.restart.keeper import Keeper, in_memory
 from tautflex.solvers.transient.status import Run, Status
-from tautflex.solvers.variables import OF_SURFACE, REDUCED_RUN, SCALARS, described
+from tautflex.solvers.variables import REDUCED_RUN, described
 
 
 def new_run(rom: OnBasis, problem: TransientProblem) -> ReducedRun:
@@ -45,6 +45,7 @@ def solve_reduced(
     began, status = clock.perf_counter(), Status.COMPLETED
     if keeper is not None:
         run.eta, run.rate = keeper.array("coordinates", (2, *run.eta.shape))
+    samples = Readout(run, in_memory if keeper is None else keeper.array)
     with deferred():
         try:
             if keeper is not None and keeper.kept is not None:
@@ -60,7 +61,7 @@ def solve_reduced(
                     break
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
-        return result_of(run, status, clock.perf_counter() - began)
+        return result_of(run, status, clock.perf_counter() - began, samples)
 
 
 def _limits(run: ReducedRun) -> list[int]:
@@ -70,49 +71,34 @@ def _limits(run: ReducedRun) -> list[int]:
     return [*sorted({int(stretch.grid[-1]) for stretch in left} - {-1, problem.count}), problem.count]
 
 
-def result_of(run: ReducedRun, status: Status, seconds: float) -> Run:
-    """What a run leaves, whose steps took some seconds."""
+def result_of(run: ReducedRun, status: Status, seconds: float, samples: Readout | None = None) -> Run:
+    """What a run leaves, whose steps took some seconds; its samples are read into what there is for them."""
     problem = run.problem
     statistics = run.statistics
     statistics.seconds = seconds
     ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
-    data, balance = _dataset(run).assign_attrs(ended), run.balance()
+    data, balance = _dataset(run, samples or Readout(run)).assign_attrs(ended), run.balance()
     accuracy = judge(problem, run.books.errors, balance, run.largest, problem.time_step)
     data.attrs |= accuracy.attributes | {"warnings": data.attrs["warnings"] + accuracy.warnings}
     ended_in = final(run, status is Status.COMPLETED)
     return Run(data, status, statistics, run.time, (), accuracy.error, balance, ended_in)
 
 
-def _dataset(run: ReducedRun) -> xr.Dataset:
+def _dataset(run: ReducedRun, samples: Readout) -> xr.Dataset:
     """Everything a full run stores, from the stored coordinates."""
     rom, problem = run.rom, run.problem
-    rows = np.array([row for row in problem.stored_steps if row <= run.reached], dtype=np.int64)
-    times = np.asarray(problem.shift + rows * problem.time_step, dtype=np.float64)
-    place = np.searchsorted(run.stored, rows)
-    every = len(rows) and place[-1] - place[0] + 1 == len(rows)  # no copy of a long record where all is wanted
-    taken = slice(place[0], place[-1] + 1) if every else place
-    eta, rate = run.eta[taken], run.rate[taken]
-    motions = run.motions(times)
-    before = problem.stored_steps.start // problem.every
-    energy = in_blocks(run.energies, before, times, eta, rate)
-    run.largest = float(np.max(energy.sum(axis=1), initial=run.largest))
-    checked = check_validity(run, times, eta, rate, motions, energy.sum(axis=1))
-    scalars = {name: np.full(len(rows), np.nan) for name in SCALARS}
-    scalars |= {"kinetic_energy": energy[:, 0], "strain_energy": energy[:, 1]}
-    scalars |= zip(OF_SURFACE, rom.surface(eta, run.prescribed_offset(motions)).T, strict=True)
+    samples.read()
+    checked = check_validity(run, samples)
     for name, values in checked.scalars.items():
-        scalars[name][checked.samples] = values
-    fields = [_field(run, row) for row in sorted(problem.field_steps) if row <= run.reached]
-    spin = motions[:, :6].reshape(-1, 2, 3)
-    probe = in_blocks(run.read, before, times, eta, rate, motions)
-    samples = Samples(times, probe, spin, scalars, fields, *_frames(run))
+        samples.scalars[name][checked.samples] = values
+    record = Samples(samples.times, samples.probe, samples.spin, samples.scalars, _fields(run), *_frames(run))
     said = [*run.idle, *run.warnings, *checked.warnings]
     attributes = problem.attributes | {"reduced_model": repr(rom), "warnings": said}
     attributes["title"] += ", reduced model"
-    data = run_dataset(rom.model, problem.placed, samples, attributes)
-    arrays = {"coordinate": eta, "truncated_energy": checked.truncated}
-    instants = described(REDUCED_RUN, {"check_time": times[checked.samples]})
-    return run.complete(data.assign(described(REDUCED_RUN, arrays)).assign_coords(instants), place)
+    data = run_dataset(rom.model, problem.placed, record, attributes)
+    arrays = {"coordinate": samples.coordinate, "truncated_energy": checked.truncated}
+    instants = described(REDUCED_RUN, {"check_time": samples.times[checked.samples]})
+    return run.complete(data.assign(described(REDUCED_RUN, arrays)).assign_coords(instants), samples.place)
 
 
 def _frames(run: ReducedRun) -> tuple[Array, NDArray[np.float32]]:
@@ -128,10 +114,15 @@ def _frames(run: ReducedRun) -> tuple[Array, NDArray[np.float32]]:
     return times, frames
 
 
-def _field(run: ReducedRun, row: int) -> tuple[float, Array, NDArray[np.int8]]:
-    """Time, displacement of all nodes and film states of a stored instant."""
-    system, time = run.rom.state.system, run.problem.instant(row)
-    eta = run.eta[np.searchsorted(run.stored, row)]
-    q = run.rom.displacement(eta, run.prescribed_offset(run.motions(np.array([time])))[0])
-    q = q + run.inputs.answer(np.array([time]))[0]
-    return time, system.translations(q), survey_at(system, q).membrane_states()
+def _fields(run: ReducedRun) -> tuple[Array, Array, NDArray[np.int8]]:
+    """Times, displacements of all nodes and film states of stored fields."""
+    system, model = run.rom.state.system, run.rom.model
+    rows = [row for row in sorted(run.problem.field_steps) if row <= run.reached]
+    times = np.array([run.problem.instant(row) for row in rows])
+    fields = np.empty((len(rows), len(model.nodes), 3))
+    states = np.empty((len(rows), int(model.triangle_owner.max(initial=-1)) + 1), dtype=np.int8)
+    for number, row in enumerate(rows):
+        at, eta = times[number : number + 1], run.eta[np.searchsorted(run.stored, row)]
+        q = run.rom.displacement(eta, run.prescribed_offset(run.motions(at))[0]) + run.inputs.answer(at)[0]
+        fields[number], states[number] = system.translations(q), survey_at(system, q).membrane_states()
+    return times, fields, states

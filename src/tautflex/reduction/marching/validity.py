@@ -10,6 +10,7 @@ from tautflex.mechanics.membrane import STORED, StressSurvey
 from tautflex.mechanics.products import MassDamping
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array, Indices
+from tautflex.reduction.marching.readout import Readout
 from tautflex.reduction.marching.run import ReducedRun
 from tautflex.reduction.polynomial.forces import total_force
 from tautflex.solvers.transient.accuracy.compression import CompressionWatch
@@ -37,29 +38,26 @@ class Checked(NamedTuple):
     warnings: list[str]
 
 
-def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motions: Array, energy: Array) -> Checked:
+def check_validity(run: ReducedRun, read: Readout) -> Checked:
     """Look at the full field at the largest motion of every window of a run.
 
     The force that the full equation of motion leaves unbalanced at the reduced solution is what the basis cannot
-    answer; the strain energy of its static response measures the motion that is missing. Samples are instants [s],
-    coordinates and rates (n, r), motion of the frame (n, 9) and total energy [J].
+    answer; the strain energy of its static response measures the motion that is missing.
     """
     state, system, solver = run.rom.state, run.rom.state.system, run.rom.reference
-    size = np.einsum("nr,nr->n", eta @ run.arrays.linear, eta)
-    chosen = np.array(
-        [part[np.argmax(size[part])] for part in np.array_split(np.arange(len(times)), _WINDOWS) if part.size],
-        dtype=int,
-    )
+    windows = np.array_split(np.arange(len(read.times)), _WINDOWS)
+    chosen = np.array([part[np.argmax(read.size[part])] for part in windows if part.size], dtype=int)
+    motions = run.motions(read.times[chosen])
     workspace, watch, moments = system.workspace(), CompressionWatch(system), run.problem.coupling.moments(system)
     survey = StressSurvey(system, workspace)
     matrix = run.problem.damping.of(state.linear)
     kinds = state.linear.by_kind if matrix.kinds else None
     damping = MassDamping(system.pattern, system.inertia.mass_entries, state.tangent_entries, matrix, kinds)
     scalars, left, pushed = [], [], 0.0
-    for row, offset in zip(chosen, run.prescribed_offset(motions[chosen]), strict=True):
-        motion = RigidMotion(motions[row, :3], motions[row, 3:6], motions[row, 6:])
-        time = float(times[row])
-        q, v, a = _full_motion(run, time, eta[row], rate[row], offset)
+    for row, moves, offset in zip(chosen, motions, run.prescribed_offset(motions), strict=True):
+        motion, time = RigidMotion(moves[:3], moves[3:6], moves[6:]), float(read.times[row])
+        eta, rate = run.eta[read.place[row]], run.rate[read.place[row]]
+        q, v, a = _full_motion(run, time, eta, rate, offset)
         workspace.change_initial_stress(run.inputs.given.stress(time))
         unbalanced = workspace.force(q)[0] - state.reference_force
         unbalanced += system.inertia.mass_matrix @ a + damping.damping_product(v)
@@ -67,16 +65,12 @@ def check_validity(run: ReducedRun, times: Array, eta: Array, rate: Array, motio
         unbalanced += system.inertia.apply(run.problem.coupling.displacement_weight(motion), q)
         unbalanced += run.problem.coupling.load(motion, moments) - run.inputs.given.load(time)
         unbalanced -= sum(item.force(q) for item in run.inputs.given.followers(time))
-        pushed = max(pushed, run.inputs.left_out(time, eta[row], q))
+        pushed = max(pushed, run.inputs.left_out(time, eta, q))
         found = survey.stresses()
         scalars.append(found[:STORED])
         watch.see(time, found.tolist())
         left.append(0.5 * float(unbalanced @ solver.solve(unbalanced)))
-    # Energy of motion: what stresses of inputs store in the structure at rest may be of either sign.
-    u = run.inputs.stresses(times)
-    still = 0.5 * np.einsum("tk,tk->t", u, u @ run.inputs.own)
-    largest = max(float((energy - still).max(initial=0.0)), _STILL * float(np.abs(still).max(initial=0.0)), 1e-300)
-    truncated = np.array(left) / largest
+    truncated = np.array(left) / max(read.moving, _STILL * read.still, 1e-300)
     warnings = list(watch.warnings())
     if (worst := float(truncated.max(initial=0.0))) > _NOTABLE:
         warnings.append(

@@ -19,10 +19,13 @@ from tautflex.solvers.remembering import Memory
 from tautflex.solvers.transient.accuracy.compression import CompressionWatch
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.probes import ProbeSet
-from tautflex.solvers.transient.restart.keeper import Storage, in_memory
+from tautflex.solvers.transient.restart.keeper import Storage, in_memory, let_go
 from tautflex.solvers.transient.state import MotionState
 from tautflex.solvers.variables import COMPONENTS, OF_SURFACE, RUN, SCALARS, described, mesh_variables
 from tautflex.structure.model import Model
+
+# Samples that are looked at together.
+_PART = 2**14
 
 
 class Samples(NamedTuple):
@@ -39,7 +42,7 @@ class Samples(NamedTuple):
     scalars
         Name in `SCALARS` or `OF_SURFACE` -> values, shape (sample,).
     fields
-        Time [s], displacement of all nodes (node, 3) [m] and state of the film's elements, of every stored field.
+        Times [s], displacement of all nodes (field, node, 3) [m] and states of the film's elements, of stored fields.
     frame_time, frames
         Time [s] and displacement of all nodes in single precision [m] of frames, shapes (frame,), (frame, node, 3).
     """
@@ -48,7 +51,7 @@ class Samples(NamedTuple):
     probe: Array
     spin: Array
     scalars: dict[str, Array]
-    fields: list[tuple[float, Array, NDArray[np.int8]]]
+    fields: tuple[Array, Array, NDArray[np.int8]]
     frame_time: Array
     frames: NDArray[np.float32]
 
@@ -182,12 +185,14 @@ class Recorder:
         """Dataset of everything stored so far; ``attrs["warnings"]`` lists what the user should know."""
         n = self.count
         compression = CompressionWatch(self._equation.system)
-        compression.look_through(self._time[:n], self._numbers[:n, 2:])
+        for part in (slice(first, min(first + _PART, n)) for first in range(0, n, _PART)):
+            compression.look_through(self._time[part], self._numbers[part, 2:])
+            let_go(self._time, self._numbers)
         scalars = dict(zip(SCALARS, self._numbers[:n].T, strict=False))
         scalars |= zip(OF_SURFACE, self._surface[:n].T, strict=True)
         probe = self._probe[:n].reshape(n, 2, -1, 3)
-        stored = self._field_time[: self._field_count].tolist(), self._field, self._field_states
-        fields, frames = list(zip(*stored, strict=False)), self._frame_count
+        stored, frames = self._field_count, self._frame_count
+        fields = self._field_time[:stored], self._field[:stored], self._field_states[:stored]
         kept = fields, self._frame_time[:frames], self._frames[:frames]
         samples = Samples(self._time[:n], probe, self._spin[:n], scalars, *kept)
         attributes = {
@@ -204,15 +209,14 @@ def run_dataset(model: Model, probes: ProbeSet, samples: Samples, attributes: di
         arrays |= {name + suffix: samples.probe[:, kind, :, axis] for axis, name in enumerate("uvw")}
     arrays["angular_velocity"], arrays["angular_acceleration"] = samples.spin[:, 0], samples.spin[:, 1]
     arrays |= samples.scalars
-    arrays["displacement"] = np.array([field for _, field, _ in samples.fields]).reshape(-1, len(model.nodes), 3)
-    states = np.array([state[model.triangle_owner] for _, _, state in samples.fields], dtype=np.int8)
-    arrays["film_state"] = states.reshape(len(samples.fields), len(model.triangles))
+    field_time, arrays["displacement"], states = samples.fields
+    arrays["film_state"] = states[:, model.triangle_owner]
     arrays["probe_position"], arrays["frame_displacement"] = probes.positions, samples.frames
     data = described(RUN, arrays)
     data["film_state"][-1].update(
         flag_values=np.arange(len(MEMBRANE_STATES), dtype=np.int8), flag_meanings=" ".join(MEMBRANE_STATES)
     )
-    times = {"time": samples.time, "field_time": np.array([time for time, *_ in samples.fields])}
+    times = {"time": samples.time, "field_time": field_time}
     times["frame_time"] = samples.frame_time
     return xr.Dataset(
         {**data, **mesh_variables(model)},

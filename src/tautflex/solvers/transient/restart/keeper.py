@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import mmap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, Protocol, runtime_checkable
@@ -20,6 +21,16 @@ Storage = Callable[[str, tuple[int, ...], str], NDArray[Any]]
 def in_memory(name: str, shape: tuple[int, ...], kind: str = "f8") -> NDArray[Any]:
     """Array that is lost with the process."""
     return np.zeros(shape, dtype=kind)
+
+
+def let_go(*mapped: NDArray[Any] | mmap.mmap) -> None:
+    """Give back the memory that files take which are mapped into it; what is read again comes back by itself."""
+    for each in mapped:
+        base: Any = each
+        while isinstance(base, np.ndarray | memoryview):
+            base = base.obj if isinstance(base, memoryview) else base.base
+        if isinstance(base, mmap.mmap) and hasattr(mmap, "MADV_DONTNEED"):
+            base.madvise(mmap.MADV_DONTNEED)
 
 
 @runtime_checkable
