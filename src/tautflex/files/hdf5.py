@@ -29,7 +29,9 @@ def write_hdf5(path: Path, groups: Mapping[str | None, xr.Dataset]) -> None:
             with h5netcdf.File(watched, "w") as written:
                 for group, data in groups.items():
                     plain = {name: {"_FillValue": None} for name in data.variables}
-                    data.dump_to_store(xr.backends.H5NetCDFStore(written, group=group), encoding=plain, writer=_InParts())
+                    data.dump_to_store(
+                        xr.backends.H5NetCDFStore(written, group=group), encoding=plain, writer=_InParts()
+                    )
         finally:
             watched.raise_error()
 
