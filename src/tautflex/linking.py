@@ -66,6 +66,8 @@ class _Part(CPUDispatcher):
 class Kernel(CPUDispatcher):
     """A compiled function, from Python; compiled code sees the part."""
 
+    _cache: Any
+
     @cached_property
     def part(self) -> _Part:
         """The same function for compiled callers."""

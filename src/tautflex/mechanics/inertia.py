@@ -27,12 +27,19 @@ from tautflex.numeric import Array, Indices, Places, jit
 class LoadMoments(Protocol):
     """What turns accelerations of the frame into loads, of a structure or of a reduced model."""
 
-    first_moment: Array
-    zeroth_moment: Array
-
     @property
     def size(self) -> int:
         """Length of the load."""
+        ...
+
+    @property
+    def first_moment(self) -> Array:
+        """``int rho N_a' x_b``, shape (3, 3, size)."""
+        ...
+
+    @property
+    def zeroth_moment(self) -> Array:
+        """``int rho N_a'``, shape (3, size)."""
         ...
 
     def load(self, weight: ArrayLike, acceleration: ArrayLike = (0.0, 0.0, 0.0)) -> Array:

@@ -23,7 +23,7 @@ import numpy as np
 from tautflex.errors import UnsupportedError
 from tautflex.mechanics.dampings.damping import Damping
 from tautflex.mechanics.loads.inputs import InputSet, earlier, require_still
-from tautflex.mechanics.loads.prepared import LinearInput, PreparedInput, StressChange
+from tautflex.mechanics.loads.prepared import FollowerForce, LinearInput, PreparedInput, StressChange
 from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.numeric import Array
 from tautflex.reduction.bases.answers import apart, static_answers
@@ -283,12 +283,13 @@ class ReducedInputs:
             return rom.basis.kept @ forces, rom.monomial_vectors @ forces
         return rom.basis.kept @ forces, np.zeros((rom.monomial_count, *forces.shape[1:]))
 
-    def pressed(self, film: PressureLoad) -> tuple[float, Pressed]:
+    def pressed(self, film: FollowerForce) -> tuple[float, Pressed]:
         """Size of a pressure [Pa], and what a unit of its distribution does, which is worked out once.
 
         That is what is constant and linear about rest. What the film's turning and stretching add beyond it is of
         second order in its slopes, see `left_out`.
         """
+        assert isinstance(film, PressureLoad)  # nothing else gets past `require_linear`
         size = float(film.pressure[np.argmax(np.abs(film.pressure))])
         for known in self._pressures:
             if np.abs(film.pressure - size * known.unit.pressure).max() <= _ALIKE * abs(size):

@@ -80,7 +80,7 @@ class AntennaEnv(gymnasium.Env[Array, Array]):
         if self._over:
             raise InputError("step: expected an episode that goes on, got none or one that has ended; call reset first")
         loops = self._loops
-        loops.take(action, self.action_space.shape)
+        loops.take(action, loops.actions.shape[1:])
         loops.step()
         if self.render_mode == "human":
             self.render()

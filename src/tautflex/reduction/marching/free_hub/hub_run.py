@@ -9,7 +9,7 @@ import xarray as xr
 
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import earlier
-from tautflex.mechanics.loads.pressure import PressureLoad
+from tautflex.mechanics.loads.prepared import FollowerForce
 from tautflex.mechanics.loads.signals import Held
 from tautflex.motion import rotations
 from tautflex.motion.hub import FreeHub, HubState
@@ -134,7 +134,7 @@ class HubRun(ReducedRun):
                     wrench[row], arms[row] = wrench[row] + whole, arms[row] + slopes
         return HubInputs(load, stress, *inside, wrench, arms)
 
-    def pushed_by(self, film: PressureLoad) -> tuple[Array, Array]:
+    def pushed_by(self, film: FollowerForce) -> tuple[Array, Array]:
         """Force, and torque about O, of pressure at rest, shape (6,), and per coordinate, (6, r).
 
         As of the forces on the coordinates, this is what is constant and linear about rest.

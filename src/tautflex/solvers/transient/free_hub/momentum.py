@@ -71,8 +71,14 @@ class Body(NamedTuple):
             freedom = hub.freedom
         moments = np.concatenate([inertia.zeroth_moment[:, None], inertia.first_moment], axis=1)
         places = [np.flatnonzero(np.any(moment != 0.0, axis=0)) for moment in moments]
+        first, line, which, start, column, value = inertia.pairs[:6]
         return cls(
-            *inertia.pairs[:6],
+            first,
+            line,
+            which,
+            start,
+            column,
+            value,
             np.cumsum([0, *(place.size for place in places)]),
             np.concatenate(places).astype(np.uint32),
             np.concatenate([moment[:, place].T for moment, place in zip(moments, places, strict=True)]),
