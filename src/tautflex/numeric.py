@@ -57,6 +57,9 @@ def one_thread() -> AbstractContextManager[object]:
     return limited
 
 
+_LINKED = "0.68."  # versions of Numba whose inside `tautflex.linking` knows; others compile as they do by themselves
+
+
 def jit(function: Callable[..., Any]) -> Any:
     """Compile a kernel; the machine code is kept on disk.
 
@@ -67,7 +70,10 @@ def jit(function: Callable[..., Any]) -> Any:
     # Here, because it takes longer to import than all that needs nothing but the types above.
     import numba
 
-    from tautflex.linking import Kernel
+    if numba.__version__.startswith(_LINKED):
+        from tautflex.linking import Kernel
+    else:
+        from numba.core.registry import CPUDispatcher as Kernel  # type: ignore[assignment]
 
     watch()
     kernel = Kernel(function, targetoptions={"nopython": True, "boundscheck": None, "error_model": "numpy"})

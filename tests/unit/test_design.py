@@ -129,6 +129,13 @@ def test_the_journal_of_another_search_is_refused(tmp_path):
         tf.design(film_study(), tmp_path)
 
 
+def test_a_damaged_journal_is_one_line(tmp_path):
+    (tmp_path / "journal.log").write_text('1, "worker_id"}\n')
+    with pytest.raises(tf.CaseError, match="got a damaged one.*finished points are kept"):
+        tf.design(wanted(), tmp_path)
+    assert (tmp_path / "journal.log").exists()
+
+
 def test_the_command(tmp_path, capsys):
     (tmp_path / "film.toml").write_text(FILM, encoding="utf-8")
     study = tmp_path / "s.toml"

@@ -155,3 +155,19 @@ def test_cables_can_be_chosen():
     assert np.abs(np.delete(change, [3, 5])).max() < 1e-12
     with pytest.raises(InputError, match="numbers in"):
         InputSet(state.system, [tf.CableTension(1.0, cables=[99])])
+
+
+def test_a_function_that_fails_on_the_way_leaves_what_was_computed():
+    state, none = string(), float("nan")
+
+    def push(failing):
+        return [tf.NodalForce([8], failing, direction=(0.0, 0.0, 1.0))]
+
+    with pytest.raises(InputError, match=r"force: expected numbers at t = 0\.05\d* s, the function failed \(ZeroDiv"):
+        tf.simulate(state, inputs=push(lambda t: 1e-3 / (t < 0.05)), time_step=1e-3, end_time=0.1)
+    with pytest.raises(tf.NotConvergedError, match=r"one finite number at t = 0\.05\d* s, got nan") as told:
+        tf.simulate(state, inputs=push(lambda t: 1e-3 if t < 0.05 else none), time_step=1e-3, end_time=0.1)
+    left = told.value.result
+    whole = tf.simulate(state, inputs=push(1e-3), time_step=1e-3, end_time=left.reached)
+    assert left.reached > 0.03
+    np.testing.assert_array_equal(left.data.w, whole.data.w)

@@ -43,7 +43,7 @@ def authority(
     plant
         Prestressed state or reduced model, whose structure is looked at.
     inputs
-        Name -> bound input, as in `linearize`.
+        Name -> input, as in `linearize`.
     limits
         Name -> largest size of its numbers, one for all or one each; those left out have 1.
     motion, values
@@ -72,7 +72,7 @@ def authority(
     >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
     >>> pull = tf.TensionGroup("y", command="tension")
     >>> state = tf.equip(state, [pull])
-    >>> able = tf.authority(state, {"pull": pull.prepare(state.system)}, limits={"pull": 0.3}, modes=3)
+    >>> able = tf.authority(state, {"pull": pull}, limits={"pull": 0.3}, modes=3)
     >>> able.sizes["mode"]
     3
     """

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.effects.tension_group import ReeledCables
+from tautflex.mechanics.loads.inputs import TimeInput
 from tautflex.mechanics.loads.prepared import FilmPressure, LinearInput, PatternLoad, PreparedInput, StressChange
 from tautflex.mechanics.loads.pressure import PressureLoad
 from tautflex.mechanics.system import StructuralSystem
@@ -72,13 +73,14 @@ class InputColumns:
 
     @classmethod
     def of(cls, name: str, given: Any, system: StructuralSystem) -> InputColumns:
-        """InputColumns of a bound input, or of a wrench on the hub, shape (6, n).
+        """InputColumns of an effect, one that is bound already, or a wrench on the hub, shape (6, n).
 
         Raises
         ------
         InputError
             If it is neither a pattern of forces, nor a change of stresses, nor one number of pressure.
         """
+        given = given.prepare(system) if isinstance(given, TimeInput) else given
         film = given.unit if isinstance(given, FilmPressure) else None
         if isinstance(given, PatternLoad):
             parts: tuple[Array, Array, dict[int, Array], bool] = given.pattern, given.held, {}, given.internal
@@ -112,7 +114,7 @@ class InputColumns:
 def columns_of(inputs: Mapping[str, Any], system: StructuralSystem) -> list[InputColumns]:
     """Effects of named inputs in order."""
     if not isinstance(inputs, Mapping):
-        raise InputError(f"inputs: expected a mapping from names to bound inputs, got {shown(inputs)}; name them")
+        raise InputError(f"inputs: expected a mapping from names to inputs, got {shown(inputs)}; name them")
     return [InputColumns.of(name, given, system) for name, given in inputs.items()]
 
 

@@ -71,7 +71,7 @@ def linearize(
         Prestressed state, whose lowest modes are the coordinates, with the static correction of the others; or a
         reduced model, whose coordinates they are.
     inputs
-        Name -> bound input (``tf.NodalForce(...).prepare(system)``), or its wrench on the hub, force and torque about
+        Name -> input, such as ``tf.NodalForce(...)``, or its wrench on the hub, force and torque about
         the origin per number, shape (6, n) [N, N m].
     sensors
         Name -> sensor.

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -16,7 +18,7 @@ from tautflex.files.transaction import result_folder
 from tautflex.study.points import Grid
 from tautflex.study.reading import load_study
 from tautflex.study.results import Figures, write_table, write_together
-from tautflex.study.search import Search
+from tautflex.study.search import JOURNAL, Search
 from tautflex.study.sections import Study
 from tautflex.study.sweep import mark, require_own_folder, with_workers, workforce
 from tautflex.study.work import Task
@@ -102,7 +104,7 @@ def write_design(
     asked = wanted.trials if trials is None else checks.whole("trials", trials, 1)
     given = with_workers(given, workers, scheduler)
     require_own_folder(folder, force)
-    with result_folder(folder):
+    with result_folder(folder), _whole_journal(folder / JOURNAL):
         search = Search(given, wanted, folder)
         with workforce(given.engine, wanted.together) as engine:
             mark(folder)
@@ -124,3 +126,13 @@ def write_design(
             best = search.case_of(data.attrs["best"][0]).to_toml()
             files["best.toml"] = lambda path: write_text(path, best)
         return data, write_together(folder, files, None if figures is None else partial(figures, data))
+
+
+@contextmanager
+def _whole_journal(path: Path) -> Iterator[None]:
+    """Make one line of a journal that was damaged, or removed while the search goes on."""
+    try:
+        yield
+    except json.JSONDecodeError as error:
+        text = f"{path}: expected the whole journal of a search, got a damaged one ({error})"
+        raise CaseError(f"{text}; remove the file and repeat the command: finished points are kept") from None

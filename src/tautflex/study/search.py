@@ -18,6 +18,7 @@ from tautflex.study.reading import base_values
 from tautflex.study.sections import Design, Limit, Study, Variable
 from tautflex.study.store import Store, case_key
 
+JOURNAL = "journal.log"
 _NAME = "design"  # of the study in the journal
 
 
@@ -58,7 +59,7 @@ class Search:
         measures.check_names((*design.minimize, *design.maximize), base, "design.minimize")
         measures.check_names(tuple(design.constraints), base, "design.constraints")
         self._try_variables()
-        self._study = self._opened(directory / "journal.log")
+        self._study = self._opened(directory / JOURNAL)
 
     @property
     def finished(self) -> list[Any]:

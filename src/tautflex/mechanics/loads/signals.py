@@ -70,8 +70,14 @@ def check_signal(name: str, signal: Signal | None) -> None:
 
 
 def value_at(name: str, signal: Signal, time: float) -> Array:
-    """Value of a signal at an instant [s]; InputError, with the name of the argument, if it is no number."""
-    value = signal(time) if callable(signal) else signal
+    """Value of a signal at an instant [s]; InputError, with the name of the argument, if it has none there."""
+    try:
+        value = signal(time) if callable(signal) else signal
+    except Exception as error:
+        told = " ".join(f"{type(error).__name__}: {error}".split())
+        raise InputError(
+            f"{name}: expected numbers at t = {time:g} s, the function failed ({told}); correct it"
+        ) from error
     try:
         return np.asarray(value, dtype=float)
     except (TypeError, ValueError, OverflowError):

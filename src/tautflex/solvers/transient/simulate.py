@@ -119,6 +119,9 @@ def solve_full(problem: TransientProblem, progress: Progress = None, keeper: Kee
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
             run.keep()
+        except InputError as error:  # a function of time that fails on the way
+            run.keep()
+            raise NotConvergedError(str(error), result=run.result(Status.NOT_CONVERGED)) from error
         return run.result(status)
 
 
