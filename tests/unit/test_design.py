@@ -131,7 +131,7 @@ def test_the_journal_of_another_search_is_refused(tmp_path):
 
 def test_a_damaged_journal_is_one_line(tmp_path):
     (tmp_path / "journal.log").write_text('1, "worker_id"}\n')
-    with pytest.raises(tf.CaseError, match="got a damaged one.*finished points are kept"):
+    with pytest.raises(tf.CaseError, match=r"got a damaged one.*finished points are kept"):
         tf.design(wanted(), tmp_path)
     assert (tmp_path / "journal.log").exists()
 
