@@ -25,7 +25,9 @@ from tautflex.writing import written
 
 _FORMAT = 1
 # Trained policies that come with the package: name -> file in data/policies.
-SHIPPED = {"tautflex/Slew-v0": "slew-v0.npz"}
+SHIPPED = {"tautflex/Slew-v0": "slew-v0.npz"} | {
+    f"tautflex/Slew-v0-seed{n}": f"slew-v0-seed{n}.npz" for n in (1, 2, 3, 4)
+}
 _LARGEST_FILE = 100_000_000
 
 
@@ -184,7 +186,7 @@ class Policy(ControlLaw):
         expected = "a policy, a file of arrays (.npz) as `tautflex train` writes it"
         if not source.is_file():
             raise InputError(
-                f"{source}: expected {expected}, got no such file; train one, or take {' or '.join(SHIPPED)}"
+                f"{source}: expected {expected}, got no such file; train one, or take {next(iter(SHIPPED))}"
             )
         if source.stat().st_size > _LARGEST_FILE:
             raise InputError(f"{source}: expected {expected}, got a file of more than 100 MB; choose another one")
