@@ -141,7 +141,11 @@ def test_ctrl_c_at_the_start_tells_no_traceback(tmp_path):
     (tmp_path / "cyclopts.py").write_text("import signal\nsignal.raise_signal(signal.SIGINT)\n")
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
     command = [sys.executable, "-m", "tautflex", "keys"]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+
+    def listen():  # where tests run in the background of a shell, Ctrl-C is not for them
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, preexec_fn=listen)  # noqa: PLW1509
     assert (done.returncode, done.stderr) == (-signal.SIGINT, "")
 
 

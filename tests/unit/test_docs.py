@@ -44,6 +44,7 @@ SKIPPED = {
         "takes minutes",
         "takes minutes",
     ],
+    "docs/reduction.md": ["a slew of your own, and minutes; test_reduced_slews.py runs one like it"],
     "docs/reproduction.md": ["a minute of all cores; test_reproduce_command.py runs it"],
     "docs/studies.md": ["a cluster; test_study_engines.py starts one, kills a worker and adds another"],
 }

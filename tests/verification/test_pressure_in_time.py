@@ -174,7 +174,7 @@ def test_pressure_in_a_case_file():
 
 def test_what_cannot_follow_the_film_says_so():
     state = film("von-karman")
-    with pytest.raises(tf.InputError, match="pressure: expected finite numbers, got nan"):
+    with pytest.raises(tf.InputError, match="pressure: expected one finite number at t = 0 s, got nan"):
         tf.simulate(state, time_step=1e-3, end_time=2e-3, inputs=[tf.Pressure(np.nan)])
     with pytest.raises(tf.InputError, match=r"pressure: expected numbers at t = 0 s, got 'high'"):
         tf.simulate(state, time_step=1e-3, end_time=2e-3, inputs=[tf.Pressure(lambda time: "high")])

@@ -244,7 +244,7 @@ def axis_model(run: HubRun, drives: Drives, sensing: Sensing, base: HubInputs, a
         reach=reach.copy(),
         spin=spin,
         turned=turned,
-        turning=turning,
+        turning=np.ascontiguousarray(turning),
         pull=hub.pull[0].copy(),
         pull_slope=pull_slope.T.copy(),
         square_follow=square_follow,
