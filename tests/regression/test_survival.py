@@ -145,7 +145,7 @@ def test_ctrl_c_at_the_start_tells_no_traceback(tmp_path):
     def listen():  # where tests run in the background of a shell, Ctrl-C is not for them
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, preexec_fn=listen)  # noqa: PLW1509
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, preexec_fn=listen)
     assert (done.returncode, done.stderr) == (-signal.SIGINT, "")
 
 
