@@ -140,12 +140,15 @@ def test_a_command_whose_output_was_closed_ends_well(monkeypatch):
 def test_ctrl_c_at_the_start_tells_no_traceback(tmp_path):
     (tmp_path / "cyclopts.py").write_text("import signal\nsignal.raise_signal(signal.SIGINT)\n")
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
-    command = [sys.executable, "-m", "tautflex", "keys"]
-
-    def listen():  # where tests run in the background of a shell, Ctrl-C is not for them
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, preexec_fn=listen)
+    # Where tests run in the background of a shell, processes are told to let Ctrl-C pass.
+    begin = "import runpy, signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    command = [
+        sys.executable,
+        "-c",
+        f"{begin}runpy.run_module('tautflex', run_name='__main__', alter_sys=True)",
+        "keys",
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
     assert (done.returncode, done.stderr) == (-signal.SIGINT, "")
 
 

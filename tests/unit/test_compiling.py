@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import numba
@@ -12,7 +13,6 @@ import pytest
 
 from tautflex import compiling
 from tautflex.case import template
-from tautflex.numeric import jit
 
 
 def test_the_first_compilation_is_told_once(monkeypatch, capsys):
@@ -45,28 +45,17 @@ def test_kernels_are_compiled_by_the_one_function_that_finds_a_place_for_their_c
     assert own == ["numeric.py"]
 
 
-@jit
-def _sum(x):
-    total = 0.0
-    for value in x:
-        total += value
-    return total
-
-
-@jit
-def _mean(x):
-    if not x.size:
-        raise ValueError("no values")
-    return _sum(x) / x.size
-
-
-def test_what_compiled_code_calls_has_no_machine_code_of_its_own_until_python_calls_it():
-    assert _mean(np.arange(5.0)) == 2.0
-    assert (len(_sum.part.signatures), len(_sum.signatures)) == (1, 0)
-    assert "kernel" not in _sum.part.inspect_asm(_sum.part.signatures[0])
-    assert _sum(np.arange(5.0)) == 10.0
+def test_what_compiled_code_calls_has_no_machine_code_of_its_own_until_python_calls_it(tmp_path, monkeypatch):
+    (tmp_path / "fresh_kernels.py").write_text(_KERNELS)  # where no code is kept yet
+    monkeypatch.syspath_prepend(tmp_path)
+    kernels = import_module("fresh_kernels")
+    x = np.array([1.0, 3.0])
+    assert kernels.mean(x) == 2.0
+    assert (len(kernels.total.part.signatures), len(kernels.total.signatures)) == (1, 0)
+    assert "@function" not in kernels.total.part.inspect_asm(kernels.total.part.signatures[0])
+    assert kernels.total(x) == 4.0
     with pytest.raises(ValueError, match="no values"):
-        _mean(np.zeros(0))
+        kernels.mean(np.zeros(0))
 
 
 _KERNELS = """
@@ -77,6 +66,8 @@ def total(x):
     return x[0] + x[1]
 @jit
 def mean(x):
+    if not x.size:
+        raise ValueError("no values")
     return total(x) / 2
 @jit
 def twice(x):

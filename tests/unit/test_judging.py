@@ -14,6 +14,7 @@ from tautflex.case import load_case
 from tautflex.cli import main
 from tautflex.control.loop import close_loop
 from tautflex.control.tasks.observation import Observation
+from tautflex.control.tasks.policy import SHIPPED
 from tautflex.learning.arena import Arena
 from tautflex.learning.cases import task_case
 from tautflex.learning.environments.loops import Loops
@@ -95,12 +96,14 @@ def test_policies_come_back_from_their_files(arena, policy, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_policy_that_comes_with_the_package_is_the_one_of_the_docs():
+def test_policies_that_come_with_the_package_are_those_of_the_docs():
     """By its name, from a case file too, and better than ZVD + PD in an episode of the reduced model."""
     law = tf.PolicyLaw("tautflex/Slew-v0")
     page = (Path(__file__).parents[2] / "docs" / "learning.md").read_text(encoding="utf-8")
-    told = law.policy.told
-    assert f"--iterations {told['iterations']} --seed {told['seed']}`, fingerprint `{law.policy.digest}`" in page
+    for name in SHIPPED:
+        shipped = tf.Policy.load(name)
+        told = f"--iterations {shipped.told['iterations']} --seed {shipped.told['seed']}` | `{shipped.digest}`"
+        assert f'`tf.PolicyLaw("{name}")` | `tautflex train slew.toml -o policy.npz {told} |' in page
     assert tf.Policy.load("some/folder/tautflex/Slew-v0").digest == law.policy.digest
     whole = Arena(task_case("slew"))
     numbers = (24.7, 25.3, 7.45, 3.77, 2.295, 0.0079, 0.0078)  # as `tune_law` finds them

@@ -118,7 +118,7 @@ class LinearInput(PreparedInput):
         if isinstance(self.function, Held) and value.shape == (self.count,) and value.min() >= self.lowest:
             return value
         if self.count > 1:
-            value = checks.float_array(f"{self.name} at t = {time:g} s", value, (self.count,))
+            value = checks.float_array(self.name, value, (self.count,))
         elif value.shape not in ((), (1,)) or not np.all(np.isfinite(value)):
             raise InputError(
                 f"{self.name}: expected one finite number at t = {time:g} s, got {value.tolist()}; correct it"
