@@ -10,7 +10,10 @@ from typing import Any
 
 
 def import_late(name: str) -> None:
-    """Let a package be imported when something of it is used for the first time, by this process."""
+    """Let a package be imported when something of it is used for the first time, by this process.
+
+    `importlib.util.LazyLoader` imports it as soon as anybody looks through the modules for their names.
+    """
     spec = None if name in sys.modules else find_spec(name)
     if spec is None:
         return

@@ -72,9 +72,8 @@ class Drive:
     def __post_init__(self) -> None:
         if self.limit is not None:
             given: Any = self.limit
-            if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str):
-                given = checks.numbers("limit", given).ravel().tolist()
-            for value in given or [self.limit] if isinstance(given, list) else [given]:
+            several = isinstance(given, Sequence | np.ndarray) and not isinstance(given, str)
+            for value in (checks.numbers("limit", given).ravel().tolist() if several else None) or [given]:
                 checks.positive("limit", value)
         if self.rate is not None:
             checks.positive("rate", self.rate)
