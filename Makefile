@@ -8,7 +8,7 @@ CHECKED := src tests benchmarks examples tools docs/conf.py
 PYTEST := $(BIN)/pytest --numprocesses=auto --maxprocesses=4 --dist=loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo quick test verification lint docs reference format rooms benchmark benchmark-control campaign benchmark-peers dolfinx clean
+.PHONY: help demo quick test pytest verification lint docs reference format rooms benchmark benchmark-control campaign benchmark-peers dolfinx clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -22,7 +22,9 @@ demo: $(VENV)/installed demo/m2.toml ## install into .venv, run the stop maneuve
 quick: $(VENV)/tools ## run the tests that neither compile with JAX nor take long: a minute, after every change
 	$(PYTEST) -m 'not (slow or jax or campaign)'
 
-test: $(VENV)/tools lint ## install the test tools; check format, lint, types, import contract; run all tests
+test: lint pytest ## install the test tools; check format, lint, types, import contract; run all tests
+
+pytest: $(VENV)/tools
 	$(PYTEST)
 
 verification: $(VENV)/tools ## run all tests and rewrite docs/verification.md from what they measured

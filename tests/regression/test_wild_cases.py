@@ -33,7 +33,7 @@ def test_sample_of_random_cases(verification_row):
 
 @pytest.mark.campaign
 def test_many_random_cases():
-    outcome_of(1000, 1000)
+    outcome_of(1000, 500)
 
 
 def test_adaptive_run_that_cannot_keep_its_tolerance_ends():
