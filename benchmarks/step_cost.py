@@ -124,8 +124,9 @@ def many_residuals(times: int, x: Array, q: Array, elements, matrices, turning: 
     start, column, _, _, _, linear, pairs, reference, _, _, _ = matrices
     for _ in range(times):
         step_residual(
-            x, q, elements[0], elements[1], elements[2], start, column, linear, pairs, turning, weight, reference, rows
-        )
+            x, q, elements[0], elements[1], elements[2], start, column, linear, pairs, turning, weight, reference, rows,
+            False,
+        )  # fmt: skip
 
 
 @jit

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import tautflex as tf
+from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.transient.driver import GridDriver
 from tautflex.solvers.transient.march.stretch import March
 from tautflex.solvers.transient.status import Status
 from verification.dynamic_cases import small_antenna
@@ -86,6 +88,36 @@ def test_stretches_have_the_numbers_of_single_steps(state, one_by_one, monkeypat
     assert sum(taken) > (0.1 if "hard" in name else 0.8) * together.stats.steps
     one_by_one()
     assert_same(together, answer(state, name))
+
+
+@pytest.mark.parametrize("name", ["large motion, hard steps", "newmark, every third"])
+def test_stretches_begin_with_a_new_tangent(state, monkeypatch, name):
+    driven, advance = [], GridDriver.advance
+
+    def counted(driver, at, target):
+        driven.append(target)
+        return advance(driver, at, target)
+
+    monkeypatch.setattr(GridDriver, "advance", counted)
+    monkeypatch.setattr("tautflex.solvers.transient.implicit._REFRESH_COST", 4)
+    run = answer(state, name)
+    assert run.stats.factorizations > len(driven) + 3
+
+
+def test_a_tangent_that_cannot_be_factorized_is_the_drivers(state, monkeypatch):
+    factorize, seen = SymmetricFactorization.factorize_upper, []
+
+    def failing(factor, upper):
+        seen.append(len(upper))
+        if len(seen) in {6, 7}:  # once in a stretch, and again in the step that the driver takes
+            raise np.linalg.LinAlgError("singular")
+        factorize(factor, upper)
+
+    monkeypatch.setattr("tautflex.solvers.transient.implicit._REFRESH_COST", 4)
+    monkeypatch.setattr(SymmetricFactorization, "factorize_upper", failing)
+    together = answer(state, "large motion, hard steps")
+    assert together.stats.halvings > 0
+    assert together.status is Status.COMPLETED
 
 
 def test_a_run_that_is_cut_goes_on_in_stretches(state):

@@ -1,7 +1,8 @@
 """Stretches of a run that one compiled call takes: where they may begin, how far they go, and what they leave.
 
-They save what a step costs in Python, half of it on a small antenna, and give the same numbers. Steps that something
-else happens in (a jump, a new tangent) end a stretch or are left to the driver.
+They save what a step costs in Python, half of it on a small antenna, and give the same numbers. A new tangent ends a
+stretch, and the next begins with it; steps that something else happens in (a jump, a tangent that is too old within a
+step) are left to the driver.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from tautflex.mechanics.loads.inputs import earlier
+from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.motion.kinematics import Segment
-from tautflex.numeric import Array, Indices, Mask
+from tautflex.numeric import Array, Indices
 from tautflex.solvers.transient.accuracy.books import NONE, Books
 from tautflex.solvers.transient.accuracy.time_error import TimeError, long_for
 from tautflex.solvers.transient.driver import AnyStepper
@@ -59,7 +61,10 @@ class March:
         self._elements: Any = workspace.store, workspace.stresses, workspace.held
         scheme, size = self._numbers.scheme, float(problem.time_step)
         reach, share = scheme.evaluation * size, self._numbers.turning_share
-        self._scheme: Any = self._numbers.known, self._numbers.end, scheme.weight, reach, size, share
+        # Of other laws than the elastic one energies cost more than forces: once per sample, not per evaluation.
+        elastic = all(block_data.py_func(workspace.store, n).law == ELASTIC for n in range(len(workspace.store[3])))
+        there = elastic and reach == size and bool(np.array_equal(self._numbers.end[0], (1.0, 0.0, 0.0)))
+        self._scheme: Any = self._numbers.known, self._numbers.end, scheme.weight, reach, size, share, there
 
     @staticmethod
     def serves(problem: TransientProblem, equation: EquationOfMotion, stepper: AnyStepper) -> bool:
@@ -74,19 +79,18 @@ class March:
 
         None are taken where the next step is the driver's.
         """
-        tangent = self._stepper.tangent(self._problem.time_step) if self._begins(at, number, segment) else None
+        times, size = self._times(at, number, last, segment), self._problem.time_step
+        steps, every = len(times) - 1, self._problem.every
+        begins = steps >= _LEAST_STEPS and self._begins(at, number, segment)
+        tangent = self._stepper.tangent(at, size, segment) if begins else None
         if tangent is None:
             return number, at
-        times = self._times(at, number, last, segment)
-        steps = len(times) - 1
-        if steps < _LEAST_STEPS:
-            return number, at
-        size, numbers = self._problem.time_step, np.arange(number + 1, number + steps + 1)
-        stored, kept = numbers % self._problem.every == 0, np.isin(numbers, self._kept)
+        stored = np.arange(-(number + 1) % every, steps, every)
+        kept = self._kept[slice(*np.searchsorted(self._kept, (number, number + steps), "right"))] - (number + 1)
         instants = times[:-1] + self._numbers.scheme.evaluation * size
         frame: Any = segment.rows(instants), self._equation.frame, *self._pushes(instants, segment.end)
-        fields, books = np.empty((np.count_nonzero(kept), at.q.size)), at.books
-        samples: Any = self._recorder.parts, _rows(stored, self._recorder.count), fields, _rows(kept, 0)
+        fields, books = np.empty((kept.size, at.q.size)), at.books
+        samples: Any = self._recorder.parts, _rows(steps, stored, self._recorder.count), fields, _rows(steps, kept, 0)
         begin: Any = (
             at.q, at.v, at.a, at.jerk, np.zeros(0) if at.forces is None else at.forces, books.work, books.own,
             books.now, books.late,
@@ -95,8 +99,7 @@ class March:
             times, self._matrices, self._elements, self._scheme, *tangent[:3], frame, *tangent[3:], begin,
             self._watched, self._errors.parts, samples,
         )  # fmt: skip
-        self._stepper.took(taken, *tangent[4:])
-        if taken < steps:
+        if self._stepper.took(taken, *tangent[4:]) and taken < steps:
             self._left_out = number + taken
         self._length = min(max(_FIRST_STEPS, 2 * taken, self._length if taken == steps else 0), self._most)
         if not taken:
@@ -106,8 +109,8 @@ class March:
         time, (q, v, a, jerk) = float(times[taken - 1]) + size, end[:4]
         reached = MotionState(time, q, v, a, forces if weighed else None, jerk, books=books)
         reached.time = float(times[taken])
-        self._recorder.stored(segment.rows(times[1 : taken + 1][stored[:taken]]))
-        for place, field in zip(np.flatnonzero(kept[:taken]).tolist(), fields, strict=False):
+        self._recorder.stored(segment.rows(times[1 + stored[stored < taken]]))
+        for place, field in zip(kept[kept < taken].tolist(), fields, strict=False):
             self._recorder.store_field(number + place + 1, float(times[place + 1]), field)
         return number + taken, reached
 
@@ -136,10 +139,12 @@ class March:
         problem, count = self._problem, min(self._length, last - number)
         times: Array = problem.shift + problem.time_step * np.arange(number, number + count + 1.0)
         times[0], slack = at.time, 1e-9 * problem.time_step
-        plain = (np.abs(np.diff(times) - problem.time_step) < slack) & (times[1:] < segment.end - slack)
+        plain = (np.abs(times[1:] - times[:-1] - problem.time_step) < slack) & (times[1:] < segment.end - slack)
         return times[: 1 + (len(plain) if plain.all() else int(np.argmin(plain)))]
 
 
-def _rows(chosen: Mask, first: int) -> Indices:
-    """Rows of the chosen steps, counted from the first; -1 for the others."""
-    return np.where(chosen, first - 1 + np.cumsum(chosen), -1)
+def _rows(steps: int, places: Indices, first: int) -> Indices:
+    """Rows of the steps at these places, counted from the first; -1 for the others."""
+    rows = np.full(steps, -1)
+    rows[places] = np.arange(first, first + len(places))
+    return rows
