@@ -14,6 +14,9 @@ from verification.dynamic_cases import small_antenna
 
 STOP, SPIN = tf.Stop(rate=2.0, duration=0.03), tf.SpinUp(rate=3.0, duration=0.04)
 MODAL = tf.Modal(0.02, modes=3)
+HUB = tf.FreeHub(20.0, (4.0, 5.0, 6.0), torque=(0.2, 0.05, 0.1), force=(0.1, 0.0, 0.3))
+FREE = tf.FreeHub(20.0, (4.0, 5.0, 6.0), angular_velocity=(0.3, 0.2, -0.1), velocity=(0.1, 0.0, 0.05))
+LINE = tf.FreeHub(20.0, (4.0, 5.0, 6.0), torque=(0.2, 0.0, 0.0), axes="x")
 TABLE = tf.TimeTable([0.0, 0.06], [[0.0, 0.0, 0.0], [0.0, 0.001, 0.001]])
 
 
@@ -33,6 +36,9 @@ RUNS = {
         STOP,
         {"method": tf.GeneralizedAlpha(0.6), "inputs": [tf.NodalForce([7], push, breaks=(0.06,))], "damping": MODAL},
     ),
+    "free hub, a torque": (HUB, {"method": tf.Newmark()}),
+    "free hub, wilson-theta, every third": (FREE, {"method": tf.WilsonTheta(), "every": 3}),
+    "hub about a line, generalized-alpha": (LINE, {"method": tf.GeneralizedAlpha(0.6), "damping": MODAL}),
     "turn about another line": (
         tf.Slew(0.2, 0.06, origin=(0.0, 0.3, 0.0)),
         {"coupling": tf.Coupling(inertial_load=0.5)},

@@ -19,6 +19,9 @@ from tautflex.solvers.transient.accuracy.books import NONE, Books
 from tautflex.solvers.transient.accuracy.time_error import TimeError, long_for
 from tautflex.solvers.transient.driver import AnyStepper
 from tautflex.solvers.transient.equation import EquationOfMotion, StepNumbers
+from tautflex.solvers.transient.free_hub.equation import HubEquation, motion_factors
+from tautflex.solvers.transient.free_hub.motion import HubMotion
+from tautflex.solvers.transient.free_hub.record import HubRecorder
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.march.many_steps import take_steps
 from tautflex.solvers.transient.problem import TransientProblem
@@ -69,7 +72,11 @@ class March:
     @staticmethod
     def serves(problem: TransientProblem, equation: EquationOfMotion, stepper: AnyStepper) -> bool:
         """Whether the steps of a run are such as it can take."""
-        if type(equation) is not EquationOfMotion or not isinstance(stepper, Stepper) or problem.adaptive is not None:
+        if isinstance(equation, HubEquation):
+            known = not (equation.hub.feedback or equation.inputs)
+        else:
+            known = type(equation) is EquationOfMotion
+        if not known or not isinstance(stepper, Stepper) or problem.adaptive is not None:
             return False
         (stage, *_), method = stepper.method.stages(problem.time_step), stepper.method
         return not stage.velocity and not method.average_stress and (not equation.inputs or equation.inputs.all_loads)
@@ -88,15 +95,17 @@ class March:
         stored = np.arange(-(number + 1) % every, steps, every)
         kept = self._kept[slice(*np.searchsorted(self._kept, (number, number + steps), "right"))] - (number + 1)
         instants = times[:-1] + self._numbers.scheme.evaluation * size
-        frame: Any = segment.rows(instants), self._equation.frame, *self._pushes(instants, segment.end)
+        hub = self._hub(at, steps) if isinstance(at, HubMotion) else None
+        motions = np.zeros((steps, 9)) if hub else segment.rows(instants)
+        frame: Any = motions, self._equation.frame, *self._pushes(instants, segment.end)
         fields, books = np.empty((kept.size, at.q.size)), at.books
         samples: Any = self._recorder.parts, _rows(steps, stored, self._recorder.count), fields, _rows(steps, kept, 0)
         begin: Any = (
             at.q, at.v, at.a, at.jerk, np.zeros(0) if at.forces is None else at.forces, books.work, books.own,
             books.now, books.late,
         )  # fmt: skip
-        taken, end, forces, work, late = take_steps(
-            times, self._matrices, self._elements, self._scheme, *tangent[:3], frame, *tangent[3:], begin,
+        taken, end, forces, work, late, true, power = take_steps(
+            times, self._matrices, self._elements, self._scheme, *tangent[:3], frame, hub, *tangent[3:], begin,
             self._watched, self._errors.parts, samples,
         )  # fmt: skip
         if self._stepper.took(taken, *tangent[4:]) and taken < steps:
@@ -106,13 +115,26 @@ class March:
             return number, at
         weighed = self._numbers.scheme.weight < 1.0
         books = Books(work, end[4:9], end[9:] if weighed else NONE, late)
-        time, (q, v, a, jerk) = float(times[taken - 1]) + size, end[:4]
-        reached = MotionState(time, q, v, a, forces if weighed else None, jerk, books=books)
-        reached.time = float(times[taken])
-        self._recorder.stored(segment.rows(times[1 + stored[stored < taken]]))
+        (q, v, a, jerk), forces, stored = end[:4], forces if weighed else None, stored[stored < taken]
+        reached = MotionState(float(times[taken]), q, v, a, forces, jerk, books=books)
+        if hub and isinstance(self._recorder, HubRecorder):
+            rigid, (now, done) = hub[6][taken - 1, :31].copy(), power.tolist()
+            parts: dict[str, Any] = vars(reached) | {"rigid": rigid, "balanced": true, "power": now, "work": done}
+            reached = HubMotion(**parts)
+            self._recorder.stored_on_hub(hub[6][stored])
+        else:
+            self._recorder.stored(segment.rows(times[1 + stored]))
         for place, field in zip(kept[kept < taken].tolist(), fields, strict=False):
             self._recorder.store_field(number + place + 1, float(times[place + 1]), field)
         return number + taken, reached
+
+    def _hub(self, at: HubMotion, steps: int) -> tuple[Any, ...]:
+        """What `on_hub` tells of a free hub."""
+        equation, scheme = self._equation, self._numbers.scheme
+        assert isinstance(equation, HubEquation)
+        wrench, true = equation.wrench(at.time, at.rigid, at.q, at.v), at.true if scheme.weight < 1.0 else np.zeros(0)
+        begins = wrench, at.rigid, true, np.array([at.power, at.work])
+        return equation.body, motion_factors(scheme), *begins, np.empty((steps, 32))
 
     def _begins(self, at: MotionState, number: int, segment: Segment) -> bool:
         """Whether a stretch may begin: not behind a jump, nor where one has left a step."""
