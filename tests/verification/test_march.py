@@ -126,11 +126,12 @@ def test_a_tangent_that_cannot_be_factorized_is_the_drivers(state, monkeypatch):
     assert together.status is Status.COMPLETED
 
 
-def test_a_run_that_is_cut_goes_on_in_stretches(state):
-    whole = answer(state, "wilson-theta")
+@pytest.mark.parametrize("name", ["wilson-theta", "hub about a line, generalized-alpha"])
+def test_a_run_that_is_cut_goes_on_in_stretches(state, name):
+    whole = answer(state, name)
     for cut in (0.013, 0.0301, 0.067):
-        first = answer(state, "wilson-theta", end_time=cut)
-        second = answer(state, "wilson-theta", initial=first.final)
+        first = answer(state, name, end_time=cut)
+        second = answer(state, name, initial=first.final)
         np.testing.assert_array_equal(second.data["w"], whole.data["w"][-second.data.sizes["time"] :])
         assert second.error == whole.error
 
