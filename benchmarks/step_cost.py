@@ -124,8 +124,9 @@ def many_residuals(times: int, x: Array, q: Array, elements, matrices, turning: 
     start, column, _, _, _, linear, pairs, reference, _, _, _ = matrices
     for _ in range(times):
         step_residual(
-            x, q, elements[0], elements[1], elements[2], start, column, linear, pairs, turning, weight, reference, rows
-        )
+            x, q, elements[0], elements[1], elements[2], start, column, linear, pairs, turning, weight, reference, rows,
+            False,
+        )  # fmt: skip
 
 
 @jit
@@ -145,7 +146,7 @@ def seconds(function, *arguments) -> float:
 def own_arithmetic(run: FullRun, times: int) -> tuple[float, float]:
     """Processor times of a residual and of a substitution of a run [s]."""
     march, size = run._march, run.at.q.size
-    numbers, motion = march._numbers, run._driver.segment.motion(run.at.time)
+    numbers, motion = march._numbers, run.motion()
     terms = run.equation.motion_terms(motion)
     turning = numbers.scheme.weight * (numbers.scheme.velocity.d * terms.velocity + terms.displacement)
     forces = 1e-3 * run.at.v, run.at.q, march._elements, march._matrices, turning, numbers.scheme.weight
@@ -193,6 +194,8 @@ def stretch_cases():
     yield "10x5, Newmark", small, maneuver, asked | {"method": tf.Newmark()}
     yield "10x5, force in time", small, maneuver, asked | {"inputs": [push]}
     yield "10x5, modal damping", small, maneuver, asked | {"damping": tf.Modal(0.01, modes=6)}
+    hub = tf.FreeHub(50.0, (20.0, 25.0, 30.0), torque=(2.0, 0.5, 0.0))
+    yield "10x5, free hub", small, hub, asked | {"method": tf.GeneralizedAlpha(0.8)}
     yield "20x10", tf.solve_prestress(antenna("M2", (20, 10))), maneuver, asked
     yield "40x20", tf.solve_prestress(antenna("M2", (40, 20))), maneuver, asked
     for elements in (4, 16, 64):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tautflex import AtRest, BaseAcceleration, Sequence, Slew, SpinUp, Stop, Stretch, Tabulated, attitude
+from tautflex.motion.fixed_axis import FixedAxis
 from tautflex.motion.rotations import matrix
 from tautflex.motion.shaping import shaper_impulses
 from tautflex.numeric import cross_matrix
@@ -351,3 +353,14 @@ def test_coinciding_limits_of_a_shaped_slew_are_one():
     starts = [part.start for part in slew.segments()]
     np.testing.assert_allclose(starts, [0.0, 0.5, 1.0, 1.5], atol=1e-12)
     assert turned_angle(slew) == pytest.approx(0.3, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", MANEUVERS)
+@pytest.mark.parametrize("origin", [ORIGIN, (0.0, 0.0, 0.0)])
+def test_many_instants_are_what_each_is_alone(name, origin):
+    maneuver = MANEUVERS[name]
+    if isinstance(maneuver, FixedAxis):
+        maneuver = replace(maneuver, origin=origin)
+    for segment in maneuver.segments():
+        times = segment.start + np.linspace(0.0, 1.1, 67) * (min(segment.end, 3.0) - segment.start)
+        np.testing.assert_array_equal(segment.rows(times), [segment.motion(time).row for time in times.tolist()])

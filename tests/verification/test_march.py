@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 
 import tautflex as tf
+from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.transient.driver import GridDriver
 from tautflex.solvers.transient.march.stretch import March
 from tautflex.solvers.transient.status import Status
 from verification.dynamic_cases import small_antenna
 
 STOP, SPIN = tf.Stop(rate=2.0, duration=0.03), tf.SpinUp(rate=3.0, duration=0.04)
 MODAL = tf.Modal(0.02, modes=3)
+HUB = tf.FreeHub(20.0, (4.0, 5.0, 6.0), torque=(0.2, 0.05, 0.1), force=(0.1, 0.0, 0.3))
+FREE = tf.FreeHub(20.0, (4.0, 5.0, 6.0), angular_velocity=(0.3, 0.2, -0.1), velocity=(0.1, 0.0, 0.05))
+LINE = tf.FreeHub(20.0, (4.0, 5.0, 6.0), torque=(0.2, 0.0, 0.0), axes="x")
 TABLE = tf.TimeTable([0.0, 0.06], [[0.0, 0.0, 0.0], [0.0, 0.001, 0.001]])
 
 
@@ -31,6 +36,9 @@ RUNS = {
         STOP,
         {"method": tf.GeneralizedAlpha(0.6), "inputs": [tf.NodalForce([7], push, breaks=(0.06,))], "damping": MODAL},
     ),
+    "free hub, a torque": (HUB, {"method": tf.Newmark()}),
+    "free hub, wilson-theta, every third": (FREE, {"method": tf.WilsonTheta(), "every": 3}),
+    "hub about a line, generalized-alpha": (LINE, {"method": tf.GeneralizedAlpha(0.6), "damping": MODAL}),
     "turn about another line": (
         tf.Slew(0.2, 0.06, origin=(0.0, 0.3, 0.0)),
         {"coupling": tf.Coupling(inertial_load=0.5)},
@@ -88,11 +96,42 @@ def test_stretches_have_the_numbers_of_single_steps(state, one_by_one, monkeypat
     assert_same(together, answer(state, name))
 
 
-def test_a_run_that_is_cut_goes_on_in_stretches(state):
-    whole = answer(state, "wilson-theta")
+@pytest.mark.parametrize("name", ["large motion, hard steps", "newmark, every third"])
+def test_stretches_begin_with_a_new_tangent(state, monkeypatch, name):
+    driven, advance = [], GridDriver.advance
+
+    def counted(driver, at, target):
+        driven.append(target)
+        return advance(driver, at, target)
+
+    monkeypatch.setattr(GridDriver, "advance", counted)
+    monkeypatch.setattr("tautflex.solvers.transient.implicit._REFRESH_COST", 4)
+    run = answer(state, name)
+    assert run.stats.factorizations > len(driven) + 3
+
+
+def test_a_tangent_that_cannot_be_factorized_is_the_drivers(state, monkeypatch):
+    factorize, seen = SymmetricFactorization.factorize_upper, []
+
+    def failing(factor, upper):
+        seen.append(len(upper))
+        if len(seen) in {6, 7}:  # once in a stretch, and again in the step that the driver takes
+            raise np.linalg.LinAlgError("singular")
+        factorize(factor, upper)
+
+    monkeypatch.setattr("tautflex.solvers.transient.implicit._REFRESH_COST", 4)
+    monkeypatch.setattr(SymmetricFactorization, "factorize_upper", failing)
+    together = answer(state, "large motion, hard steps")
+    assert together.stats.halvings > 0
+    assert together.status is Status.COMPLETED
+
+
+@pytest.mark.parametrize("name", ["wilson-theta", "hub about a line, generalized-alpha"])
+def test_a_run_that_is_cut_goes_on_in_stretches(state, name):
+    whole = answer(state, name)
     for cut in (0.013, 0.0301, 0.067):
-        first = answer(state, "wilson-theta", end_time=cut)
-        second = answer(state, "wilson-theta", initial=first.final)
+        first = answer(state, name, end_time=cut)
+        second = answer(state, name, initial=first.final)
         np.testing.assert_array_equal(second.data["w"], whole.data["w"][-second.data.sizes["time"] :])
         assert second.error == whole.error
 

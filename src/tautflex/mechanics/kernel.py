@@ -15,6 +15,7 @@ import numpy as np
 from tautflex.elements.laws.law import call_law
 from tautflex.elements.local_frame import make_room, pull_back, to_local
 from tautflex.mechanics.average import average_stress
+from tautflex.mechanics.products import inner
 from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.numeric import Array, jit
 
@@ -134,10 +135,13 @@ def _block_force(
         if data.law != ELASTIC:
             energy += _give_way(data, first, width, strain, stress, energies)
         elif energies:
+            density = conjugate[0]
+            density.fill(0.0)
             for s in range(strains):
                 row, end, start = strain[s], stress[s], data.initial_stress[s, first : first + width]
                 for e in range(width):
-                    energy += data.measure[first + e] * (0.5 * (start[e] + end[e])) * row[e]
+                    density[e] += 0.5 * (start[e] + end[e]) * row[e]
+            energy += inner(data.measure[first : first + width], density[:width])
         if energies:
             for s in range(strains):
                 row, kept = stress[s], stresses[s * count + first : s * count + first + width]

@@ -90,6 +90,27 @@ def add_pair_products(pairs: Any, weight: Array, factor: float, vector: Array, r
 
 
 @jit
+def add_two_pair_products(pairs: Any, weight: Array, vector: Array, other: Array, second: Array, result: Array) -> None:
+    """Add ``M(weight) vector + M(other) second`` to ``result``: one walk for both."""
+    first, line, which, start, column, value, source = pairs
+    totals = np.empty((2, start.size - 1))
+    for b in range(3):
+        if not (np.any(weight[:, b] != 0.0) or np.any(other[:, b] != 0.0)):
+            continue
+        for k in range(source[b], source[b + 1]):
+            total, more = 0.0, 0.0
+            for entry in range(np.uint64(start[k]), np.uint64(start[k + 1])):
+                total += value[entry] * vector[column[entry]]
+                more += value[entry] * second[column[entry]]
+            totals[0, k], totals[1, k] = total, more
+        for a in range(3):
+            y, z = weight[a, b], other[a, b]
+            if y != 0.0 or z != 0.0:
+                for k in range(first[a + 3 * b], first[a + 3 * b + 1]):
+                    result[line[k]] += y * totals[0, which[k]] + z * totals[1, which[k]]
+
+
+@jit
 def add_moments(moment: Array, weight: Array, factor: float, result: Array) -> None:
     """Add ``factor sum_ab weight_ab moment_ab`` to ``result``; ``moment`` has shape (3, 3, size)."""
     for a in range(3):

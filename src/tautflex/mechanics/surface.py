@@ -60,7 +60,8 @@ class FilmSurface:
         weighed = self.weights @ self.plane
         self.fit = np.linalg.solve(self.plane.T @ weighed, weighed.T).T if len(nodes) else weighed
         self.look = _seen_across(model, nodes, axes[2], model.expansion if expansion is None else expansion)
-        self.parts = (*_rows(self.look), *_rows(self.weights), self.plane, self.fit, self.area)
+        fit = np.ascontiguousarray(self.fit)  # one layout, and so one machine code, with and without film
+        self.parts = (*_rows(self.look), *_rows(self.weights), self.plane, fit, self.area)
 
     def measure(self, q: Array, found: Array) -> None:
         """Write rms [m], tilt about both axes [rad] and piston [m] at free unknowns, shape (size,), to shape (4,)."""

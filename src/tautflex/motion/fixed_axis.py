@@ -104,8 +104,9 @@ def _many(rates: Callable[[Any], tuple[Any, Any]], axis: Array, origin: Array) -
         return None
 
     def rows(times: Array) -> Array:
-        found, turned = np.zeros((len(times), 9)), np.array([rates(time) for time in times.tolist()]).reshape(-1, 2)
-        found[:, :3], found[:, 3:6] = turned[:, :1] * axis, turned[:, 1:] * axis
+        found = np.zeros((len(times), 9))
+        for part, values in zip((found[:, :3], found[:, 3:6]), rates(times), strict=True):
+            part[:] = np.reshape(values, (-1, 1)) * axis
         return found
 
     return rows

@@ -1,6 +1,7 @@
 """Unit steps: ways from 0 to 1, from which rotations about an axis are scaled.
 
-Every number may belong to any array library and be traced, so that one formula serves a single run and a batch.
+Every number may belong to any array library and be traced, so that one formula serves a single run and a batch. Powers
+are products, which are the same numbers for one instant and for many.
 """
 
 from __future__ import annotations
@@ -117,17 +118,18 @@ def _versine(s: Any) -> Values:
 
 
 def _minimum_jerk(s: Any) -> Values:
-    value = s**3 * (10.0 + s * (6.0 * s - 15.0))
-    return value, 30.0 * s**2 * (1.0 - s) ** 2, 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s)
+    square, left = s * s, 1.0 - s
+    value = square * s * (10.0 + s * (6.0 * s - 15.0))
+    return value, 30.0 * square * (left * left), 60.0 * s * left * (1.0 - 2.0 * s)
 
 
 def _speeding_up(s: Any) -> Values:
-    return 2.0 * s**2, 4.0 * s, 4.0
+    return 2.0 * s * s, 4.0 * s, 4.0
 
 
 def _slowing_down(s: Any) -> Values:
     left = 1.0 - s
-    return 1.0 - 2.0 * left**2, 4.0 * left, -4.0
+    return 1.0 - 2.0 * left * left, 4.0 * left, -4.0
 
 
 # Ways over the unit interval; the limits of their stretches are where a derivative jumps.

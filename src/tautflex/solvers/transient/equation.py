@@ -349,7 +349,8 @@ class StepForces:
             force = self.equation.workspace.average_force(start, start + x / self._scheme.evaluation)
             residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
         else:
-            force, residual, norm, internal, inertia = step_residual(x, self.at.q, *self._elements, *self._fixed)
+            found = step_residual(x, self.at.q, *self._elements, *self._fixed, False)
+            force, residual, norm, internal, inertia, _ = found
         self._internal = force
         products, scale = self.equation.products, max(internal, self._load_norm)
         if products.matrix.rank:

@@ -28,6 +28,7 @@ _SCALE_FLOOR = 1e-3
 _REFRESH_COST, _REFRESH_COST_UNTURNED = 20, 12
 _NONE = np.zeros(0)
 _ROUND_OFF = 100.0 * float(np.finfo(float).eps)
+_MANY = 2**62  # more than any number of iterations
 
 
 class Stepper(Remembering):
@@ -63,6 +64,7 @@ class Stepper(Remembering):
         self._memory = AndersonAcceleration(axes=self._corotation)
         self._numbers: dict[int, tuple[float, StepNumbers]] = {}
         self._largest_scale, self._met_forces = 0.0, 0.0
+        self._renewed: tuple[Any, ...] | None = None
         self._diagonal = equation.state.tangent_entries[self._pattern.diagonal]
 
     def recall(self, memory: Memory) -> None:
@@ -172,29 +174,65 @@ class Stepper(Remembering):
         """Whether the last factors belong to this step size."""
         return self.factor.ready and self._factor_size == size
 
-    def tangent(self, size: float) -> tuple[Any, ...] | None:
-        """Tangent, axes, pairs, limits, counts and scales of `take_steps`; None unless the tangent serves this size."""
+    def tangent(self, at: MotionState, size: float, segment: Segment) -> tuple[Any, ...] | None:
+        """Tangent, axes, pairs, limits, counts and scales of `take_steps`, a new one if the step from here begins so.
+
+        None where such steps cannot be taken with it.
+        """
+        before, self._renewed = (self._diagonal, self._met_forces), None
+        if not self.usable_factor(size) and self.factor.ready and self.factor.parts is not None:
+            self._renew(at, size, segment)
         factors = self.factor.parts if self.usable_factor(size) else None
         if factors is None or self._corotation is None:
+            self._undo()
             return None
         round_off = _ROUND_OFF / self.tolerance
         limits = self.tolerance, self._max_iterations, round_off, self._met_forces, _SCALE_FLOOR, self._refresh_cost
         counts = np.array([self._memory.learned, self._fewest_iterations, self._lost_iterations, 0, 0, 0])
+        diagonals = np.array([before[0], self._diagonal])
         return (
-            (*factors, self._diagonal, self._factor_inertia, *self.solver.parts), self._corotation.parts,
-            self._memory.parts(len(self._diagonal)), limits, counts, np.array([self._largest_scale]),
+            (*factors, diagonals, self._factor_inertia, *self.solver.parts), self._corotation.parts,
+            self._memory.parts(len(self._diagonal)), limits, counts, np.array([self._largest_scale, before[1]]),
         )  # fmt: skip
 
-    def took(self, steps: int, counts: Indices, scales: Array) -> None:
-        """Take up what `take_steps` has left in the counts and scales of `tangent`."""
+    def _renew(self, at: MotionState, size: float, segment: Segment) -> None:
+        """Factorize at the first guess of a step if that is not balanced, as the step would."""
+        numbers, factor = self.numbers(size), self.factor
+        guess = first_guess(numbers.scheme.evaluation * size, at.v, at.a, _NONE if at.jerk is None else at.jerk)
+        try:
+            problem = _StepProblem(self, self.equation.step_forces(numbers, at, size, segment, self._diagonal), size)
+            if self.tolerance < problem.residual(guess)[1] < np.inf:
+                self._renewed = self._diagonal, self._met_forces, self._judged, factor.factorizations, factor.solves
+                problem.refresh(guess)
+        except (np.linalg.LinAlgError, FloatingPointError):  # the driver's to meet
+            self._undo()
+        if self._renewed is not None:
+            self._memory.clear()
+            self._judged, self._fewest_iterations, self._lost_iterations = factor.factorizations, _MANY, 0
+
+    def _undo(self) -> None:
+        """Leave the tangent of `_renew` to the step itself."""
+        if self._renewed is not None:
+            self._diagonal, self._met_forces, self._judged, *counts = self._renewed
+            self.factor.factorizations, self.factor.solves = counts
+            self._factor_size, self._renewed = 0.0, None
+
+    def took(self, steps: int, counts: Indices, scales: Array) -> bool:
+        """Take up what `take_steps` has left in the counts and scales of `tangent`.
+
+        Whether the next step is one that it cannot take.
+        """
         learned, self._fewest_iterations, self._lost_iterations, iterations, evaluations, solves = counts.tolist()
         self._memory.learned, self._largest_scale = learned, float(scales[0])
         self._give_up_factor()
+        if not steps:
+            self._undo()
         statistics = self.equation.statistics
         statistics.steps += steps
         statistics.iterations += iterations
         statistics.force_evaluations += evaluations
         self.factor.solves += solves
+        return not steps or self._factor_size > 0.0
 
     def resolved(self, end: MotionState, error: Array) -> Array:
         """Part of a vector that the step to ``end`` resolves, shape (size,).

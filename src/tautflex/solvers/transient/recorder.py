@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tautflex.mechanics.kernel import add_forces
 from tautflex.mechanics.membrane import MEMBRANE_STATES, SURVEYED, StressSurvey, survey_stresses
-from tautflex.mechanics.products import quadratic_form
+from tautflex.mechanics.products import inner, quadratic_form
 from tautflex.mechanics.surface import measure_surface
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array, jit
@@ -57,21 +57,24 @@ class Samples(NamedTuple):
 
 
 @jit
-def record(parts: Any, q: Array, v: Array, time: float, row: int) -> None:
-    """Store a sample in a row of the arrays of a `Recorder`, whose ``parts`` these are."""
+def record(parts: Any, q: Array, v: Array, time: float, row: int, energy: float) -> None:
+    """Store a sample in a row of the arrays of a `Recorder`, whose ``parts`` these are.
+
+    ``energy`` is the strain energy above zero unknowns [J], whose stresses then are those at hand; NaN: not known.
+    """
     elements, (reference, start, column, mass), probes, surface, (largest, places), stored = parts
     (store, stresses, table, held, rate), (first, unknown, weights) = elements, probes
     times, numbers, probe, surfaces = stored
-    size, linear, square = q.size, 0.0, 0.0
+    size, square = q.size, inner(q, q)
     extended, moving, found = np.zeros(size + held.size + 1), np.empty(size + held.size), numbers[row]
     for i in range(size):
         extended[i], moving[i] = q[i], v[i]
-        linear += reference[i] * q[i]
-        square += q[i] * q[i]
     extended[size : size + held.size], moving[size:] = held, rate
     times[row] = time
     found[0] = 0.5 * quadratic_form(start, column, mass, v)
-    found[1] = add_forces(store, extended, extended, stresses, False, True, False) - linear
+    if np.isnan(energy):
+        energy = add_forces(store, extended, extended, stresses, False, True, False)
+    found[1] = energy - inner(reference, q)
     survey_stresses(table, stresses, found[2:])
     for k in range(first.size - 1):
         place, speed = 0.0, 0.0
@@ -144,7 +147,7 @@ class Recorder:
     def store(self, at: MotionState, segment: Segment) -> None:
         """Store one sample, of an instant in this stretch of the maneuver."""
         self._equation.set_time(at.time)
-        record(self.parts, at.q, at.v, at.time, self.count)
+        record(self.parts, at.q, at.v, at.time, self.count, np.nan)
         if self._equation.moved is not None:
             self._numbers[self.count, 0] = self._equation.moved.kinetic_energy(at.v)
         self.stored(self._equation.motion(at, segment).row[None])

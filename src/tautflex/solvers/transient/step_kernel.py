@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from tautflex.mechanics.kernel import add_forces
-from tautflex.mechanics.products import add_low_rank, add_pair_products, inner
+from tautflex.mechanics.products import add_low_rank, add_pair_products, add_two_pair_products, inner
 from tautflex.numeric import Array, Indices, Places, jit
 from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, write_books
 
@@ -47,8 +47,7 @@ def begin_step(
         known[i] += total
         rows[3, i], rows[4, i] = first, second
     rows[1] = known
-    add_pair_products(pairs, gyroscopic, 1.0, velocity, known)
-    add_pair_products(pairs, displacement, weight, q, known)
+    add_two_pair_products(pairs, gyroscopic, velocity, weight * displacement, q, known)
     for i in range(size):
         rows[0, i], rows[1, i] = known[i], known[i] - rows[1, i]
     # Gyroscopic and K_T forces are both M(Z) times something, so one product serves the increment.
@@ -84,22 +83,22 @@ def assemble_residual(
 @jit
 def step_residual(
     x: Array, q: Array, store: Any, stresses: Array, held: Array, start: Indices, column: Places, linear: Array,
-    pairs: Any, turning: Array, weight: float, reference: Array, rows: Array,
-) -> tuple[Array, Array, float, float, float]:  # fmt: skip
-    """Internal force and residual of the increment ``x`` from ``q``, and the norms of `assemble_residual`.
+    pairs: Any, turning: Array, weight: float, reference: Array, rows: Array, energies: bool,
+) -> tuple[Array, Array, float, float, float, float]:  # fmt: skip
+    """Internal force and residual of the increment ``x`` from ``q``, the norms of `assemble_residual`, strain energy.
 
-    ``held`` is where moved unknowns are.
+    ``held`` is where moved unknowns are; ``energies`` tells whether stresses and energy are wanted, see `add_forces`.
     """
     size = x.size
     extended, force = np.zeros(size + held.size + 1), np.zeros(size + held.size + 1)
     for i in range(size):
         extended[i] = q[i] + x[i]
     extended[size : size + held.size] = held
-    add_forces(store, extended, force, stresses, True, False, False)
+    energy = add_forces(store, extended, force, stresses, True, energies, False)
     residual, norm, internal, inertia = assemble_residual(
         x, force, start, column, linear, pairs, turning, weight, reference, rows
     )
-    return force, residual, norm, internal, inertia
+    return force, residual, norm, internal, inertia, energy
 
 
 @jit

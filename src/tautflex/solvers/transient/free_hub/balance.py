@@ -6,9 +6,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tautflex.mechanics.products import inner, product
 from tautflex.motion import rotations
-from tautflex.numeric import Array, cross, jit
-from tautflex.solvers.transient.free_hub.momentum import Momenta, add_frame_forces, held_apart, momenta_of
+from tautflex.numeric import Array, Indices, Places, cross, jit
+from tautflex.solvers.transient.free_hub.momentum import (
+    Momenta,
+    add_frame_forces,
+    held_apart,
+    momenta_of,
+    rigid_blocks,
+)
 
 _cross = jit(cross)
 _matrix, _product, _exponential = rotations.matrix, rotations.product, rotations.exponential
@@ -134,6 +141,22 @@ def advance(momenta: Momenta, freedom: Array, start: Array, reach: float, wrench
         whole = momenta.mass @ after.twist + momenta.relative
         after.momentum[:] = inertial(after.attitude, after.position, whole)
     return end
+
+
+@jit
+def mobile_product(
+    body: tuple[Any, ...], start: Indices, column: Places, mass: Array, q: Array, vector: Array
+) -> Array:
+    """Mass that elastic motion alone moves, ``M - B' R^-1 B``, times a vector of shape (size,)."""
+    (rigid, coupling), result, shares = rigid_blocks(body, q), product(start, column, mass, vector), np.empty(6)
+    for k in range(6):
+        shares[k] = inner(coupling[k], vector)
+    shares = solve(cholesky(rigid), shares)
+    for k in range(6):
+        row = coupling[k]
+        for i in range(vector.size):
+            result[i] -= shares[k] * row[i]
+    return result
 
 
 @jit

@@ -33,6 +33,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from tautflex.mechanics.loads.inputs import earlier
+from tautflex.mechanics.products import inner
 from tautflex.motion import rotations
 from tautflex.motion.hub import FreeHub, HubState
 from tautflex.motion.kinematics import RigidMotion, Segment
@@ -45,6 +46,7 @@ from tautflex.solvers.transient.free_hub.balance import (
     add_hub_forces,
     end_hub,
     inertial,
+    mobile_product,
     motion_at,
     rigid_parts,
 )
@@ -234,7 +236,7 @@ class HubEquation(EquationOfMotion):
     def power(self, rigid: Array, q: Array, v: Array) -> float:
         """Power of all external forces [W]."""
         hub = rigid_parts(rigid)
-        return float(hub.wrench @ hub.twist + self.applied(q) @ v)
+        return float(inner(hub.wrench, hub.twist) + self.applied(q) @ v)
 
     def step_forces(
         self, numbers: StepNumbers, at: MotionState, size: float, segment: Segment, diagonal: Array
@@ -275,9 +277,9 @@ class HubEquation(EquationOfMotion):
 
     def mobile_mass(self, at: MotionState, vector: Array) -> Array:
         """Mass that elastic motion alone moves, ``M - B' R^-1 B``, times a vector of shape (size,)."""
-        mass, coupling = self.blocks(at.q)
-        product: Array = self.products.mass_product(vector) - coupling.T @ np.linalg.solve(mass, coupling @ vector)
-        return product
+        products = self.products
+        moved: Array = mobile_product(self.body, products.start, products.column, products.mass, at.q, vector)
+        return moved
 
     def speeds(self, at: MotionState, since: MotionState) -> Array:
         """Norms that adaptive steps control each error against.
@@ -315,6 +317,13 @@ class HubEquation(EquationOfMotion):
         return float(np.sqrt(max(square, 0.0))), float(np.sqrt(whole @ mass @ whole))
 
 
+def motion_factors(scheme: StepScheme) -> Array:
+    """What `motion_at` reads, shape (7,)."""
+    velocity, inertia, weight = scheme.velocity, scheme.inertia, scheme.weight
+    factors = (velocity.d, velocity.v, velocity.a, inertia.d / weight, inertia.v / weight, inertia.a / weight)
+    return np.array([*factors, 1.0 - 1.0 / weight])
+
+
 class HubForces(StepForces):
     """Forces of one step on a free hub as a function of its elastic increment.
 
@@ -332,10 +341,8 @@ class HubForces(StepForces):
         scheme, spin = numbers.scheme, cross_matrix(at.hub.twist[3:])
         self.displacement = spin @ spin
         self._reach = scheme.evaluation * size
-        velocity, inertia, weight = scheme.velocity, scheme.inertia, scheme.weight
-        factors = (velocity.d, velocity.v, velocity.a, inertia.d / weight, inertia.v / weight, inertia.a / weight)
-        self._factors = np.array([*factors, 1.0 - 1.0 / weight])
-        self._start = at.q, at.v, at.a, at.true if weight < 1.0 else _NONE
+        self._factors = motion_factors(scheme)
+        self._start = at.q, at.v, at.a, at.true if scheme.weight < 1.0 else _NONE
         self._rigid, self._point = self._guess(self._reach), _NONE
 
     def _guess(self, reach: float) -> Array:
@@ -385,7 +392,7 @@ class HubForces(StepForces):
             wrench = self._settled(size, q, v, a, guess)
             rigid = end_hub(equation.body, q, v, a, at.rigid, size, wrench, guess[7:13])
         power, hub = equation.power(rigid, q, v), rigid_parts(rigid)
-        elastic.books.work[RIGID] += 0.5 * size * float(at.hub.wrench @ at.hub.twist + hub.wrench @ hub.twist)
+        elastic.books.work[RIGID] += 0.5 * size * (inner(at.hub.wrench, at.hub.twist) + inner(hub.wrench, hub.twist))
         return HubMotion(
             elastic.time, q, v, elastic.a, elastic.forces, elastic.jerk, books=elastic.books, rigid=rigid,
             balanced=balanced, power=power, work=at.work + 0.5 * size * (at.power + power),

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tautflex.mechanics.inertia import InertiaOperator
+from tautflex.mechanics.products import inner
 from tautflex.motion.hub import FreeHub
 from tautflex.numeric import Array, Indices, Places, jit
 
@@ -254,7 +255,10 @@ def held_apart(mass: Array, freedom: Array) -> Array:
     return result
 
 
+@jit
 def carried_energy(body: tuple[Any, ...], q: Array, v: Array, twist: Array) -> float:
     """Kinetic energy in the inertial frame beside that of the elastic motion, ``twist . (R twist / 2 + B dq)`` [J]."""
-    momenta = momenta_of(body, q, v, v)
-    return float(twist @ (0.5 * momenta.mass @ twist + momenta.relative))
+    momenta, energy = momenta_of(body, q, v, v), 0.0
+    for k in range(6):
+        energy += twist[k] * (0.5 * inner(momenta.mass[k], twist) + momenta.relative[k])
+    return energy

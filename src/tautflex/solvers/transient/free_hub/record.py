@@ -9,11 +9,13 @@ import xarray as xr
 
 from tautflex.errors import InputError
 from tautflex.mechanics.inertia import InertiaOperator
+from tautflex.motion import rotations
 from tautflex.motion.coupling import Coupling
 from tautflex.motion.hub import FreeHub
 from tautflex.motion.kinematics import RigidMotion, Segment
 from tautflex.numeric import Array
 from tautflex.solvers.transient.equation import EquationOfMotion
+from tautflex.solvers.transient.free_hub.balance import rigid_parts
 from tautflex.solvers.transient.free_hub.motion import HubMotion
 from tautflex.solvers.transient.probes import ProbeSet
 from tautflex.solvers.transient.recorder import Recorder
@@ -53,10 +55,19 @@ class HubRecorder(Recorder):
         assert isinstance(at, HubMotion)
         super().store(at, segment)
         self._numbers[self.count - 1, 0] = self._equation.kinetic_energy(at)
-        hub = at.hub
-        self._of_hub[self.count - 1] = np.concatenate(
-            [hub.attitude, hub.position, at.velocity, hub.momentum, [at.work]]
-        )
+        self.store_hub(self.count - 1, at.rigid, at.work)
+
+    def stored_on_hub(self, hubs: Array) -> None:
+        """Count samples that `record` has stored, with the hub and the work at each, shape (n, 32)."""
+        for row, one in enumerate(hubs, self.count):
+            self.store_hub(row, one[:31], one[31])
+        self.stored(np.concatenate([hubs[:, 10:13], hubs[:, 28:31], hubs[:, 25:28]], axis=1))
+
+    def store_hub(self, row: int, rigid: Array, work: float) -> None:
+        """Store the hub, shape (31,), and the work of all loads [J] of a sample."""
+        hub = rigid_parts(rigid)
+        velocity = rotations.matrix(hub.attitude) @ hub.twist[:3]
+        self._of_hub[row] = np.concatenate([hub.attitude, hub.position, velocity, hub.momentum, [work]])
 
     def to_dataset(self, attributes: dict[str, Any]) -> xr.Dataset:
         """Dataset with the hub's motion, momenta and work added; kinetic energy is that of the whole spacecraft."""

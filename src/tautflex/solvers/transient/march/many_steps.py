@@ -14,13 +14,14 @@ matrices  start, column, mass, damping, whether there is damping, ``linear`` of 
           the increment's velocity has
 elements  store and stresses of a `Workspace`
 scheme    ``known`` and ``end`` of `StepNumbers`, weight, evaluation instant after the start [s], size [s], share of
-          the stiffness that turns
-tangent   pattern, values and reciprocal pivots of L D L', see `substitute`; diagonal of the stiffness, share of
-          the mass; parts of a `LowRankUpdate`
+          the stiffness that turns; whether the stresses of a step's last evaluation are those of its end
+tangent   pattern, values and reciprocal pivots of L D L', see `substitute`; diagonal of the stiffness for the first
+          step, and for the others; share of the mass; parts of a `LowRankUpdate`
 axes      operator, places, owner of a `Corotation` and where the tangent was factorized
 pairs     changes, shifts, Gram matrix and last step of `AndersonAcceleration`
 frame     motion of the frame at the evaluation instants, see `Segment.rows`, and what `frame_of` gives; loads of
           inputs, and which one every step has
+hub       of a free hub what `on_hub` tells; None under a prescribed motion
 limits    Newton tolerance, iterations allowed, round-off over tolerance, sizes of the elements' forces at the tangent,
           floor of the force scale over its largest value, iterations that pay for a new tangent
 ========= ==================================================================================================
@@ -41,7 +42,10 @@ from tautflex.solvers.nonlinear.newton import PATIENCE, SLOPE_ACCEPTED
 from tautflex.solvers.transient.accuracy.books import INERTIA
 from tautflex.solvers.transient.accuracy.time_error import is_sampled, see_step
 from tautflex.solvers.transient.corotation import node_angles, turn
+from tautflex.solvers.transient.free_hub.balance import mobile_product
+from tautflex.solvers.transient.free_hub.momentum import carried_energy
 from tautflex.solvers.transient.march.frame import frame_terms
+from tautflex.solvers.transient.march.on_hub import add_reaction, end_of_hub, foretold
 from tautflex.solvers.transient.recorder import record
 from tautflex.solvers.transient.step_kernel import begin_step, end_of_step, first_guess, step_residual
 
@@ -52,23 +56,31 @@ LEARNED, FEWEST, LOST, ITERATIONS, EVALUATIONS, SOLVES = range(6)
 
 @jit
 def _left(
-    x: Array, q: Array, matrices: Any, elements: Any, weight: float, begun: Any, limits: Any, lost: float, floor: float
-) -> tuple[Array, Array, float, float]:
-    """Internal force of an increment, what it leaves unbalanced, that over the force scale, and the scale."""
+    x: Array, q: Array, matrices: Any, elements: Any, weight: float, begun: Any, round_off: float, lost: float,
+    met: float, floor: float, energies: bool, reach: float, hub: Any, motion: Any, guess: Array,
+) -> tuple[Array, Array, float, float, float, Array, Array]:  # fmt: skip
+    """Internal force of an increment, what it leaves unbalanced, that over the force scale, the scale, and energy.
+
+    Then what `add_reaction` adds and the hub, from ``motion`` at the start of the step and a guess, of a free one.
+    """
     start, column, _, _, _, linear, pairs, reference, vectors, _, losses = matrices
     rows, turning, _, load_norm, _ = begun
-    force, residual, norm, internal, inertia = step_residual(
-        x, q, elements[0], elements[1], elements[2], start, column, linear, pairs, turning, weight, reference, rows
-    )
+    force, residual, norm, internal, inertia, energy = step_residual(
+        x, q, elements[0], elements[1], elements[2], start, column, linear, pairs, turning, weight, reference, rows,
+        energies,
+    )  # fmt: skip
     if losses.size:
         add_low_rank(vectors, losses, 1.0, x, residual)
         norm = np.sqrt(inner(residual, residual))
-    scale = max(internal, load_norm)
-    measured = max(scale, lost + limits[2] * (inertia + 0.02 * limits[3]), floor)
+    scale, frame = max(internal, load_norm), guess
+    if hub is not None:
+        frame, guess, load, norm = add_reaction(hub, motion, guess, x, q, reach, weight, residual)
+        scale = max(scale, load)
+    measured = max(scale, lost + round_off * (inertia + 0.02 * met), floor)
     error = 0.0
     if norm != 0.0:
         error = norm / measured if 0.0 < measured < np.inf else np.inf
-    return force, residual, error, scale
+    return force, residual, error, scale, energy, frame, guess
 
 
 @jit
@@ -101,14 +113,17 @@ def _restore(pairs: Any, kept: Any, first: int, count: int) -> None:
 @jit
 def _solve(
     x: Array, q: Array, matrices: Any, elements: Any, weight: float, begun: Any, tangent: Any, axes: Any, pairs: Any,
-    kept: Any, limits: Any, lost: float, counts: Indices, scales: Array,
-) -> tuple[bool, Array, Array, Array]:  # fmt: skip
-    """Whether the iteration converges with the tangent at hand; increment, residual and internal force."""
+    kept: Any, limits: Any, lost: float, counts: Indices, scales: Array, energies: bool, reach: float,
+    hub: Any, motion: Any, guess: Array,
+) -> tuple[bool, Array, Array, Array, float, Array, Array]:  # fmt: skip
+    """Whether the iteration converges with the tangent at hand; increment, residual, and the rest of `_left`."""
     tolerance, depth, floor = limits[0], pairs[0].shape[0], limits[4] * scales[0]
     places, owner, angle = axes
     learned = first = counts[LEARNED]
     iterations, evaluations, known = 0, 1, False
-    force, residual, error, scale = _left(x, q, matrices, elements, weight, begun, limits, lost, floor)
+    force, residual, error, scale, energy, frame, rigid = _left(
+        x, q, matrices, elements, weight, begun, limits[2], lost, scales[1], floor, energies, reach, hub, motion, guess
+    )
     good = True
     while good and error > tolerance and iterations < limits[1] and np.isfinite(error):
         turned = residual.copy()
@@ -122,53 +137,60 @@ def _solve(
         turn(places, owner, angle, 1.0, step)
         iterations, evaluations, known, before = iterations + 1, evaluations + 1, True, error
         x = x + step
-        force, residual, error, scale = _left(x, q, matrices, elements, weight, begun, limits, lost, floor)
+        force, residual, error, scale, energy, frame, rigid = _left(
+            x, q, matrices, elements, weight, begun, limits[2], lost, limits[3], floor, energies, reach, hub, motion,
+            rigid,
+        )  # fmt: skip
         good = error <= tolerance or abs(inner(step, residual)) <= SLOPE_ACCEPTED * abs(slope)
         good = good and not _given_up(before, error, tolerance, iterations)
     if not good or not error <= tolerance:
         if learned > first:
             _restore(pairs, kept, first, learned)
-        return False, x, residual, force
+        return False, x, residual, force, energy, frame, rigid
     counts[LEARNED] = learned
     counts[LOST] += max(iterations - counts[FEWEST], 0)
     counts[FEWEST] = min(iterations, counts[FEWEST])
     counts[ITERATIONS] += iterations
     counts[SOLVES] += iterations
     counts[EVALUATIONS] += evaluations
-    scales[0] = max(scales[0], scale)
-    return True, x, residual, force
+    scales[0], scales[1] = max(scales[0], scale), limits[3]
+    return True, x, residual, force, energy, frame, rigid
 
 
 @jit
 def take_steps(
     times: Array, matrices: Any, elements: Any, scheme: Any, tangent: Any, axes: Any, pairs: Any, frame: Any,
-    limits: Any, counts: Indices, scales: Array, begin: Any, watched: bool, watch: Any, samples: Any,
-) -> tuple[int, Array, Array, Array, float]:  # fmt: skip
+    hub: Any, limits: Any, counts: Indices, scales: Array, begin: Any, watched: bool, watch: Any, samples: Any,
+) -> tuple[int, Array, Array, Array, float, Array, Array]:  # fmt: skip
     """Take steps between instants, shape (steps + 1,), until one is left undone or the tangent is to be renewed.
 
-    ``scales`` holds the largest force scale of the run; ``begin`` the parts of a `MotionState`: displacement, velocity,
-    acceleration, jerk, forces, and of its `Books` work, forces by kind of the last equilibrium and of its evaluation
-    instant alone, and lateness; ``watch`` those of a `TimeError`, if the run is ``watched``; ``samples`` what `record`
-    writes to and where, for every step, then an array for displacements and the row of every step; -1: nowhere.
+    ``scales`` holds the largest force scale of the run, and sizes of the elements' forces by which the first guess is
+    judged; ``begin`` the parts of a `MotionState`: displacement, velocity, acceleration, jerk, forces, and of its
+    `Books` work, forces by kind of the last equilibrium and of its evaluation instant alone, and lateness; ``watch``
+    those of a `TimeError`, if the run is ``watched``; ``samples`` what `record` writes to and where, for every step,
+    then an array for displacements and the row of every step; -1: nowhere.
 
     Returns the number of steps taken, then of the last one rows as `end_of_step` has them, all forces but inertia,
-    the work since the start of the run, and the lateness.
+    the work since the start of the run, and the lateness; of a free hub its balanced acceleration, power and work.
     """
     start, column, mass, damping, damped, _, products, reference, vectors, strengths, _ = matrices
-    known, ends, weight, reach, size, share = scheme
+    known, ends, weight, reach, size, share, there = scheme
     operator, columns, values, _, _, then = axes
     (motions, fixed, pushes, push), (recorded, rows, fields, places) = frame, samples
     velocity, displacement, load = frame_terms(motions[0], fixed)
     q, v, a, jerk, forces, work, own, now, late = begin
     end, taken, depth = np.zeros((0, q.size)), 0, pairs[0].shape[0]
     kept = np.empty((depth, q.size)), np.empty((depth, q.size)), np.empty((depth, depth))
-    unseen = np.zeros(0)
+    unseen = rigid = true = np.zeros(0)
+    power = np.zeros(2)
+    if hub is not None:
+        rigid, true, power = hub[3], hub[4], hub[5]
     for k in range(times.size - 1):
         if k and not np.array_equal(motions[k], motions[k - 1]):
             velocity, displacement, load = frame_terms(motions[k], fixed)
         begun = begin_step(
             start, column, mass, damping, damped, products, known, velocity, displacement, load - pushes[push[k]],
-            tangent[3], q, v, a,
+            tangent[3][min(k, 1)], q, v, a,
         )  # fmt: skip
         parts, known_norm = begun[0], begun[2]
         if strengths.size:
@@ -181,15 +203,20 @@ def take_steps(
         lost = limits[2] * (known_norm + 0.1 * begun[4])
         guess = first_guess(reach, v, a, jerk)
         angle = node_angles(operator, columns, values, q + guess, then, share)
-        converged, x, residual, force = _solve(
+        reaction, turned, motion = load, rigid, (v, a, true, rigid)
+        if hub is not None:
+            turned = foretold(rigid, reach)
+        converged, x, residual, force, energy, added, turned = _solve(
             guess, q, matrices, elements, weight, begun, tangent, (axes[3], axes[4], angle), pairs, kept, limits, lost,
-            counts, scales,
+            counts, scales, there and rows[k] >= 0, reach, hub, motion, turned,
         )  # fmt: skip
         if not converged:
             break
+        if hub is not None:
+            reaction = added
         end, work = end_of_step(
             ends, size, weight * reach, late, start, column, mass, damped, vectors, strengths, weight, parts,
-            force, reference, load, pushes[push[k]], now, own, work, x, q, v, a,
+            force, reference, reaction, pushes[push[k]], now, own, work, x, q, v, a,
         )  # fmt: skip
         late = weight * reach - size
         if weight < 1.0:
@@ -200,16 +227,25 @@ def take_steps(
         if watched:
             time, error = times[k] + size, unseen
             if is_sampled(watch[1][0]):
-                moved = product(start, column, mass, end[2] - a)
+                moved = end[2] - a
+                if hub is None:
+                    moved = product(start, column, mass, moved)
+                else:
+                    moved = mobile_product(hub[0], start, column, mass, end[0], moved)
                 error = _solution(tangent, tangent[4] * moved)
                 counts[SOLVES] += 1
             see_step(watch, end[0], end[1], end[2], a, error, time, time - times[k])
+        if hub is not None:
+            rigid, true, power = end_of_hub(hub, motion, turned, x, q, end, reach, size, weight, power, work)
+            hub[6][k, :31], hub[6][k, 31] = rigid, power[1]
         q, v, a, jerk, own = end[0], end[1], end[2], end[3], end[4:9]
         if rows[k] >= 0:
-            record(recorded, q, v, times[k + 1], rows[k])
+            record(recorded, q, v, times[k + 1], rows[k], energy if there else np.nan)
+            if hub is not None:
+                recorded[5][1][rows[k], 0] += carried_energy(hub[0], q, v, rigid[7:13])
         if places[k] >= 0:
             fields[places[k]] = q
         taken += 1
         if counts[LOST] > limits[5]:
             break
-    return taken, end, forces, work, late
+    return taken, end, forces, work, late, true, power

@@ -1,7 +1,8 @@
 """Stretches of a run that one compiled call takes: where they may begin, how far they go, and what they leave.
 
-They save what a step costs in Python, half of it on a small antenna, and give the same numbers. Steps that something
-else happens in (a jump, a new tangent) end a stretch or are left to the driver.
+They save what a step costs in Python, half of it on a small antenna, and give the same numbers. A new tangent ends a
+stretch, and the next begins with it; steps that something else happens in (a jump, a tangent that is too old within a
+step) are left to the driver.
 """
 
 from __future__ import annotations
@@ -11,12 +12,16 @@ from typing import Any
 import numpy as np
 
 from tautflex.mechanics.loads.inputs import earlier
+from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.motion.kinematics import Segment
-from tautflex.numeric import Array, Indices, Mask
+from tautflex.numeric import Array, Indices
 from tautflex.solvers.transient.accuracy.books import NONE, Books
 from tautflex.solvers.transient.accuracy.time_error import TimeError, long_for
 from tautflex.solvers.transient.driver import AnyStepper
 from tautflex.solvers.transient.equation import EquationOfMotion, StepNumbers
+from tautflex.solvers.transient.free_hub.equation import HubEquation, motion_factors
+from tautflex.solvers.transient.free_hub.motion import HubMotion
+from tautflex.solvers.transient.free_hub.record import HubRecorder
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.march.many_steps import take_steps
 from tautflex.solvers.transient.problem import TransientProblem
@@ -59,12 +64,19 @@ class March:
         self._elements: Any = workspace.store, workspace.stresses, workspace.held
         scheme, size = self._numbers.scheme, float(problem.time_step)
         reach, share = scheme.evaluation * size, self._numbers.turning_share
-        self._scheme: Any = self._numbers.known, self._numbers.end, scheme.weight, reach, size, share
+        # Of other laws than the elastic one energies cost more than forces: once per sample, not per evaluation.
+        elastic = all(block_data.py_func(workspace.store, n).law == ELASTIC for n in range(len(workspace.store[3])))
+        there = elastic and reach == size and bool(np.array_equal(self._numbers.end[0], (1.0, 0.0, 0.0)))
+        self._scheme: Any = self._numbers.known, self._numbers.end, scheme.weight, reach, size, share, there
 
     @staticmethod
     def serves(problem: TransientProblem, equation: EquationOfMotion, stepper: AnyStepper) -> bool:
         """Whether the steps of a run are such as it can take."""
-        if type(equation) is not EquationOfMotion or not isinstance(stepper, Stepper) or problem.adaptive is not None:
+        if isinstance(equation, HubEquation):
+            known = not (equation.hub.feedback or equation.inputs)
+        else:
+            known = type(equation) is EquationOfMotion
+        if not known or not isinstance(stepper, Stepper) or problem.adaptive is not None:
             return False
         (stage, *_), method = stepper.method.stages(problem.time_step), stepper.method
         return not stage.velocity and not method.average_stress and (not equation.inputs or equation.inputs.all_loads)
@@ -74,42 +86,55 @@ class March:
 
         None are taken where the next step is the driver's.
         """
-        tangent = self._stepper.tangent(self._problem.time_step) if self._begins(at, number, segment) else None
+        times, size = self._times(at, number, last, segment), self._problem.time_step
+        steps, every = len(times) - 1, self._problem.every
+        begins = steps >= _LEAST_STEPS and self._begins(at, number, segment)
+        tangent = self._stepper.tangent(at, size, segment) if begins else None
         if tangent is None:
             return number, at
-        times = self._times(at, number, last, segment)
-        steps = len(times) - 1
-        if steps < _LEAST_STEPS:
-            return number, at
-        size, numbers = self._problem.time_step, np.arange(number + 1, number + steps + 1)
-        stored, kept = numbers % self._problem.every == 0, np.isin(numbers, self._kept)
+        stored = np.arange(-(number + 1) % every, steps, every)
+        kept = self._kept[slice(*np.searchsorted(self._kept, (number, number + steps), "right"))] - (number + 1)
         instants = times[:-1] + self._numbers.scheme.evaluation * size
-        frame: Any = segment.rows(instants), self._equation.frame, *self._pushes(instants, segment.end)
-        fields, books = np.empty((np.count_nonzero(kept), at.q.size)), at.books
-        samples: Any = self._recorder.parts, _rows(stored, self._recorder.count), fields, _rows(kept, 0)
+        hub = self._hub(at, steps) if isinstance(at, HubMotion) else None
+        motions = np.zeros((steps, 9)) if hub else segment.rows(instants)
+        frame: Any = motions, self._equation.frame, *self._pushes(instants, segment.end)
+        fields, books = np.empty((kept.size, at.q.size)), at.books
+        samples: Any = self._recorder.parts, _rows(steps, stored, self._recorder.count), fields, _rows(steps, kept, 0)
         begin: Any = (
             at.q, at.v, at.a, at.jerk, np.zeros(0) if at.forces is None else at.forces, books.work, books.own,
             books.now, books.late,
         )  # fmt: skip
-        taken, end, forces, work, late = take_steps(
-            times, self._matrices, self._elements, self._scheme, *tangent[:3], frame, *tangent[3:], begin,
+        taken, end, forces, work, late, true, power = take_steps(
+            times, self._matrices, self._elements, self._scheme, *tangent[:3], frame, hub, *tangent[3:], begin,
             self._watched, self._errors.parts, samples,
         )  # fmt: skip
-        self._stepper.took(taken, *tangent[4:])
-        if taken < steps:
+        if self._stepper.took(taken, *tangent[4:]) and taken < steps:
             self._left_out = number + taken
         self._length = min(max(_FIRST_STEPS, 2 * taken, self._length if taken == steps else 0), self._most)
         if not taken:
             return number, at
         weighed = self._numbers.scheme.weight < 1.0
         books = Books(work, end[4:9], end[9:] if weighed else NONE, late)
-        time, (q, v, a, jerk) = float(times[taken - 1]) + size, end[:4]
-        reached = MotionState(time, q, v, a, forces if weighed else None, jerk, books=books)
-        reached.time = float(times[taken])
-        self._recorder.stored(segment.rows(times[1 : taken + 1][stored[:taken]]))
-        for place, field in zip(np.flatnonzero(kept[:taken]).tolist(), fields, strict=False):
+        (q, v, a, jerk), forces, stored = end[:4], forces if weighed else None, stored[stored < taken]
+        reached = MotionState(float(times[taken]), q, v, a, forces, jerk, books=books)
+        if hub and isinstance(self._recorder, HubRecorder):
+            rigid, (now, done) = hub[6][taken - 1, :31].copy(), power.tolist()
+            parts: dict[str, Any] = vars(reached) | {"rigid": rigid, "balanced": true, "power": now, "work": done}
+            reached = HubMotion(**parts)
+            self._recorder.stored_on_hub(hub[6][stored])
+        else:
+            self._recorder.stored(segment.rows(times[1 + stored]))
+        for place, field in zip(kept[kept < taken].tolist(), fields, strict=False):
             self._recorder.store_field(number + place + 1, float(times[place + 1]), field)
         return number + taken, reached
+
+    def _hub(self, at: HubMotion, steps: int) -> tuple[Any, ...]:
+        """What `on_hub` tells of a free hub."""
+        equation, scheme = self._equation, self._numbers.scheme
+        assert isinstance(equation, HubEquation)
+        wrench, true = equation.wrench(at.time, at.rigid, at.q, at.v), at.true if scheme.weight < 1.0 else np.zeros(0)
+        begins = wrench, at.rigid, true, np.array([at.power, at.work])
+        return equation.body, motion_factors(scheme), *begins, np.empty((steps, 32))
 
     def _begins(self, at: MotionState, number: int, segment: Segment) -> bool:
         """Whether a stretch may begin: not behind a jump, nor where one has left a step."""
@@ -136,10 +161,12 @@ class March:
         problem, count = self._problem, min(self._length, last - number)
         times: Array = problem.shift + problem.time_step * np.arange(number, number + count + 1.0)
         times[0], slack = at.time, 1e-9 * problem.time_step
-        plain = (np.abs(np.diff(times) - problem.time_step) < slack) & (times[1:] < segment.end - slack)
+        plain = (np.abs(times[1:] - times[:-1] - problem.time_step) < slack) & (times[1:] < segment.end - slack)
         return times[: 1 + (len(plain) if plain.all() else int(np.argmin(plain)))]
 
 
-def _rows(chosen: Mask, first: int) -> Indices:
-    """Rows of the chosen steps, counted from the first; -1 for the others."""
-    return np.where(chosen, first - 1 + np.cumsum(chosen), -1)
+def _rows(steps: int, places: Indices, first: int) -> Indices:
+    """Rows of the steps at these places, counted from the first; -1 for the others."""
+    rows = np.full(steps, -1)
+    rows[places] = np.arange(first, first + len(places))
+    return rows
