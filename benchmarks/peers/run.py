@@ -18,11 +18,15 @@ from typing import Any
 
 from figure import cost_figure
 from film import SIZES, compare_film, size_study
-from programs import FILM, ROOT, SPINUP, Program
-from spinup import compare_spinup
+from hub_problem import hub_problem
+from programs import FILM, FILM_QUADRATIC, HUB, ROOT, SPINUP, Program
+from spinup import compare_beams
+from spinup_problem import spinup_problem
 from table import page
 
-BENCHMARKS = ("film", "spinup", "size")
+FILMS = {"film": (FILM, "triangle3", (40, 20)), "film_quadratic": (FILM_QUADRATIC, "triangle6", (20, 10))}
+BEAMS = {"spinup": (SPINUP, spinup_problem), "hub": (HUB, hub_problem)}
+BENCHMARKS = (*FILMS, *BEAMS, "size")
 
 
 def report(line: str) -> None:
@@ -67,7 +71,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--steps", type=int, default=2000, help="steps of the film (default 2000)")
     parser.add_argument("--timeout", type=float, default=1800.0, help="allowed seconds of one run (default 1800)")
     parser.add_argument("--page", action="store_true", help="run nothing, write the page again from benchmarks.json")
-    parser.add_argument("--quick", action="store_true", help="one round, 200 steps, meshes up to 80 x 40")
+    parser.add_argument("--quick", action="store_true", help="one round, 200 steps, few beams, small meshes")
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs", help="folder to write to (default docs)")
     chosen = parser.parse_args()
     if chosen.quick:
@@ -77,14 +81,16 @@ def arguments() -> argparse.Namespace:
 
 def run_part(name: str, chosen: argparse.Namespace, missing: list[str]) -> dict[str, Any]:
     """Numbers of one benchmark."""
-    programs = present(SPINUP if name == "spinup" else FILM, missing)
     report(name)
-    if name == "film":
-        return compare_film(programs, (40, 20), chosen.steps, chosen.rounds, report)
-    if name == "spinup":
-        return compare_spinup(programs, chosen.rounds, report)
+    if name in FILMS:
+        programs, element, divisions = FILMS[name]
+        return compare_film(present(programs, missing), divisions, chosen.steps, chosen.rounds, report, element)
+    if name in BEAMS:
+        programs, build = BEAMS[name]
+        quick = {"elements": (4, 8), "steps": (0.02,), "finest": (16, 0.01)} if chosen.quick else {}
+        return compare_beams(present(programs, missing), build, chosen.rounds, report, **quick)
     sizes = {mesh: count for mesh, count in SIZES.items() if not chosen.quick or mesh[0] <= 80}
-    return size_study(programs, sizes, chosen.timeout, report)
+    return size_study(present(FILM, missing), sizes, chosen.timeout, report)
 
 
 def write(results: dict[str, Any], folder: Path) -> str:

@@ -11,7 +11,10 @@ import numpy as np
 import pytest
 
 PEERS = Path(__file__).parents[2] / "benchmarks" / "peers"
-NAMES = ("film_problem", "spinup_problem", "programs", "pairs", "film", "spinup", "table", "figure", "run")
+NAMES = (
+    *("film_problem", "spinup_problem", "hub_problem", "numbering", "programs", "pairs"),
+    *("film", "spinup", "table", "figure", "run"),
+)
 
 
 @pytest.fixture
@@ -98,6 +101,7 @@ def film_results(ratio: float, difference: float) -> dict:
         "missing": ["Exudyn: not there"],
         "film": {
             "divisions": [40, 20],
+            "element": "triangle3",
             "unknowns": 2223,
             "step": 1e-3,
             "count": 2000,
