@@ -7,7 +7,6 @@ import sys
 import time
 
 import numpy as np
-
 from spinup_problem import median_of_three
 
 import tautflex as tf

@@ -128,7 +128,7 @@ def spinup_part(spin: dict[str, Any]) -> str:
         "generalized-alpha with spectral radius 0.8. Published: the tip lags by "
         f"{-LARGEST_LAG:g} m near {TIME_OF_LARGEST_LAG:g} s and stays stretched by {1e3 * EXTENSION:.4g} mm. Our "
         "corotational beam and Exudyn's, in absolute coordinates, take any rotation; our von Karman one takes small "
-        "ones in the hub's frame and converges to a limit of its own, off by the square of the rotation. Times of runs below a second are the median of three in one process. "
+        "ones in the hub's frame and converges to a limit of its own, off by the square of the rotation. "
     ) + _beams(spin, "extension [mm]", lambda row: f"{1e3 * row['extension']:.4f}")
 
 
@@ -166,7 +166,8 @@ def _beams(part: dict[str, Any], last: str, value: Callable[[dict[str, Any]], st
         )
 
     text = (
-        "Error: largest difference of the lag from the same program's finest solution, over the largest lag.\n\n"
+        "Error: largest difference of the lag from the same program's finest solution, over the largest lag. "
+        "Times of runs below a second are the median of three in one process.\n\n"
         + table(part["rows"], "error")
         + "\nFinest solutions:\n\n"
         + table(part["finest"], "from ours")
