@@ -1,13 +1,16 @@
 """Where a step of a large antenna goes, and what two threads could save of it.
 
 Run ``python benchmarks/step_parts.py`` (some minutes): M2 of the paper on 320 x 160 cells, step by step, processor time
-of every part less what other parts in it took. ``--mesh 160 80`` is quicker. The last lines say how long a step would
-take if the named parts took half their time, which is what two threads can do at best.
+of every part less what other parts in it took. ``--mesh 160 80`` is quicker. The last lines say what two threads could
+gain at best: kernels share elements, and take half their time; substitution and factorization share the subtrees of the
+elimination tree, of which the most even choice is found, and what is above them is done by one. Nothing is said of
+memory, which both threads read.
 """
 
 from __future__ import annotations
 
 import argparse
+import heapq
 import json
 import time
 from collections.abc import Callable
@@ -18,6 +21,7 @@ from step_cost import antenna
 
 import tautflex as tf
 from tautflex.mechanics.workspace import Workspace
+from tautflex.numeric import Array, Indices
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.nonlinear.anderson import AndersonAcceleration
 from tautflex.solvers.transient.corotation import Corotation
@@ -40,11 +44,7 @@ PARTS = {
     (Corotation, "follow"): "rotations of the axes",
     (Recorder, "store"): "sample",
 }
-ROOM = {
-    "kernels": ("residual", "tangent"),
-    "kernels and back-substitution": ("residual", "tangent", "back-substitution"),
-}
-ROOM["those and the factorization"] = (*ROOM["kernels and back-substitution"], "factorization")
+KERNELS = ("residual", "tangent")
 
 
 class Clock:
@@ -77,7 +77,8 @@ def measure(divisions: tuple[int, int], steps: int) -> dict[str, Any]:
     state = tf.solve_prestress(antenna("M2", divisions))
     equation = EquationOfMotion(state, tf.Rayleigh(0.001, 0.001), tf.Coupling())
     maneuver, step = tf.Stop(np.pi / 5, 1.0), 1e-3
-    driver = GridDriver(Stepper(equation, tf.WilsonTheta(), 1e-6), maneuver.segments(), step, 8)
+    stepper = Stepper(equation, tf.WilsonTheta(), 1e-6)
+    driver = GridDriver(stepper, maneuver.segments(), step, 8)
     recorder = Recorder(equation, place_probes(state.system, {"A": (0.7036, 0.4267)}), steps + 4, set(), set())
     at, _ = begin(equation, maneuver, np.zeros(state.system.size))
     clock = Clock()
@@ -97,6 +98,7 @@ def measure(divisions: tuple[int, int], steps: int) -> dict[str, Any]:
     whole = walk(4, 3 + steps)
     for (owner, name), function in kept.items():
         setattr(owner, name, function)
+    trees = dict(zip(("back-substitution", "factorization"), subtree_times(stepper.factor.parts[0]), strict=True))
     share = {part: seconds / whole for part, seconds in clock.seconds.items()}
     share["the rest, in Python"] = 1.0 - sum(share.values())
     return {
@@ -106,10 +108,52 @@ def measure(divisions: tuple[int, int], steps: int) -> dict[str, Any]:
         "milliseconds_per_step": round(1e3 * whole / steps, 2),
         "shares": {part: round(value, 3) for part, value in share.items()},
         "calls_per_step": {part: round(count / steps, 2) for part, count in clock.calls.items()},
-        "gain_of_two_perfect_threads": {
-            name: round(1.0 / (1.0 - 0.5 * sum(share[part] for part in parts)), 2) for name, parts in ROOM.items()
+        "time_by_subtrees": {part: round(value, 3) for part, value in trees.items()},
+        "gain_of_two_threads": {
+            "kernels": gain(share, dict.fromkeys(KERNELS, 0.5)),
+            "and substitution": gain(
+                share, dict.fromkeys(KERNELS, 0.5) | {"back-substitution": trees["back-substitution"]}
+            ),
+            "and factorization": gain(share, dict.fromkeys(KERNELS, 0.5) | trees),
         },
     }
+
+
+def gain(share: dict[str, float], left: dict[str, float]) -> float:
+    """Gain of a step whose parts take only what is left of their time."""
+    return round(1.0 / (1.0 - sum((1.0 - rest) * share[part] for part, rest in left.items())), 2)
+
+
+def subtree_times(pattern: Any) -> tuple[float, float]:
+    """Shares of their time in which two threads substitute and factorize, at best, by subtrees of panels."""
+    _, start, rows, panels, member, _, _ = pattern
+    width, last = np.diff(panels), panels[1:] - 1
+    below = np.diff(start)[last]
+    parent = np.where(below > 0, member[rows[np.minimum(start[last], len(rows) - 1)]].astype(int), -1)
+    entries = (start[panels[1:]] - start[panels[:-1]]).astype(float)
+    products = 1.0 * width * below * (below + width) + width**3 / 3.0
+    return _evenly(entries, parent), _evenly(products, parent)
+
+
+def _evenly(work: Array, parent: Indices, most: int = 64) -> float:
+    """Least share of the work in which two threads do it: subtrees side by side, what is above them after."""
+    below, children = work.copy(), [[] for _ in work]
+    for panel, above in enumerate(parent):
+        if above >= 0:
+            below[above] += below[panel]
+            children[above].append(panel)
+    waiting, top, least = [(-below[root], int(root)) for root in np.flatnonzero(parent < 0)], 0.0, work.sum()
+    heapq.heapify(waiting)
+    while waiting and len(waiting) < most:
+        loads = [0.0, 0.0]
+        for size, _ in sorted(waiting):
+            loads[loads.index(min(loads))] -= size
+        least = min(least, top + max(loads))
+        _, panel = heapq.heappop(waiting)
+        top += work[panel]
+        for child in children[panel]:
+            heapq.heappush(waiting, (-below[child], child))
+    return float(least / work.sum())
 
 
 def main() -> None:

@@ -8,9 +8,7 @@ figure. Every run is written down when it is done; the next call goes on there. 
 from __future__ import annotations
 
 import argparse
-import datetime
 import json
-import sys
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +18,7 @@ from figure import accuracy_figure
 from film_problem import film_problem
 from pairs import compare, run_once
 from programs import FILM, ROOT, Program, ProgramFailedError
-from run import machine, report, write
+from run import provenance, report, write
 
 END, GRID, TOLERANCE = 2.0, 4e-3, 1e-5
 # Mean-square error over that of the record, and what else is paired.
@@ -189,10 +187,7 @@ def main() -> None:
         "next_finest": asdict(finest) | {"error": doubt},
         "rows": rows,
         "pairs": [pair for pair in found if pair],
-        "command": " ".join(["python benchmarks/peers/accuracy_for_time.py", *sys.argv[1:]]),
-        "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
-    }
-    results.setdefault("machine", machine())
+    } | provenance("accuracy_for_time.py")
     accuracy_figure(rows, TARGETS[0], chosen.output / "figures" / "accuracy_for_time.png")
     print(write(results, chosen.output))
 

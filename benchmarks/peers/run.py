@@ -2,7 +2,7 @@
 
 ``python benchmarks/peers/run.py`` (``make benchmark-peers``) writes ``benchmarks.md``, ``benchmarks.json`` and
 ``figures/cost_against_size.png`` into the output folder. A peer that is not installed is reported in one line and left
-out. All of it takes about three quarters of an hour, ``--quick`` a few minutes.
+out. All of it takes about an hour, ``--quick`` a few minutes.
 """
 
 from __future__ import annotations
@@ -63,6 +63,15 @@ def machine() -> dict[str, Any]:
     }
 
 
+def provenance(script: str) -> dict[str, Any]:
+    """When, on what and by which command a part was measured."""
+    return {
+        "machine": machine(),
+        "command": " ".join([f"python benchmarks/peers/{script}", *sys.argv[1:]]),
+        "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
+    }
+
+
 def arguments() -> argparse.Namespace:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -112,12 +121,8 @@ def main() -> None:
     results = json.loads(stored.read_text(encoding="utf-8")) if stored.exists() else {}
     missing: list[str] = []
     for name in () if chosen.page else chosen.only:
-        when = {
-            "command": " ".join(["python benchmarks/peers/run.py", *sys.argv[1:]]),
-            "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
-        }
-        results[name] = run_part(name, chosen, missing) | when
-        results |= {"machine": machine(), "missing": missing}
+        results[name] = run_part(name, chosen, missing) | provenance("run.py")
+        results |= {"missing": missing}
         write(results, chosen.output)
     if not results:
         sys.exit(f"{stored}: no numbers yet; run without --page first")

@@ -58,21 +58,28 @@ def page(results: dict[str, Any]) -> str:
     str
         Markdown.
     """
-    machine = results["machine"]
     parts = [
         "# Beside other codes\n",
-        f"Measured on {machine['processor']}, {machine['cores']} cores, "
-        f"{machine['system']}, Python {machine['python']}. Every program runs on one core; times are processor times "
-        "of the time stepping alone. Ratios come from pairs of runs right after each other whose order alternates: "
-        "peer over ours, median (smallest to largest). Numbers of this page: `benchmarks.json`.\n",
+        "Every program runs on one core; times are processor times of the time stepping alone. Ratios come from pairs "
+        "of runs right after each other whose order alternates: peer over ours, median (smallest to largest). Numbers of "
+        "this page: `benchmarks.json`.\n",
     ]
     if results.get("missing"):
         parts.append("Not compared:\n\n" + "".join(f"- {reason}\n" for reason in results["missing"]))
     for name, part in _PARTS.items():
         if name in results:
             parts.append(part(results[name]))
-            parts.append(f"Measured on {results[name]['date']} by `{results[name]['command']}`.\n")
+            parts.append(_when(results[name]))
     return "\n".join(parts)
+
+
+def _when(part: dict[str, Any]) -> str:
+    """When, on what and by which command a part was measured."""
+    machine = part["machine"]
+    return (
+        f"Measured on {part['date']} by `{part['command']}` on {machine['processor']}, {machine['cores']} cores, "
+        f"{machine['system']}, Python {machine['python']}.\n"
+    )
 
 
 def film_part(film: dict[str, Any]) -> str:

@@ -83,6 +83,13 @@ def test_what_is_not_installed_is_said_in_one_line(peers, tmp_path):
     assert peers["programs"].FILM[0].missing() is None
 
 
+MEASURED = {
+    "date": "2026-01-02",
+    "command": "run --only size",
+    "machine": {"processor": "P", "cores": 2, "system": "S", "python": "3"},
+}
+
+
 def film_results(ratio: float, difference: float) -> dict:
     row = {
         "version": "1",
@@ -98,7 +105,6 @@ def film_results(ratio: float, difference: float) -> dict:
     }
     kratos = row | {"program": "Kratos", "ratio": ratio, "ratios": [ratio], "difference_from_ours": difference}
     return {
-        "machine": {"processor": "P", "cores": 2, "system": "S", "python": "3"},
         "missing": ["Exudyn: not there"],
         "film": {
             "divisions": [40, 20],
@@ -111,8 +117,7 @@ def film_results(ratio: float, difference: float) -> dict:
             "first_linear_frequency": 1.4,
             "mean_frequency": 5.0,
             "rows": [row | {"program": "tautflex"}, kratos],
-            "date": "2026-01-01",
-            "command": "run",
+            **MEASURED,
         },
     }
 
@@ -145,10 +150,10 @@ def test_size_study_counts_the_steps_after_the_first_two(peers, tmp_path):
     assert [row["milliseconds_per_step"] for row in study["rows"]] == [3000.0]
     assert study["rows"][0]["unknowns"] == 27
     assert sum("too large" in line for line in said) == 1
-    results = film_results(60.0, 1e-7) | {"size": study | {"date": "2026-01-02", "command": "run --only size"}}
+    results = film_results(60.0, 1e-7) | {"size": study | MEASURED}
     text = peers["run"].write(results, tmp_path / "page")
     assert "| 4 x 4 | 27 | 3e+03 |" in text
-    assert "Measured on 2026-01-02 by `run --only size`" in text
+    assert "Measured on 2026-01-02 by `run --only size` on P, 2 cores, S, Python 3." in text
     assert (tmp_path / "page" / "benchmarks.md").read_text(encoding="utf-8") == text
     assert json.loads((tmp_path / "page" / "benchmarks.json").read_text(encoding="utf-8")) == results
     assert (tmp_path / "page" / "figures" / "cost_against_size.png").stat().st_size > 1000
@@ -197,8 +202,7 @@ def test_beams_are_paired_at_the_error_of_the_peer(peers, monkeypatch):
     # The peer's 4 elements cost 4/0.02 and err like our 8, of which those at the largest step are cheapest: 8/0.1.
     assert (first["ours"]["elements"], first["ours"]["step"], first["ratio"]) == (8, 0.1, 2.5)
     assert second["ours"] is None  # the peer's eight err as our sixteen would
-    part = found | {"date": "2026-01-01", "command": "run"}
-    page = peers["table"].page({"machine": film_results(1.0, 0.0)["machine"], "spinup": part})
+    page = peers["table"].page({"spinup": found | MEASURED})
     assert "| peer | 4 | 0.02 | 0.0156 | 200 | 8 | 0.1 | 0.0156 | 80 | **2.5** (2.5 to 2.5) |" in page
     assert "| peer | 8 | 0.02 | 0.00391 | 400 | - | - | - | - | - |" in page
 
