@@ -18,7 +18,7 @@ from figure import accuracy_figure
 from film_problem import film_problem
 from pairs import compare, run_once
 from programs import FILM, ROOT, Program, ProgramFailedError
-from run import provenance, report, write
+from run import output, provenance, report, stored, write
 
 END, GRID, TOLERANCE = 2.0, 4e-3, 1e-5
 # Mean-square error over that of the record, and what else is paired.
@@ -167,7 +167,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3, help="pairs of the best settings (default %(default)s)")
     parser.add_argument("--fresh", action="store_true", help="forget what was run")
     parser.add_argument("--quick", action="store_true", help="the coarsest meshes and steps, to see that it works")
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs", help="folder to write to (default docs)")
+    output(parser)
     chosen = parser.parse_args()
     kept = ROOT / ".peers" / ("accuracy_quick.json" if chosen.quick else "accuracy.json")
     runs = Runs(kept, chosen.fresh)
@@ -177,8 +177,7 @@ def main() -> None:
     rows = search(runs, reference, chosen.budget, chosen.quick)
     doubt = error(runs(finest)["record"], runs(reference)["record"])
     found = (paired(rows, target, chosen.rounds) for target in TARGETS)
-    stored = chosen.output / "benchmarks.json"
-    results = json.loads(stored.read_text(encoding="utf-8")) if stored.exists() else {}
+    results = stored(chosen.output)
     results["accuracy"] = {
         "end": END,
         "target": TARGETS[0],

@@ -9,15 +9,14 @@ faster in trials, MUMPS's.
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 
 import numpy as np
 import ufl
 from dolfinx import __version__, fem, mesh
+from film_files import corners, film_result, matched
 from mpi4py import MPI
-from numbering import corners, matched
 from petsc4py import PETSc
 
 # Iterations of a step after which a run is given up.
@@ -181,19 +180,15 @@ def run(problem, patience):
         stepper.advance(velocity, acceleration, known)
         record[number] = film.at.array[3 * probe : 3 * probe + 3]
         clock[number] = number, time.process_time() - ready
-    details = {
-        "version": __version__,
-        "solver": f"Cholesky ({package}), " + (f"factors kept while they serve ({patience})" if patience else "Newton"),
-        "iterations": stepper.iterations,
-        "factorizations": stepper.factorizations,
-    }
-    return {
-        "displacement": record,
-        "seconds": clock[-1, 1],
-        "set_up_seconds": np.array(ready - began),
-        "clock": clock,
-        "details": np.array(json.dumps(details)),
-    }
+    return film_result(
+        record,
+        clock,
+        ready - began,
+        version=__version__,
+        solver=f"Cholesky ({package}), " + (f"factors kept while they serve ({patience})" if patience else "Newton"),
+        iterations=stepper.iterations,
+        factorizations=stepper.factorizations,
+    )
 
 
 if __name__ == "__main__":

@@ -6,13 +6,12 @@ factors are SuperLU's through SciPy, ordered for symmetric patterns, and kept wh
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 
 import numpy as np
 import skfem
-from numbering import corners, matched
+from film_files import corners, film_result, matched
 from scipy.sparse.linalg import splu
 
 # Iterations of a step after which a run is given up.
@@ -151,19 +150,15 @@ def run(problem, patience):
         record[number] = stepper.displacement[probe]
         clock[number] = number, time.process_time() - ready
     kept = f"factors kept while they serve ({patience})" if patience else "Newton"
-    details = {
-        "version": skfem.__version__,
-        "solver": f"SuperLU, {kept}",
-        "iterations": stepper.iterations,
-        "factorizations": stepper.factorizations,
-    }
-    return {
-        "displacement": record,
-        "seconds": clock[-1, 1],
-        "set_up_seconds": np.array(ready - began),
-        "clock": clock,
-        "details": np.array(json.dumps(details)),
-    }
+    return film_result(
+        record,
+        clock,
+        ready - began,
+        version=skfem.__version__,
+        solver=f"SuperLU, {kept}",
+        iterations=stepper.iterations,
+        factorizations=stepper.factorizations,
+    )
 
 
 if __name__ == "__main__":

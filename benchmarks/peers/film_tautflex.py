@@ -5,11 +5,11 @@ Steps are the problem's, or chosen for this tolerance of `tf.Adaptive`; METHOD i
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 
 import numpy as np
+from film_files import film_result
 
 import tautflex as tf
 
@@ -60,19 +60,16 @@ def run(problem: dict[str, np.ndarray], method: str = "newmark", accuracy: str |
     seconds = time.process_time() - ready
     at = result.data.sel(probe="probe")
     stats = result.stats
-    details = {
-        "version": tf.__version__,
-        "solver": "its default direct solver, factors kept while they serve",
-        "iterations": stats.iterations,
-        "factorizations": stats.factorizations,
-    }
-    return {
-        "displacement": np.stack([at.u.values, at.v.values, at.w.values], axis=1),
-        "seconds": np.array(seconds),
-        "set_up_seconds": np.array(ready - began),
-        "clock": np.array(clock),
-        "details": np.array(json.dumps(details)),
-    }
+    clock[-1] = count, seconds
+    return film_result(
+        np.stack([at.u.values, at.v.values, at.w.values], axis=1),
+        clock,
+        ready - began,
+        version=tf.__version__,
+        solver="its default direct solver, factors kept while they serve",
+        iterations=stats.iterations,
+        factorizations=stats.factorizations,
+    )
 
 
 if __name__ == "__main__":

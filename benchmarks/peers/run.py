@@ -72,6 +72,17 @@ def provenance(script: str) -> dict[str, Any]:
     }
 
 
+def stored(folder: Path) -> dict[str, Any]:
+    """Numbers that were written before."""
+    file = folder / "benchmarks.json"
+    return json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+
+
+def output(parser: argparse.ArgumentParser) -> None:
+    """Let the command line choose where to write."""
+    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs", help="folder to write to (default docs)")
+
+
 def arguments() -> argparse.Namespace:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -81,7 +92,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--timeout", type=float, default=1800.0, help="allowed seconds of one run (default 1800)")
     parser.add_argument("--page", action="store_true", help="run nothing, write the page again from benchmarks.json")
     parser.add_argument("--quick", action="store_true", help="one round, 200 steps, few beams, small meshes")
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs", help="folder to write to (default docs)")
+    output(parser)
     chosen = parser.parse_args()
     if chosen.quick:
         chosen.rounds, chosen.steps = 1, 200
@@ -116,16 +127,15 @@ def write(results: dict[str, Any], folder: Path) -> str:
 def main() -> None:
     """Run, write after every part, print the page."""
     chosen = arguments()
-    stored = chosen.output / "benchmarks.json"
     # A part that is not run again keeps its numbers.
-    results = json.loads(stored.read_text(encoding="utf-8")) if stored.exists() else {}
+    results = stored(chosen.output)
     missing: list[str] = []
     for name in () if chosen.page else chosen.only:
         results[name] = run_part(name, chosen, missing) | provenance("run.py")
         results |= {"missing": missing}
         write(results, chosen.output)
     if not results:
-        sys.exit(f"{stored}: no numbers yet; run without --page first")
+        sys.exit(f"{chosen.output / 'benchmarks.json'}: no numbers yet; run without --page first")
     print(write(results, chosen.output))
 
 

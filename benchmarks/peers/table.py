@@ -61,8 +61,8 @@ def page(results: dict[str, Any]) -> str:
     parts = [
         "# Beside other codes\n",
         "Every program runs on one core; times are processor times of the time stepping alone. Ratios come from pairs "
-        "of runs right after each other whose order alternates: peer over ours, median (smallest to largest). Numbers of "
-        "this page: `benchmarks.json`.\n",
+        "of runs right after each other whose order alternates: peer over ours, median (smallest to largest). Numbers "
+        "of this page: `benchmarks.json`.\n",
     ]
     if results.get("missing"):
         parts.append("Not compared:\n\n" + "".join(f"- {reason}\n" for reason in results["missing"]))

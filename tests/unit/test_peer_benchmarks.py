@@ -13,7 +13,7 @@ import pytest
 
 PEERS = Path(__file__).parents[2] / "benchmarks" / "peers"
 NAMES = (
-    *("film_problem", "spinup_problem", "hub_problem", "numbering", "programs", "pairs"),
+    *("film_problem", "spinup_problem", "hub_problem", "film_files", "programs", "pairs"),
     *("film", "spinup", "table", "figure", "run", "accuracy_for_time"),
 )
 
@@ -162,15 +162,15 @@ def test_size_study_counts_the_steps_after_the_first_two(peers, tmp_path):
 def test_nodes_are_found_by_their_places(peers):
     """Corners of quadratic triangles keep their places; points in another order get the nodes' numbers."""
     problem = peers["film_problem"].film_problem((4, 2), 1e-3, 1, 1e-5, "triangle6")
-    points, triangles = peers["numbering"].corners(problem)
+    points, triangles = peers["film_files"].corners(problem)
     assert len(points) == 5 * 3
     np.testing.assert_allclose(points[triangles], problem["nodes"][problem["triangles"][:, :3], :2])
     nodes = problem["nodes"][:, :2]
     shuffled = np.random.default_rng(0).permutation(len(nodes))
-    place = peers["numbering"].matched(nodes[shuffled], nodes)
+    place = peers["film_files"].matched(nodes[shuffled], nodes)
     np.testing.assert_array_equal(shuffled[place], np.arange(len(nodes)))
     with pytest.raises(RuntimeError, match="not matched"):
-        peers["numbering"].matched(nodes + 0.01, nodes)
+        peers["film_files"].matched(nodes + 0.01, nodes)
 
 
 def test_beams_are_paired_at_the_error_of_the_peer(peers, monkeypatch):

@@ -1,6 +1,8 @@
-"""Numbers of nodes from one program to another."""
+"""What the scripts of the film share, in any program's environment: numbers of nodes, and the result file."""
 
 from __future__ import annotations
+
+import json
 
 import numpy as np
 
@@ -19,3 +21,15 @@ def matched(points, nodes):
     place = np.empty(len(ours), dtype=np.int64)
     place[ours] = theirs
     return place
+
+
+def film_result(record, clock, set_up_seconds, **details):
+    """Arrays of a result file; ``details`` are version, solver, iterations and factorizations."""
+    clock = np.array(clock)
+    return {
+        "displacement": record,
+        "seconds": clock[-1, 1],
+        "set_up_seconds": np.array(set_up_seconds),
+        "clock": clock,
+        "details": np.array(json.dumps(details)),
+    }
