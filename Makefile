@@ -65,7 +65,7 @@ campaign: $(VENV)/tools ## the stop under control, then policies beside tuned la
 	$(BIN)/python benchmarks/stop_control.py
 	$(BIN)/python benchmarks/learning_campaign.py --write
 
-benchmark-peers: $(VENV)/installed ## install Kratos and Exudyn into .peers, run beside them and DOLFINx, write docs/benchmarks.md (45 min)
+benchmark-peers: $(VENV)/installed ## install Kratos, Exudyn and scikit-fem into .peers, run beside them and DOLFINx, write docs/benchmarks.md (an hour)
 	$(BIN)/python benchmarks/peers/install.py
 	$(BIN)/python benchmarks/peers/run.py
 

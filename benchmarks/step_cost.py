@@ -69,14 +69,14 @@ def measure(name: str, divisions: tuple[int, int], rate: float, duration: float,
     driver = GridDriver(stepper, maneuver.segments(), step, 8)
     count = round(seconds / step)
     probes = place_probes(state.system, {"A": (0.7036, 0.4267)})
-    recorder = Recorder(equation, probes, count + 1, set())
-    at = begin(equation, maneuver, np.zeros(state.system.size))
+    recorder = Recorder(equation, probes, count + 1, set(), set())
+    at, _ = begin(equation, maneuver, np.zeros(state.system.size))
     vector = np.random.default_rng(0).standard_normal(state.system.size)
     stepping, substitution = [], []
     for number in range(1, count + 1):
         began = time.thread_time()
         at = driver.advance(at, number * step)
-        recorder.store(at, driver.segment)
+        recorder.store(at, driver.segment_at(at.time))
         stepping.append(time.thread_time() - began)
         if number % 5 == 0:
             began = time.thread_time()

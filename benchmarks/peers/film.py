@@ -25,7 +25,12 @@ def error(record: np.ndarray, reference: np.ndarray) -> float:
 
 
 def compare_film(
-    programs: tuple[Program, ...], divisions: tuple[int, int], count: int, rounds: int, report: Report
+    programs: tuple[Program, ...],
+    divisions: tuple[int, int],
+    count: int,
+    rounds: int,
+    report: Report,
+    element: str = "triangle3",
 ) -> dict[str, Any]:
     """Pair ourselves with every peer on one mesh.
 
@@ -41,6 +46,8 @@ def compare_film(
         Pairs per peer.
     report
         Receives one line per run.
+    element
+        ``"triangle3"`` or ``"triangle6"``.
 
     Returns
     -------
@@ -48,7 +55,7 @@ def compare_film(
         The problem and one row per program: milliseconds of processor time per step, ratios to ours in the same pair,
         iterations and factorizations per step, error against our converged record and difference from ours.
     """
-    problem = film_problem(divisions, STEP, count, TOLERANCE)
+    problem = film_problem(divisions, STEP, count, TOLERANCE, element)
     report("  converged record, for the errors")
     reference = run_once(programs[0], {**problem, "tolerance": np.array(1e-11)})["displacement"]
     measured = compare(programs[0], programs[1:], problem, rounds, report)
@@ -73,6 +80,7 @@ def compare_film(
         )
     return {
         "divisions": list(divisions),
+        "element": element,
         "unknowns": 3 * (len(problem["nodes"]) - len(problem["fixed"])),
         "step": STEP,
         "count": count,

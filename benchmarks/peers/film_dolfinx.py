@@ -1,24 +1,26 @@
 """The film with DOLFINx: ``film_dolfinx.py PROBLEM.npz RESULT.npz PATIENCE`` (files: see film_problem.py).
 
-Same weak form: P1 displacements in space on a flat film, Green-Lagrange membrane strain, plane stress, initial stress,
-consistent mass, trapezoidal rule. Forms are compiled with full optimization and natively, the mass is assembled once,
-the tangent is assembled and factorized only when the last factors would need more than PATIENCE further iterations
-(0: in every iteration, which is Newton's method). The Cholesky factors are PETSc's own or, where they were faster in
-trials, MUMPS's.
+Same weak form: P1 or P2 displacements in space on a flat film, Green-Lagrange membrane strain, plane stress, initial
+stress, consistent mass, trapezoidal rule. Forms are compiled with full optimization and natively, the mass is assembled
+once, the tangent is assembled and factorized only when the last factors would need more than PATIENCE further
+iterations (0: in every iteration, which is Newton's method). The Cholesky factors are PETSc's own or, where they were
+faster in trials, MUMPS's.
 """
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 
 import numpy as np
 import ufl
 from dolfinx import __version__, fem, mesh
+from film_files import corners, film_result, matched
 from mpi4py import MPI
 from petsc4py import PETSc
 
+# Iterations of a step after which a run is given up.
+MOST = 100
 COMPILED = {"cffi_extra_compile_args": ["-O3", "-march=native", "-ffast-math"], "cffi_libraries": ["m"]}
 
 
@@ -33,7 +35,9 @@ def forms(problem, space, displacement):
     sx, sy, sxy = (float(value) for value in problem["stress"])
     initial = ufl.as_tensor([[sx, sxy], [sxy, sy]])
     elastic = young / (1.0 - poisson**2) * ((1.0 - poisson) * strain + poisson * ufl.tr(strain) * ufl.Identity(2))
-    energy = thickness * ufl.inner(initial + 0.5 * elastic, strain) * ufl.dx
+    # One point of a linear triangle, three of a quadratic one.
+    points = ufl.dx(metadata={"quadrature_degree": 2 * (space.ufl_element().degree() - 1)})
+    energy = thickness * ufl.inner(initial + 0.5 * elastic, strain) * points
     work = ufl.derivative(energy, displacement, test)
     tangent = ufl.derivative(work, displacement, trial)
     mass = float(problem["density"]) * thickness * ufl.inner(trial, test) * ufl.dx
@@ -44,21 +48,15 @@ class Film:
     """Matrices and vectors of the film on the free unknowns' full numbering, held rows replaced by one."""
 
     def __init__(self, problem) -> None:
-        element = ufl.VectorElement("Lagrange", ufl.triangle, 1, dim=3)
+        order = 1 if problem["triangles"].shape[1] == 3 else 2
+        element = ufl.VectorElement("Lagrange", ufl.triangle, order, dim=3)
         plane = ufl.Mesh(ufl.VectorElement("Lagrange", ufl.triangle, 1))
-        domain = mesh.create_mesh(MPI.COMM_SELF, problem["triangles"].astype(np.int64), problem["nodes"][:, :2], plane)
+        points, triangles = corners(problem)
+        domain = mesh.create_mesh(MPI.COMM_SELF, triangles, points, plane)
         self.space = fem.FunctionSpace(domain, element)
         self.displacement = fem.Function(self.space)
         self._work, self._tangent, mass = forms(problem, self.space, self.displacement)
-        # For P1 the unknowns' nodes are the mesh's, in DOLFINx's own order.
-        place = np.empty(len(problem["nodes"]), dtype=np.int64)
-        place[np.asarray(domain.geometry.input_global_indices)] = np.arange(len(place))
-        points = self.space.tabulate_dof_coordinates()[:, :2]
-        vertex_dofs = np.empty(len(place), dtype=np.int64)
-        vertex_dofs[domain.geometry.dofmap.array] = self.space.dofmap.list.array
-        self.node_block = vertex_dofs[place]
-        if not np.allclose(points[self.node_block], problem["nodes"][:, :2]):
-            raise RuntimeError("the unknowns were not matched to the nodes")
+        self.node_block = matched(self.space.tabulate_dof_coordinates()[:, :2], problem["nodes"][:, :2])
         self.held = np.sort(3 * self.node_block[problem["fixed"], None] + np.arange(3)).ravel().astype(np.int32)
         self.support = fem.dirichletbc(
             fem.Function(self.space), np.sort(self.node_block[problem["fixed"]]).astype(np.int32)
@@ -105,7 +103,8 @@ class Stepper:
     def __init__(self, film, step, tolerance, patience, solver) -> None:
         self.film, self.step, self.tolerance, self.patience, self.solver = film, step, tolerance, patience, solver
         self.residual, self.increment, self.guess = (film.at.duplicate() for _ in range(3))
-        self.iterations = self.factorizations = 0
+        # Uses of the present factors.
+        self.iterations = self.factorizations = self.age = 0
 
     def refresh(self) -> None:
         """Assemble and factorize the tangent at the displacement."""
@@ -114,7 +113,7 @@ class Stepper:
         self.solver.setOperators(self.film.tangent)
         self.solver.setUp()
         self.solver.getPC().setReusePreconditioner(True)
-        self.factorizations += 1
+        self.factorizations, self.age = self.factorizations + 1, 0
 
     def error(self, known) -> float:
         """Residual ``M (4/h^2 u - known) + f(u)`` and its norm over that of the internal forces."""
@@ -136,18 +135,21 @@ class Stepper:
         # First guess: the acceleration stays.
         film.at.axpy(h, velocity)
         film.at.axpy(0.5 * h**2, acceleration)
-        before = self.error(known)
+        before, first = self.error(known), self.iterations
         while before > self.tolerance:
             if self.patience == 0 or self.factorizations == 0:
                 self.refresh()
             self.solver.solve(self.residual, self.increment)
             film.at.axpy(-1.0, self.increment)
             self.iterations += 1
+            self.age += 1
             after = self.error(known)
+            if self.iterations - first > MOST:
+                raise RuntimeError(f"no convergence within {MOST} iterations of a step")
             if self.patience and after > self.tolerance:
                 left = np.log(after / self.tolerance) / np.log(before / after) if after < before else np.inf
                 if left > self.patience:
-                    if after >= before:
+                    if after >= before and self.age > 1:
                         film.at.axpy(1.0, self.increment)
                     self.refresh()
                     after = self.error(known)
@@ -178,19 +180,15 @@ def run(problem, patience):
         stepper.advance(velocity, acceleration, known)
         record[number] = film.at.array[3 * probe : 3 * probe + 3]
         clock[number] = number, time.process_time() - ready
-    details = {
-        "version": __version__,
-        "solver": f"Cholesky ({package}), " + (f"factors kept while they serve ({patience})" if patience else "Newton"),
-        "iterations": stepper.iterations,
-        "factorizations": stepper.factorizations,
-    }
-    return {
-        "displacement": record,
-        "seconds": clock[-1, 1],
-        "set_up_seconds": np.array(ready - began),
-        "clock": clock,
-        "details": np.array(json.dumps(details)),
-    }
+    return film_result(
+        record,
+        clock,
+        ready - began,
+        version=__version__,
+        solver=f"Cholesky ({package}), " + (f"factors kept while they serve ({patience})" if patience else "Newton"),
+        iterations=stepper.iterations,
+        factorizations=stepper.factorizations,
+    )
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from importlib.metadata import version
 
 import KratosMultiphysics as Kratos
 import numpy as np
+from film_files import film_result
 from KratosMultiphysics import LinearSolversApplication  # noqa: F401  registers its solvers
 from KratosMultiphysics import StructuralMechanicsApplication as Structural
 from KratosMultiphysics.python_linear_solver_factory import ConstructSolver
@@ -103,19 +104,15 @@ def run(problem: dict[str, np.ndarray], tolerance: float, solver: str, method: s
         iterations += part.ProcessInfo[Kratos.NL_ITERATION_NUMBER]
         record[number] = probe.GetSolutionStepValue(Kratos.DISPLACEMENT)
         clock[number] = number, time.process_time() - ready
-    details = {
-        "version": version("KratosMultiphysics"),
-        "solver": f"{solver}, {method}, {builder}",
-        "iterations": iterations,
-        "factorizations": iterations,
-    }
-    return {
-        "displacement": record,
-        "seconds": clock[-1, 1],
-        "set_up_seconds": np.array(ready - began),
-        "clock": clock,
-        "details": np.array(json.dumps(details)),
-    }
+    return film_result(
+        record,
+        clock,
+        ready - began,
+        version=version("KratosMultiphysics"),
+        solver=f"{solver}, {method}, {builder}",
+        iterations=iterations,
+        factorizations=iterations,
+    )
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ PACKAGES = {
         "KratosLinearSolversApplication==10.4.*",
     ),
     "exudyn": ("exudyn>=1.13,<2",),
+    "scikit-fem": ("scikit-fem>=11,<13", "scipy>=1.11"),
 }
 
 

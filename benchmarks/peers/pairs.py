@@ -58,6 +58,7 @@ def compare(
     rounds: int,
     report: Report,
     timeout: float | None = None,
+    peers_problem: dict[str, np.ndarray] | None = None,
 ) -> list[Measured]:
     """Run ourselves and every peer in pairs.
 
@@ -73,6 +74,8 @@ def compare(
         Receives one line per run.
     timeout
         Allowed seconds of a run.
+    peers_problem
+        What the peers solve, if it is not the same.
 
     Returns
     -------
@@ -83,7 +86,8 @@ def compare(
     failed: set[str] = set()
 
     def one(program: Program) -> float:
-        result = run_once(program, problem, timeout)
+        given = problem if program is ours or peers_problem is None else peers_problem
+        result = run_once(program, given, timeout)
         entry = measured.setdefault(program.name, Measured(program.name, result))
         entry.result = entry.result or result
         entry.seconds.append(float(result["seconds"]))

@@ -128,6 +128,11 @@ _EXUDYN = {
     "needs": "exudyn",
     "remedy": "`python benchmarks/peers/install.py` installs it",
 }
+_SKFEM = {
+    "interpreter": ENVIRONMENTS / "scikit-fem/bin/python",
+    "needs": "skfem",
+    "remedy": "`python benchmarks/peers/install.py` installs it",
+}
 _OURS = {"interpreter": Path(sys.executable), "needs": "tautflex"}
 
 FILM = (
@@ -135,9 +140,16 @@ FILM = (
     Program("DOLFINx, factors kept", script="film_dolfinx.py", options=("12",), **_SYSTEM),
     Program("DOLFINx, Newton", script="film_dolfinx.py", options=("0",), **_SYSTEM),
     Program("Kratos", script="film_kratos.py", **_KRATOS),
+    Program("scikit-fem", script="film_skfem.py", options=("12",), **_SKFEM),
 )
+# Quadratic triangles: all but Kratos, which has no such membrane.
+FILM_QUADRATIC = tuple(program for program in FILM if program.name != "Kratos")
 SPINUP = (
-    Program("tautflex", script="spinup_tautflex.py", **_OURS),
-    Program("tautflex, corotational", script="spinup_tautflex.py", options=("corotational",), **_OURS),
+    Program("tautflex", script="spinup_tautflex.py", options=("corotational",), **_OURS),
+    Program("tautflex, von Karman", script="spinup_tautflex.py", options=("von-karman",), **_OURS),
     Program("Exudyn", script="spinup_exudyn.py", **_EXUDYN),
+)
+HUB = (
+    Program("tautflex", script="hub_tautflex.py", options=("corotational",), **_OURS),
+    Program("Exudyn", script="hub_exudyn.py", **_EXUDYN),
 )

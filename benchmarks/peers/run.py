@@ -2,7 +2,7 @@
 
 ``python benchmarks/peers/run.py`` (``make benchmark-peers``) writes ``benchmarks.md``, ``benchmarks.json`` and
 ``figures/cost_against_size.png`` into the output folder. A peer that is not installed is reported in one line and left
-out. All of it takes about three quarters of an hour, ``--quick`` a few minutes.
+out. All of it takes about an hour, ``--quick`` a few minutes.
 """
 
 from __future__ import annotations
@@ -18,11 +18,15 @@ from typing import Any
 
 from figure import cost_figure
 from film import SIZES, compare_film, size_study
-from programs import FILM, ROOT, SPINUP, Program
-from spinup import compare_spinup
+from hub_problem import hub_problem
+from programs import FILM, FILM_QUADRATIC, HUB, ROOT, SPINUP, Program
+from spinup import compare_beams
+from spinup_problem import spinup_problem
 from table import page
 
-BENCHMARKS = ("film", "spinup", "size")
+FILMS = {"film": (FILM, "triangle3", (40, 20)), "film_quadratic": (FILM_QUADRATIC, "triangle6", (20, 10))}
+BEAMS = {"spinup": (SPINUP, spinup_problem), "hub": (HUB, hub_problem)}
+BENCHMARKS = (*FILMS, *BEAMS, "size")
 
 
 def report(line: str) -> None:
@@ -59,6 +63,26 @@ def machine() -> dict[str, Any]:
     }
 
 
+def provenance(script: str) -> dict[str, Any]:
+    """When, on what and by which command a part was measured."""
+    return {
+        "machine": machine(),
+        "command": " ".join([f"python benchmarks/peers/{script}", *sys.argv[1:]]),
+        "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
+    }
+
+
+def stored(folder: Path) -> dict[str, Any]:
+    """Numbers that were written before."""
+    file = folder / "benchmarks.json"
+    return json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+
+
+def output(parser: argparse.ArgumentParser) -> None:
+    """Let the command line choose where to write."""
+    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs", help="folder to write to (default docs)")
+
+
 def arguments() -> argparse.Namespace:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -67,8 +91,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--steps", type=int, default=2000, help="steps of the film (default 2000)")
     parser.add_argument("--timeout", type=float, default=1800.0, help="allowed seconds of one run (default 1800)")
     parser.add_argument("--page", action="store_true", help="run nothing, write the page again from benchmarks.json")
-    parser.add_argument("--quick", action="store_true", help="one round, 200 steps, meshes up to 80 x 40")
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs", help="folder to write to (default docs)")
+    parser.add_argument("--quick", action="store_true", help="one round, 200 steps, few beams, small meshes")
+    output(parser)
     chosen = parser.parse_args()
     if chosen.quick:
         chosen.rounds, chosen.steps = 1, 200
@@ -77,14 +101,16 @@ def arguments() -> argparse.Namespace:
 
 def run_part(name: str, chosen: argparse.Namespace, missing: list[str]) -> dict[str, Any]:
     """Numbers of one benchmark."""
-    programs = present(SPINUP if name == "spinup" else FILM, missing)
     report(name)
-    if name == "film":
-        return compare_film(programs, (40, 20), chosen.steps, chosen.rounds, report)
-    if name == "spinup":
-        return compare_spinup(programs, chosen.rounds, report)
+    if name in FILMS:
+        programs, element, divisions = FILMS[name]
+        return compare_film(present(programs, missing), divisions, chosen.steps, chosen.rounds, report, element)
+    if name in BEAMS:
+        programs, build = BEAMS[name]
+        quick = {"elements": (4, 8), "steps": (0.02,), "finest": (16, 0.01)} if chosen.quick else {}
+        return compare_beams(present(programs, missing), build, chosen.rounds, report, **quick)
     sizes = {mesh: count for mesh, count in SIZES.items() if not chosen.quick or mesh[0] <= 80}
-    return size_study(programs, sizes, chosen.timeout, report)
+    return size_study(present(FILM, missing), sizes, chosen.timeout, report)
 
 
 def write(results: dict[str, Any], folder: Path) -> str:
@@ -101,20 +127,15 @@ def write(results: dict[str, Any], folder: Path) -> str:
 def main() -> None:
     """Run, write after every part, print the page."""
     chosen = arguments()
-    stored = chosen.output / "benchmarks.json"
     # A part that is not run again keeps its numbers.
-    results = json.loads(stored.read_text(encoding="utf-8")) if stored.exists() else {}
+    results = stored(chosen.output)
     missing: list[str] = []
     for name in () if chosen.page else chosen.only:
-        when = {
-            "command": " ".join(["python benchmarks/peers/run.py", *sys.argv[1:]]),
-            "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
-        }
-        results[name] = run_part(name, chosen, missing) | when
-        results |= {"machine": machine(), "missing": missing}
+        results[name] = run_part(name, chosen, missing) | provenance("run.py")
+        results |= {"missing": missing}
         write(results, chosen.output)
     if not results:
-        sys.exit(f"{stored}: no numbers yet; run without --page first")
+        sys.exit(f"{chosen.output / 'benchmarks.json'}: no numbers yet; run without --page first")
     print(write(results, chosen.output))
 
 

@@ -5,13 +5,17 @@ from __future__ import annotations
 import importlib
 import json
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 PEERS = Path(__file__).parents[2] / "benchmarks" / "peers"
-NAMES = ("film_problem", "spinup_problem", "programs", "pairs", "film", "spinup", "table", "figure", "run")
+NAMES = (
+    *("film_problem", "spinup_problem", "hub_problem", "film_files", "programs", "pairs"),
+    *("film", "spinup", "table", "figure", "run", "accuracy_for_time"),
+)
 
 
 @pytest.fixture
@@ -79,6 +83,13 @@ def test_what_is_not_installed_is_said_in_one_line(peers, tmp_path):
     assert peers["programs"].FILM[0].missing() is None
 
 
+MEASURED = {
+    "date": "2026-01-02",
+    "command": "run --only size",
+    "machine": {"processor": "P", "cores": 2, "system": "S", "python": "3"},
+}
+
+
 def film_results(ratio: float, difference: float) -> dict:
     row = {
         "version": "1",
@@ -94,10 +105,10 @@ def film_results(ratio: float, difference: float) -> dict:
     }
     kratos = row | {"program": "Kratos", "ratio": ratio, "ratios": [ratio], "difference_from_ours": difference}
     return {
-        "machine": {"processor": "P", "cores": 2, "system": "S", "python": "3"},
         "missing": ["Exudyn: not there"],
         "film": {
             "divisions": [40, 20],
+            "element": "triangle3",
             "unknowns": 2223,
             "step": 1e-3,
             "count": 2000,
@@ -106,8 +117,7 @@ def film_results(ratio: float, difference: float) -> dict:
             "first_linear_frequency": 1.4,
             "mean_frequency": 5.0,
             "rows": [row | {"program": "tautflex"}, kratos],
-            "date": "2026-01-01",
-            "command": "run",
+            **MEASURED,
         },
     }
 
@@ -140,10 +150,102 @@ def test_size_study_counts_the_steps_after_the_first_two(peers, tmp_path):
     assert [row["milliseconds_per_step"] for row in study["rows"]] == [3000.0]
     assert study["rows"][0]["unknowns"] == 27
     assert sum("too large" in line for line in said) == 1
-    results = film_results(60.0, 1e-7) | {"size": study | {"date": "2026-01-02", "command": "run --only size"}}
+    results = film_results(60.0, 1e-7) | {"size": study | MEASURED}
     text = peers["run"].write(results, tmp_path / "page")
     assert "| 4 x 4 | 27 | 3e+03 |" in text
-    assert "Measured on 2026-01-02 by `run --only size`" in text
+    assert "Measured on 2026-01-02 by `run --only size` on P, 2 cores, S, Python 3." in text
     assert (tmp_path / "page" / "benchmarks.md").read_text(encoding="utf-8") == text
     assert json.loads((tmp_path / "page" / "benchmarks.json").read_text(encoding="utf-8")) == results
     assert (tmp_path / "page" / "figures" / "cost_against_size.png").stat().st_size > 1000
+
+
+def test_nodes_are_found_by_their_places(peers):
+    """Corners of quadratic triangles keep their places; points in another order get the nodes' numbers."""
+    problem = peers["film_problem"].film_problem((4, 2), 1e-3, 1, 1e-5, "triangle6")
+    points, triangles = peers["film_files"].corners(problem)
+    assert len(points) == 5 * 3
+    np.testing.assert_allclose(points[triangles], problem["nodes"][problem["triangles"][:, :3], :2])
+    nodes = problem["nodes"][:, :2]
+    shuffled = np.random.default_rng(0).permutation(len(nodes))
+    place = peers["film_files"].matched(nodes[shuffled], nodes)
+    np.testing.assert_array_equal(shuffled[place], np.arange(len(nodes)))
+    with pytest.raises(RuntimeError, match="not matched"):
+        peers["film_files"].matched(nodes + 0.01, nodes)
+
+
+def test_beams_are_paired_at_the_error_of_the_peer(peers, monkeypatch):
+    """Ours errs by the square of 1/elements and costs elements/step; the peer is as accurate with half the elements."""
+    monkeypatch.setattr(peers["spinup"], "OTHER_STEPS", (0.1,))
+
+    def once(program, problem, _timeout):
+        refined = int(program.options[0]) * problem["elements"]
+        time = np.linspace(0.0, 1.0, 5)
+        lag, seconds = -np.sin(time) * (1.0 + 1.0 / refined**2), problem["elements"] / problem["step"]
+        details = {"version": "1", "element": "beam"}
+        return {"time": time, "lag": lag, "extension": 0.0 * time, "seconds": seconds, "details": details}
+
+    monkeypatch.setattr(peers["pairs"], "run_once", once)
+    ours, peer = (
+        peers["programs"].Program(name, Path(sys.executable), f"{name}.py", (finer,))
+        for name, finer in (("ours", "1"), ("peer", "2"))
+    )
+
+    def build(elements: int, step: float) -> dict:
+        return {"elements": np.array(elements), "step": np.array(step)}
+
+    found = peers["spinup"].compare_beams(
+        (ours, peer), build, 1, [].append, elements=(4, 8), steps=(0.02,), finest=(1000, 0.02)
+    )
+    errors = {(row["program"], row["elements"]): row["error"] for row in found["rows"]}
+    assert errors["ours", 8] == pytest.approx(1 / 64, rel=0.01) == pytest.approx(errors["peer", 4], rel=0.02)
+    first, second = found["equal"]
+    # The peer's 4 elements cost 4/0.02 and err like our 8, of which those at the largest step are cheapest: 8/0.1.
+    assert (first["ours"]["elements"], first["ours"]["step"], first["ratio"]) == (8, 0.1, 2.5)
+    assert second["ours"] is None  # the peer's eight err as our sixteen would
+    page = peers["table"].page({"spinup": found | MEASURED})
+    assert "| peer | 4 | 0.02 | 0.0156 | 200 | 8 | 0.1 | 0.0156 | 80 | **2.5** (2.5 to 2.5) |" in page
+    assert "| peer | 8 | 0.02 | 0.00391 | 400 | - | - | - | - | - |" in page
+
+
+def test_search_stops_beyond_the_target_and_keeps_the_front(peers, tmp_path):
+    """Error 1/foretold: settings are tried up to three times the cost of the first within 1 %."""
+    module = peers["accuracy_for_time"]
+    exact = module.Setting("tautflex", "triangle6", (60, 30), "newmark", 2.5e-4)
+    first = sorted(setting.foretold for setting in module.settings(False))[100]
+    tried = []
+
+    def runs(setting):
+        tried.append(setting)
+        off = 0.0 if setting == exact else 0.01 * first / setting.foretold
+        return {"seconds": setting.foretold, "record": (np.ones(9) * (1.0 + off)).tolist()}
+
+    rows = module.search(runs, exact, np.inf, False)
+    for program in ("tautflex", "DOLFINx, factors kept"):
+        reached = min(row["seconds"] for row in rows if row["program"] == program and row["error"] <= 0.01)
+        limit = max(setting.foretold for setting in tried if setting.program == program and setting != exact)
+        assert reached < limit <= 3.0 * reached
+    # Equal costs err equally: of each cost all stay, or one; what is dearer and worse never does.
+    best = [row for row in rows if row["program"] == "tautflex" and row["best"]]
+    assert all(a["error"] >= b["error"] for a, b in pairwise(best))
+    file = peers["figure"].accuracy_figure(rows, 0.01, tmp_path / "figure.png")
+    assert file.stat().st_size > 1000
+
+
+def test_runs_go_on_where_they_stopped(peers, tmp_path, monkeypatch):
+    """A run is written down when it is done, a failure with its reason, and neither is run again."""
+    module, path = peers["accuracy_for_time"], tmp_path / "kept.json"
+    ours = module.Setting("tautflex", "triangle3", (2, 2), "newmark", 2e-3)
+    calls = []
+
+    def once(program, problem):
+        calls.append(program.options)
+        if "wilson" in program.options:
+            raise peers["programs"].ProgramFailedError("no convergence")
+        return {"seconds": 1.5, "displacement": np.arange(3003.0).reshape(1001, 3)}
+
+    monkeypatch.setattr(module, "run_once", once)
+    for _ in range(2):
+        runs = module.Runs(path, False)
+        assert runs(ours)["record"][:2] == [2.0, 8.0]  # every second step is on the grid of 4 ms
+        assert runs(module.replace(ours, method="wilson"))["why"] == "no convergence"
+    assert calls == [("newmark",), ("wilson",)]
