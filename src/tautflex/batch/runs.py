@@ -68,7 +68,7 @@ class Batch:
     >>> question = {"time_step": 4e-3, "end_time": 1.0, "probes": {"A": (0.7, 0.4)}}
     >>> batch = tf.Batch(tf.reduce(state))
     >>> data = batch.simulate({"maneuver.duration": [0.5, 0.8, 1.0]}, tf.Stop(rate=0.628, duration=1.0), **question)
-    >>> data.w.sizes["run"]
+    >>> data.sizes["run"]
     3
     """
 

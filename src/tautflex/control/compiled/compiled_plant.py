@@ -80,20 +80,6 @@ class CompiledPlant:
         If an argument is wrong, or the step is not stable.
     UnsupportedError
         If the model is hyper-reduced, the hub has feedback, or a sensor is not linear.
-
-    Examples
-    --------
-    >>> import tautflex as tf
-    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
-    >>> rom = tf.reduce(state, tf.ModalBasis(directions=("rx",)))
-    >>> hub = tf.FreeHub(mass=50.0, inertia=(5.0, 5.0, 8.0), axes="x")
-    >>> actuators, damping = {"torque": tf.HubTorque("x", limit=6.0)}, tf.Rayleigh(0.001, 0.001)
-    >>> plants = tf.CompiledPlant(rom, hub, actuators, {"attitude": tf.Attitude()}, damping=damping, count=3)
-    >>> plants.reset().shape
-    (3, 1)
-    >>> turned = plants.step([[1.0], [2.0], [3.0]]).ravel()     # [N m], one row a plant
-    >>> bool(turned[0] < turned[1] < turned[2])
-    True
     """
 
     def __init__(
