@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
 import inspect
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from numbers import Real
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -157,8 +158,19 @@ def poisson_ratio(name: str, value: Any) -> float:
 def one_of(name: str, value: Any, choices: Sequence[str]) -> str:
     """Return ``value`` if it is one of ``choices``, or raise InputError."""
     if not isinstance(value, str) or value not in choices:
-        raise _fail(name, "one of " + ", ".join(repr(choice) for choice in choices), value, "", InputError)
+        raise _fail(name, "one of " + ", ".join(map(repr, choices)), value, meant(value, choices), InputError)
     return str(value)
+
+
+def meant(value: Any, choices: Iterable[str]) -> str:
+    """Ask whether the choice nearest to a text was meant; "" if none is near."""
+    near = difflib.get_close_matches(value, choices, n=1) if isinstance(value, str) else ()
+    return f"did you mean {near[0]!r}?" if near else ""
+
+
+def pick(value: Any, choices: Iterable[str]) -> str:
+    """What to try in place of a text that is none of the choices."""
+    return meant(value, choices) or "choose one of them"
 
 
 def vector3(name: str, value: ArrayLike) -> NDArray[np.float64]:

@@ -6,14 +6,18 @@ import os
 import stat
 import sys
 import tempfile
+import threading
+import time
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 announcing = False
-"""Whether the first compilation, and another place for its code, are told on stderr; the command line sets it."""
+"""Whether compiling that takes a while, and another place for its code, are told on stderr; commands want that."""
 announced = False
-"""Whether the first compilation has been told."""
+"""Whether it has been told that compilation takes a while."""
+patience = 3.0
+"""Time that this process spends compiling before it says so [s]."""
 
 
 def tell(text: str) -> None:
@@ -24,20 +28,37 @@ def tell(text: str) -> None:
 
 @cache
 def watch() -> None:
-    """Announce the first function that is not compiled yet."""
+    """Tell once that functions are compiled, when that takes a while."""
     from numba.core import event
 
-    class First(event.Listener):
+    class Clock(event.Listener):
+        def __init__(self) -> None:
+            self.depth, self.began, self.spent = 0, 0.0, 0.0
+            self.alarm: threading.Timer | None = None
+
         def on_start(self, event: Any) -> None:
-            global announced
-            if not announced:
-                announced = True
-                tell("compiling once, a minute or two ...")
+            self.depth += 1  # a function may ask for others that are not compiled either
+            if self.depth == 1 and announcing and not announced:
+                self.began = time.perf_counter()
+                self.alarm = threading.Timer(max(patience - self.spent, 0.0), _announce)
+                self.alarm.daemon = True
+                self.alarm.start()
 
         def on_end(self, event: Any) -> None:
-            pass
+            self.depth -= 1
+            if self.depth == 0 and self.alarm is not None:
+                self.alarm.cancel()
+                self.alarm = None
+                self.spent += time.perf_counter() - self.began
 
-    event.register("numba:compile", First())  # type: ignore[no-untyped-call]
+    event.register("numba:compile", Clock())  # type: ignore[no-untyped-call]
+
+
+def _announce() -> None:
+    global announced
+    if not announced:
+        announced = True
+        tell("compiling what is used here for the first time; later runs find it compiled ...")
 
 
 def user_place(name: str) -> str | None:

@@ -196,7 +196,11 @@ def test_run_of_an_antenna_that_nothing_holds(refuse):
     [
         (["fly"], ["fly", "init"]),
         (["run"], ["CASE"]),
-        (["run", "case.toml", "surplus"], ["surplus"]),
+        (["run", "case.toml", "surplus"], ["expected no more arguments, got 'surplus'", "`tautflex run --help`"]),
+        (["--json", "check", "case.toml"], ["--json: expected a command before its options"]),
+        (["init", "new.toml", "--template", "slw"], ["did you mean 'slew'"]),
+        (["keys", "membran"], ["did you mean 'membrane'"]),
+        (["sweep", "case.toml"], ["expected a study, got a case"]),
         (["run", "case.toml", "--sett", "a=b"], ["--sett"]),
         (["modes", "case.toml", "-n", "many"], ["-n", "many"]),
         (["modes", "case.toml", "-n", "0"], ["-n", "0", ">= 1"]),
@@ -208,6 +212,15 @@ def test_usage_errors_are_one_line_too(refuse, arguments, words):
     message = refuse(*arguments)
     for word in words:
         assert word in message
+
+
+def test_a_study_is_no_case(refuse):
+    assert "expected a case, got a study of 'm2-reduced.toml'" in refuse("run", "case.toml", text=template("study"))
+
+
+def test_help_may_be_a_word(capsys):
+    assert main(["help", "check"]) == 0
+    assert "tautflex check" in capsys.readouterr().out
 
 
 def test_tuning_a_film_without_cables(refuse):

@@ -1,27 +1,51 @@
-"""The first compilation is told once; code is kept where a user may write."""
+"""Compilation that takes a while is told once; code is kept where a user may write."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
+import time
 from importlib import import_module
 from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
+from numba.core import event
 
 from tautflex import compiling
 from tautflex.case import template
 
 
-def test_the_first_compilation_is_told_once(monkeypatch, capsys):
+@pytest.fixture
+def compile_anew(monkeypatch):
+    """A function that compiles for the given time and more, as often as it is asked."""
     compiling.watch()
     monkeypatch.setattr(compiling, "announcing", True)
     monkeypatch.setattr(compiling, "announced", False)
+
+    def compile_one(least: float) -> None:
+        with event.trigger_event("numba:compile"):
+            time.sleep(least)
+            with event.trigger_event("numba:compile"):
+                numba.njit(lambda x: x + 1)(1)
+
+    return compile_one
+
+
+def test_compilation_that_takes_a_while_is_told_once_while_it_goes_on(monkeypatch, capsys, compile_anew):
+    monkeypatch.setattr(compiling, "patience", 0.01)
     for _ in range(2):
-        numba.njit(lambda x: x + 1)(1)
-    assert capsys.readouterr().err == "tautflex: compiling once, a minute or two ...\n"
+        compile_anew(0.1)
+    told = capsys.readouterr().err
+    assert told.startswith("tautflex: compiling what is used here for the first time")
+    assert told.count("\n") == 1
+
+
+def test_compilation_of_a_moment_is_not_told(monkeypatch, capsys, compile_anew):
+    monkeypatch.setattr(compiling, "patience", 1e3)
+    compile_anew(0.0)
+    assert not capsys.readouterr().err
 
 
 def test_code_is_kept_in_a_folder_of_this_user_alone(monkeypatch, tmp_path):

@@ -37,7 +37,6 @@ LANGUAGES = {"python", "console", "toml"}
 DIRECTIVES = {"{toctree}", "{include}"}  # Sphinx reads these, with warnings as errors
 # Why a block does not run here; whatever else is skipped must be added, with its reason.
 SKIPPED = {
-    "README.md": ["a minute of all cores; test_reproduce_command.py runs it"],
     "docs/learning.md": [
         "takes minutes",
         "another environment, a minute of processor time",

@@ -1,7 +1,7 @@
 """Examples in docstrings run, and print what stands there; none is left out.
 
 They run in a folder with the files that they read: `m2.toml` of the template `m2-nearest-node` and its run `m2`,
-`slew.toml` of `control`, `scalloped.toml`, and the mesh `sail.inp`.
+`slew.toml` of `control`, `scalloped.toml`, `study.toml`, and the mesh `sail.inp`.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ import tautflex as tf
 from tautflex.case import template, template_files
 
 ROOT = Path(tf.__file__).parent
-FILES = {"m2": "m2-nearest-node", "slew": "control", "scalloped": "scalloped"}
+FILES = {"m2": "m2-nearest-node", "slew": "control", "scalloped": "scalloped", "study": "study"}
 # Beside these every example takes less than 0.9 s of a processor that has nothing else to do.
 SLOW = {"animate", "control_case", "design", "plot_time_history", "reduce", "report", "save", "sweep", "write_vtu"}
-NEEDED = {"design": "optuna"}
+SLOW |= {"Batch"}
+NEEDED = {"Batch": "jax", "design": "optuna"}
 
 
 def examples():
@@ -37,7 +38,7 @@ def examples():
             ):
                 name = getattr(node, "name", "tautflex")
                 place = f"{owners[id(node)]}.{name}" if id(node) in owners else name
-                marks = [pytest.mark.slow] * (name in SLOW)
+                marks = [pytest.mark.slow] * (name in SLOW) + [pytest.mark.jax] * (name == "Batch")
                 yield pytest.param(ast.get_docstring(node), place, id=place, marks=marks)
 
 
@@ -47,7 +48,7 @@ def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("examples")
     for name, kind in FILES.items():
         (place / f"{name}.toml").write_text(template(kind), "utf-8")
-    for name, text in template_files("sail").items():
+    for name, text in (template_files("sail") | template_files("study")).items():
         (place / name).write_text(text, "utf-8")
     (place / "m2").mkdir()
     case = tf.load_case(place / "m2.toml", ["solver.time_step=0.01", "solver.end_time=1.5"])

@@ -224,7 +224,7 @@ def test_wrong_shapers_are_one_line(old, new, words):
         ("actuators.attitude.kind=hub-torque", "sensors.attitude: expected a name of its own"),
         ("sensors.rate.noise=-1", "sensors.rate.noise: expected a number >= 0"),
         ("sensors.rate.kind=gyro", "sensors.rate.kind: expected one of 'attitude'"),
-        ("controller.kind=pid", "controller.kind: expected one of 'pd'.*got 'pid'; choose one of them"),
+        ("controller.kind=pid", "controller.kind: expected one of 'pd'.*got 'pid'; did you mean 'pd'"),
         ("controller.stiffness=-1", "controller.stiffness: expected a number >= 0, got -1"),
         ("controller=3", "controller: expected a table of keys and values, or a list of them, got 3"),
         ("controller=[]", r"controller: expected a table of keys and values, or a list of them, got \[\]"),

@@ -118,7 +118,7 @@ def test_cables_of_a_case_take_a_law_by_its_name():
     assert isinstance(law_of(sections[0]), Softening)
     assert [law_of(section) for section in sections[1:]] == [Slack(), Slack()]
     known = "one of 'elastic', 'slack' or 'softening'"
-    with pytest.raises(tf.CaseError, match=f"cables.law: expected {known}, got 'plastic'; choose one of them"):
+    with pytest.raises(tf.CaseError, match=f"cables.law: expected {known}, got 'plastic'; did you mean 'elastic'"):
         parse_case(M2_TEMPLATE, ["cables.law=plastic"])
     both = parse_case(M2_TEMPLATE, ["cables.law=softening", "cables.slack=true"])
     with pytest.raises(tf.CaseError, match=r"cables\.slack: expected False with a law of its own, got True"):

@@ -74,6 +74,14 @@ def mac_table(shape: xr.DataArray | ArrayLike, modes: xr.Dataset, count: int = 5
     ------
     InputError
         If ``modes`` has no shapes, ``count`` is below 1, or the shapes do not fit together.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> modes = tf.solve_modes(state, n=4).to_dataset()
+    >>> tf.mac_table(modes.shape.sel(mode=3), modes, count=2).mode.values.tolist()
+    [3, 1]
     """
     modes = dataset_of("modes", modes, "shape", remedy="solve_modes(state) gives them")
     whole("count", count, 1)

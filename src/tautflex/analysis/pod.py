@@ -114,6 +114,15 @@ def dominant_shape(pod_data: xr.Dataset, energy: float = 0.99) -> xr.DataArray:
     ------
     InputError
         If ``pod_data`` is not a result of :func:`pod` or holds too few modes for ``energy``.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> run = tf.simulate(state, tf.Stop(0.628, 0.2), time_step=0.01, end_time=0.5, fields="all")
+    >>> shape = tf.dominant_shape(tf.pod(run.data), energy=0.9)
+    >>> print(f"{float(abs(shape).max()):.1f}, {shape.sizes['node']} nodes")
+    1.0, 104 nodes
     """
     parts = ("shape", "participation", "cumulative", "coefficient")
     pod_data = dataset_of("pod_data", pod_data, *parts, remedy="pod(run) gives it")

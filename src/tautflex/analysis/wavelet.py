@@ -51,6 +51,15 @@ def scalogram(
     ------
     InputError
         If the record is not uniform and finite, or a frequency or a parameter is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import tautflex as tf
+    >>> time = np.arange(0.0, 4.0, 0.005)
+    >>> found = tf.scalogram((np.sin(2 * np.pi * 3.0 * time), 0.005))
+    >>> print(f"{float(found.ridge.sel(time=2.0, method='nearest')):.2f} Hz")
+    3.00 Hz
     """
     data = uniform_record(record, samples=16)
     positive("bandwidth", bandwidth, remedy="1.5 to 6 is usual")

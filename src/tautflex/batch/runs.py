@@ -60,6 +60,16 @@ class Batch:
         If its laws are not elastic, it can drift away, or it is too large.
     MissingExtraError
         If JAX is not installed (when the name is first used).
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> question = {"time_step": 4e-3, "end_time": 1.0, "probes": {"A": (0.7, 0.4)}}
+    >>> batch = tf.Batch(tf.reduce(state))
+    >>> data = batch.simulate({"maneuver.duration": [0.5, 0.8, 1.0]}, tf.Stop(rate=0.628, duration=1.0), **question)
+    >>> data.sizes["run"]
+    3
     """
 
     def __init__(self, plant: PrestressedState | ReducedModel) -> None:

@@ -5,12 +5,13 @@ Own, because pydantic's messages take several lines each, name Python's types an
 
 from __future__ import annotations
 
-import difflib
+import re
 from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
+from tautflex import checks
 from tautflex.errors import CaseError
 
 if TYPE_CHECKING:
@@ -139,8 +140,7 @@ def unknown_key(name: str, value: object, known: Collection[str], meant: Collect
 
 
 def _remedy(name: str, known: Collection[str], meant: Collection[str] = ()) -> str:
-    near = difflib.get_close_matches(name, known, n=1) or difflib.get_close_matches(name, meant, n=1)
-    return f"did you mean {near[0]!r}?" if near else "remove it"
+    return checks.meant(name, known) or checks.meant(name, meant) or "remove it"
 
 
 def _known(model: type[BaseModel]) -> tuple[Collection[str], Collection[str]]:
@@ -161,7 +161,8 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], index: str) -> str:
     if limit is not None:
         expected = f"a number {SIGNS[limit]} {context[limit]:g}"
     elif kind == "literal_error":
-        return f"expected one of {context['expected']}, got {show(value)}{index}; choose one of them"
+        offered = re.findall(r"'([^']*)'", context["expected"])
+        return f"expected one of {context['expected']}, got {show(value)}{index}; {checks.pick(value, offered)}"
     elif kind in ("too_long", "too_short", "missing"):
         expected, index = "a list of the right length", ""
     else:

@@ -124,9 +124,8 @@ class Chosen(Section):
                 f"{cls.naming_key}: missing, expected one of {choices(cls.kinds())}, for example {example}; add it"
             )
         if kind not in cls.kinds():
-            raise CaseError(
-                f"{cls.naming_key}: expected one of {choices(cls.kinds())}, got {show(kind)}; choose one of them"
-            )
+            text = f"{cls.naming_key}: expected one of {choices(cls.kinds())}, got {show(kind)}"
+            raise CaseError(f"{text}; {checks.pick(kind, cls.kinds())}")
         return _section(cls.chooser(), str(kind), cls.registry[str(kind)])
 
     @classmethod
@@ -235,11 +234,12 @@ class Chosen(Section):
             return text
         for vague in checks.VAGUE_REMEDIES:
             text = text.removesuffix(f"; {vague}")
-        if ";" in text:
-            return text
         if ": expected one of" in text:
             before, sign, after = text.rpartition(", got ")
-            return f"{before} with {self.choice()}{sign}{after}; choose one of them"
+            remedy = "" if ";" in after else "; choose one of them"
+            return f"{before} with {self.choice()}{sign}{after}{remedy}"
+        if ";" in text:
+            return text
         return f"{text}; write the {meaning(name, field)}"
 
 

@@ -51,7 +51,9 @@ def template(name: str = "m2") -> str:
         return _DATA.joinpath("studies", "study.toml").read_text(encoding="utf-8")
     if name not in TEMPLATES:
         known = choices((*TEMPLATES, STUDY))
-        raise CaseError(f"template: expected one of {known}, got {show(name)}; choose one of them")
+        raise CaseError(
+            f"template: expected one of {known}, got {show(name)}; {checks.pick(name, (*TEMPLATES, STUDY))}"
+        )
     return _FILES[name].read_text(encoding="utf-8")
 
 
@@ -150,7 +152,11 @@ def study_values(path: Path) -> dict[str, Any]:
     name = one_line(str(path))
     missing = f"write one with `tautflex init {quote(name)} --template study`"
     text = read_text(path, name, "study file", _LARGEST_FILE, missing, CaseError)
-    return _parsed(text, name, "tautflex init --template study")
+    values = _parsed(text, name, "tautflex init --template study")
+    if "maneuver" in values and "base" not in values:
+        told = f"{name}: expected a study, got a case; write base = {show(name)} and [axes] in a file of its own"
+        raise CaseError(f"{told}, `tautflex init study.toml --template study` shows how")
+    return values
 
 
 def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case", directory: Path = Path()) -> Case:
@@ -166,6 +172,9 @@ def _validated(values: dict[str, Any], overrides: Sequence[str], source: str) ->
     for override in sorted(overrides, key=_is_no_choice):
         _apply(values, override)
     _require_shallow(values, source)
+    if "base" in values and "maneuver" not in values:
+        told = f"{source}: expected a case, got a study of {show(values['base'])}"
+        raise CaseError(f"{told}; `tautflex sweep` and `tautflex design` take it")
     _require_schema(values, source)
     try:
         return Case(**values)

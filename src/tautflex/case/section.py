@@ -9,6 +9,7 @@ from typing import Annotated, Any, get_args
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError
 from pydantic.fields import FieldInfo
 
+from tautflex import checks
 from tautflex.case.messages import case_error, choices, problem, show
 from tautflex.errors import CaseError
 
@@ -44,7 +45,7 @@ class Words:
         """Value if it is one of the words; ValueError otherwise."""
         known = list(self.words())
         if value not in known:
-            raise problem(f"one of {choices(known)}", value, "choose one of them")
+            raise problem(f"one of {choices(known)}", value, checks.pick(value, known))
         return value
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import io
+import os
 import sys
 from collections.abc import Sequence
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError, Parameter, UnknownCommandError, UnusedCliTokensError
 
 from tautflex import compiling
 from tautflex._version import __version__
@@ -72,6 +73,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="surrogateescape")  # names of files may be in any encoding
     compiling.announcing = True
+    # XLA logs as an error that it compiles for more than two minutes. What really fails there raises an exception, and
+    # what ends the process is logged at any level; whoever sets the variable sees all.
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
     import_late("xarray")  # with pandas a fifth of the time that `tautflex check` takes
     with listening():
         code = _outcome(sys.argv[1:] if arguments is None else list(arguments))
@@ -79,10 +83,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _outcome(arguments: list[str]) -> int:
+    if arguments[:1] == ["help"]:
+        arguments = [*arguments[1:], "--help"]
     try:
         outcome = app(arguments)
     except CycloptsError as error:
-        return _report(f"{' '.join(str(error).split())} Try `tautflex --help`.", BAD_INPUT)
+        return _report(_usage(error, arguments), BAD_INPUT)
     except NotWrittenError as error:
         return _report(str(error), FAILED)
     except (InputError, MissingExtraError) as error:
@@ -107,6 +113,18 @@ def _outcome(arguments: list[str]) -> int:
             raise
         return _report(blamed, BAD_INPUT)
     return outcome if isinstance(outcome, int) else DONE
+
+
+def _usage(error: CycloptsError, arguments: list[str]) -> str:
+    """One line about arguments that make no command."""
+    first = next(iter(arguments), "")
+    known = f"{first} " if first in app else ""
+    text = " ".join(str(error).split())
+    if isinstance(error, UnusedCliTokensError):
+        text = f"expected no more arguments, got {' '.join(map(repr, error.unused_tokens))}."
+    elif isinstance(error, UnknownCommandError) and first.startswith("-"):
+        text = f"{first}: expected a command before its options, as in `tautflex check m2.toml --json`."
+    return f"{text} Try `tautflex {known}--help`."
 
 
 def _blame(error: Exception) -> str | None:

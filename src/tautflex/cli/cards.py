@@ -5,12 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
+
+if TYPE_CHECKING:
+    from tautflex.case.sections.dynamic import Output
 
 
 def say(text: str) -> None:
@@ -80,8 +83,8 @@ def show_keys(entries: Sequence[Mapping[str, Any]]) -> None:
         console.print(rows, Text())
 
 
-def show_run(case: Path, summary: Mapping[str, Any]) -> None:
-    """Print the result card of a run and where its files are."""
+def show_run(case: Path, summary: Mapping[str, Any], output: Output) -> None:
+    """Print the result card of a run, judged by the tolerances of the case, and where its files are."""
     rows = _rows()
     rows.add_row("status", f"{summary['status']}: {summary['message']}")
     steps = max(summary["steps"], 1)
@@ -93,13 +96,14 @@ def show_run(case: Path, summary: Mapping[str, Any]) -> None:
     for name, reading in summary["probes"].items():
         rows.add_row(f"probe {name}", _reading(reading))
     if summary["surface"]["rms"] is not None:
-        rows.add_row("surface", _surface(summary["surface"]))
+        rows.add_row("surface", _surface(summary["surface"], output.surface_tolerance))
         rows.add_row("tilt", f"{_pointing(summary['surface']['tilt'])} at the end")
     if summary["time_error"] is not None:
         rows.add_row("time error", f"about {summary['time_error']:.1g} of the largest displacement")
     if "settling_time" in summary:
+        limits = {"attitude": f"{output.attitude_tolerance:.3g} rad", "surface": _micrometres(output.surface_tolerance)}
         told = {name: "not settled" if t is None else f"{t:.3g} s" for name, t in summary["settling_time"].items()}
-        rows.add_row("settled after", ", ".join(f"{name} {text}" for name, text in told.items()))
+        rows.add_row("settled after", ", ".join(f"{name} {text} (to {limits[name]})" for name, text in told.items()))
         work = summary["energy_by_source"].items()
         rows.add_row("work of", ", ".join(f"{name} {value:.3g} J" for name, value in work) or "no actuator")
     balance = summary["energy_balance"]
@@ -169,17 +173,24 @@ def _reading(reading: Mapping[str, Any]) -> str:
     return f"{text}, then vibrates at {reading['dominant_frequency']:.3f} +- {half_bin:.3f} Hz"
 
 
-def _surface(measures: Mapping[str, Any]) -> str:
-    text = f"rms {measures['rms'] * 1e6:.3g} µm at the end"
+def _micrometres(length: float) -> str:
+    return f"{1e6 * length:.3g} µm"
+
+
+def _surface(measures: Mapping[str, Any], tolerance: float) -> str:
+    text = f"rms {_micrometres(measures['rms'])} at the end"
     if measures["rms_max"] is None:
         return f"{text}, before the maneuver's end"
     settled = measures["settling_time"]
-    text = f"{text}, up to {measures['rms_max'] * 1e6:.3g} µm after the maneuver"
-    return f"{text}, {'not settled' if settled is None else f'settled after {settled:.3g} s'}"
+    text = f"{text}, up to {_micrometres(measures['rms_max'])} after the maneuver"
+    limit = f"to {_micrometres(tolerance)}"
+    return f"{text}, {f'not settled {limit}' if settled is None else f'settled {limit} after {settled:.3g} s'}"
 
 
 def _pointing(tilt: Sequence[float]) -> str:
-    return " and ".join(f"{1e6 * angle:.3g} µrad about {axis}" for axis, angle in zip("xy", tilt, strict=True))
+    # Smaller angles are rounding errors of the nodes' places.
+    angles = [round(1e6 * angle, 8) + 0.0 for angle in tilt]
+    return " and ".join(f"{angle:.3g} µrad about {axis}" for axis, angle in zip("xy", angles, strict=True))
 
 
 def half_waves(label: Sequence[int] | None) -> str:
@@ -210,4 +221,4 @@ def list_files(files: Mapping[str, str | Path]) -> None:
         names.setdefault(path.parent, []).append(path.name)
     for directory, found in names.items():
         listed = ", ".join(found) if len(found) <= 8 else f"{len(found)} files"
-        say(f"Wrote to {directory}{os.sep}: {listed}")
+        say(f"Wrote {listed}." if directory == Path() else f"Wrote to {directory}{os.sep}: {listed}")

@@ -144,7 +144,7 @@ def labelled(key: str, values: Mapping[str, float], labels: Sequence[str], least
         places = [k for k, label in enumerate(labels) if name in (label, label.partition("[")[0])]
         if not places:
             known = ", ".join(map(repr, labels[:8])) + (" ..." if len(labels) > 8 else "") or "none"
-            raise InputError(f"{key}: expected names among {known}, got {name!r}; choose one of them")
+            raise InputError(f"{key}: expected names among {known}, got {name!r}; {checks.pick(name, labels)}")
         found |= dict.fromkeys(places, checks.positive(f"{key}.{name}", value))
     if least and not found:
         raise InputError(f"{key}: expected at least one number, got none; {example}")
@@ -172,7 +172,9 @@ def _places(key: str, name: str, channels: tuple[Channel, ...], role: str, unit:
             return np.array([first + channel.labels.index(name)])
         first += channel.size
     known = ", ".join(repr(channel.name) for channel in channels) or "none"
-    raise InputError(f"{key}: expected the name of {role}, one of {known}, got {name!r}; choose one, or add it")
+    fitting = [channel.name for channel in channels if unit in (None, channel.unit)]
+    remedy = f"try {fitting[0]!r} for {key}, or add it" if fitting else "add it"
+    raise InputError(f"{key}: expected the name of {role}, one of {known}, got {name!r}; {remedy}")
 
 
 class Reference(NamedTuple):

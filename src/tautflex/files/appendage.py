@@ -43,6 +43,13 @@ def save_appendage(data: xr.Dataset, path: str | os.PathLike[str]) -> Path:
         If the suffix is unknown, or ``data`` holds no participation.
     NotWrittenError
         If the file cannot be written; what stood there is whole.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> tf.save_appendage(tf.appendage_data(tf.solve_modes(state, n=4)), "antenna.csv").name
+    'antenna.csv'
     """
     target = appendage_path(path)
     data = dataset_of("data", data, "participation", "rigid_mass", remedy="appendage_data(modes, point) gives it")

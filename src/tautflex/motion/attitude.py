@@ -48,6 +48,14 @@ def attitude(maneuver: Maneuver, times: ArrayLike, initial: ArrayLike = IDENTITY
         If times fall or begin before 0, or the initial attitude is zero.
     NotConvergedError
         If the angular velocity is too rough to be followed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import tautflex as tf
+    >>> scalar, *vector = tf.attitude(tf.Slew(angle=np.pi, duration=2.0), [1.0])[0]
+    >>> print(f"{2 * np.arccos(scalar):.4f} rad after half of it")
+    1.5708 rad after half of it
     """
     checks.instance("maneuver", maneuver, Maneuver, "a maneuver such as Stop(rate=0.628, duration=1.0)")
     instants = checks.float_array("times", times, (None,))

@@ -31,6 +31,12 @@ def load_study(path: str | os.PathLike[str]) -> Study:
     ------
     CaseError
         One line with file, key, value, expectation and remedy.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> list(tf.load_study("study.toml").axes)                  # tautflex init study.toml --template study
+    ['maneuver.duration', 'damping.beta']
     """
     source = checks.path("path", path)
     name = one_line(str(source))

@@ -9,6 +9,7 @@ from typing import Any, Literal, NamedTuple, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
+from tautflex import checks
 from tautflex.case.help import docstrings
 from tautflex.case.messages import SIGNS, choices, show
 from tautflex.case.options import Chosen
@@ -60,7 +61,7 @@ def reference(name: str | None = None) -> list[SectionEntry]:
     sections = {one: list(_entries(one, field)) for one, field in Case.model_fields.items() if section_of_field(field)}
     found = {**sections, "maneuver.steps": [_steps()], "mesh.sections": [_groups()]}
     if name is not None and name not in found:
-        raise CaseError(f"keys: expected one of {choices(list(found))}, got {show(name)}; choose one of them")
+        raise CaseError(f"keys: expected one of {choices(list(found))}, got {show(name)}; {checks.pick(name, found)}")
     return [entry for one in sections for entry in sections[one]] if name is None else found[name]
 
 

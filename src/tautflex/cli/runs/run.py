@@ -92,7 +92,7 @@ def performed(
             seconds=checkpoint,
             resume=resume,
         )
-    return Answer(summary, partial(show_run, case, summary), ENDED[summary["status"]])
+    return Answer(summary, partial(_show, case, summary, loaded), ENDED[summary["status"]])
 
 
 def _ended(loaded: Case, case: Path, directory: Path, *, force: bool, resume: bool, checkpoint: float) -> Answer | None:
@@ -115,15 +115,21 @@ def _ended(loaded: Case, case: Path, directory: Path, *, force: bool, resume: bo
     if resume:
         summary = finished(loaded.to_toml(), directory)
         if summary is not None:
-            return Answer(summary, partial(_show_finished, case, summary), ENDED[summary["status"]])
+            return Answer(summary, partial(_show_finished, case, summary, loaded), ENDED[summary["status"]])
     elif not force:
         require_no_results(directory, "add --force to replace it or --resume to go on")
     return None
 
 
-def _show_finished(case: Path, summary: Mapping[str, Any]) -> None:
+def _show(case: Path, summary: Mapping[str, Any], loaded: Case) -> None:
+    show_run(case, summary, loaded.output)
+    if summary["status"] == "interrupted":
+        say("The same command with --resume goes on from there.")
+
+
+def _show_finished(case: Path, summary: Mapping[str, Any], loaded: Case) -> None:
     say(f"This run had ended already ({summary['status']}); nothing is left to do.")
-    show_run(case, summary)
+    show_run(case, summary, loaded.output)
 
 
 def default_directory(case: Path) -> Path:

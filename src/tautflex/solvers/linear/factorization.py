@@ -50,6 +50,15 @@ def linear_solver(name: str) -> Iterator[None]:
         If the name is unknown.
     MissingExtraError
         At the first factorization, if ``"pardiso"`` is not installed.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> with tf.linear_solver("superlu"):
+    ...     modes = tf.solve_modes(state, n=1)
+    >>> modes.labels
+    [(1, 1)]
     """
     checks.one_of("linear_solver", name, ("auto", *BACKENDS))
     token = _chosen.set(name)

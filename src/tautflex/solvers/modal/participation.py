@@ -129,6 +129,14 @@ def dynamic_mass(data: xr.Dataset, frequencies: ArrayLike) -> Complex:
     -------
     numpy.ndarray
         Complex [kg, kg m, kg m^2], shape (f, 6, 6); the rigid mass matrix at zero frequency.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> data = tf.appendage_data(tf.solve_modes(state, n=4))
+    >>> print(f"{tf.dynamic_mass(data, [0.0])[0, 0, 0].real:.3f} kg at rest")
+    6.129 kg at rest
     """
     data = dataset_of("data", data, "participation", "rigid_mass", remedy="appendage_data(modes, point) gives it")
     s = 2j * np.pi * checks.float_array("frequencies", frequencies, (None,))[:, None]

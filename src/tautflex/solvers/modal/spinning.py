@@ -174,6 +174,13 @@ def solve_spinning_modes(
         If an argument has the wrong shape or ``n`` is out of range.
     NotConvergedError
         If there is no spinning equilibrium, or the eigensolver fails.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> tf.solve_spinning_modes(state, (0.0, 0.0, 0.5), n=2).frequencies.round(3).tolist()
+    [1.122, 1.431]
     """
     spin, point = checks.vector3("angular_velocity", angular_velocity), checks.vector3("origin", origin)
     require_state(state)

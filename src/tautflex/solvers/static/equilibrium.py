@@ -83,6 +83,14 @@ def solve_static(
     Newton's method is tried first, under pressure with the unsymmetric load stiffness of free edges. Where it fails, or
     finds a shape that pressure would leave, a stable equilibrium is sought by `find_minimum`, from the elastic law to
     those that wrinkle and go slack. It also finds inflated and hanging shapes from a start without tension.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> moved = state.system.translations(tf.solve_static(state, pressure=tf.PressureLoad(state, 1e-3)))
+    >>> print(f"{1e3 * abs(moved[:, 2]).max():.3f} mm under 1 mPa")
+    0.227 mm under 1 mPa
     """
     require_state(state)
     system = state.system

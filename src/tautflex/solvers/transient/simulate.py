@@ -62,10 +62,9 @@ def simulate(
         Called with (fraction done, message) about a hundred times.
     throw
         Raise when the run fails; False returns the labelled partial run.
-    keeper
-        Keeps the run while it is under way; `run_case` makes one of a folder.
     question
-        ``time_step``, ``end_time`` and all other fields of `TransientProblem`, which says what they mean.
+        ``time_step`` and ``end_time`` [s], ``method``, ``damping``, ``inputs``, ``probes``: name -> (x, y) [m], and all
+        others of the signature; ``help(tf.TransientProblem)`` says what each means.
 
     Returns
     -------
