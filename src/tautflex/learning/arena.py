@@ -17,9 +17,11 @@ from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.bank import checked_actuators
 from tautflex.control.actuators.drive import Drive
 from tautflex.control.compiled.compiled_plant import CompiledPlant
+from tautflex.control.compiled.prescribed import is_course
 from tautflex.control.linear import LinearPlant
 from tautflex.control.plant import Plant
 from tautflex.control.runs.following import MODES_BEYOND
+from tautflex.control.runs.timing import steps_of
 from tautflex.control.sensors.attitude import Attitude
 from tautflex.control.sensors.sensor import Sensor, hub_rows
 from tautflex.control.sensors.surface_rms import SurfaceRms
@@ -193,12 +195,20 @@ class Arena:
         state: Any = self.state if kind == "full" else self.reduced
         return Plant(state, self.hub, actuators, sensors, **asked)
 
+    @cached_property
+    def compiles(self) -> bool:
+        """Whether reduced plants are one array program: on a hub, or in turns about one axis that jump at steps."""
+        task = self.task
+        if self.hub is not None:
+            return True
+        step = self.interval / steps_of(self.interval, self.case.solver.time_step)
+        return all(is_course(task.maneuver(each), step) for each in (task.nominal(), *task.grid()))
+
     def compiled(self, count: int, exact: bool = True) -> CompiledPlant:
-        """Reduced models on their hubs side by side, with exact sensors and all disturbances, or as laws see them.
+        """Reduced models side by side, with exact sensors and all disturbances, or as laws see them.
 
         What the judge reads comes behind the sensors.
         """
-        assert self.hub is not None
         actuators, sensors = self._parts()
         if not exact:
             actuators = {**self.actuators, **self._effects}
@@ -211,6 +221,7 @@ class Arena:
             interval=self.interval,
             time_step=self.case.solver.time_step,
             damping=self.damping,
+            maneuver=self.task.maneuver(self.task.nominal()) if self.hub is None else None,
             count=count,
         )
 
