@@ -108,8 +108,14 @@ def test_modes_of_the_vector_environment():
     with pytest.raises(tf.InputError, match=r"action: expected shape \(2, 3\), got \(3,\)"):
         same.unwrapped.step(np.zeros(3))
     assert np.array_equal(same.reset(seed=np.int64(4))[0], same.reset(seed=[4, 5])[0])
-    with pytest.raises(tf.InputError, match="seed: expected"):
-        same.reset(seed=0.5)
+    for wrong in (0.5, "x", [1, "x"], [1, 2, 3], -1):
+        with pytest.raises(tf.InputError, match="seed: expected"):
+            same.reset(seed=wrong)
+    with pytest.raises(tf.InputError, match="options: expected a mapping, or None, got 'x'"):
+        same.reset(options="x")
+    for mode in ("Never", 3):
+        with pytest.raises(tf.InputError, match=f"autoreset_mode: expected one of .*, got {mode!r}"):
+            VectorAntennaEnv(2, case=case, autoreset_mode=mode)
     kept = got[1][0][1]
     seen, _ = stopping.reset(options={"reset_mask": np.array([True, False])})
     assert np.array_equal(seen[1], kept)
@@ -218,6 +224,12 @@ def test_options_are_parameters(env):
     env.reset(seed=0)
     with pytest.raises(tf.InputError, match="action: expected finite numbers"):
         env.step([np.nan, 0.0, 0.0])
+    with pytest.raises(tf.InputError, match=r"options: expected a mapping, or None, got 3"):
+        env.reset(options=3)
+    env.reset(seed=0)
+    for action in ([0.1, 0.2, "x"], [[0.1], 0.2, 0.3]):
+        with pytest.raises(tf.InputError, match="action: expected an array of numbers"):
+            env.step(action)
     for action in (0.3, [0.3]):  # which would be broadcast
         with pytest.raises(tf.InputError, match=r"action: expected shape \(3,\), got \("):
             env.step(action)
@@ -230,6 +242,8 @@ def test_options_are_parameters(env):
         ({"render_mode": "ansi"}, "render_mode"),
         ({"case": coarse("slew", task={"commands": ["wheel"]})}, "task.commands: expected names of actuators"),
         ({"actuators": {"torque": tf.HubTorque("x")}}, "actuators.torque.limit: missing"),
+        ({"sensors": 3}, "sensors: expected a mapping such as {'rate': Rate()}, got 3"),
+        ({"sensors": {"film": 3}}, "sensors.film: expected a sensor such as Rate(), got 3"),
     ],
 )
 def test_wrong_arguments_are_told_in_one_line(given, words):

@@ -23,7 +23,7 @@ from tautflex.control.plant import Plant
 from tautflex.control.runs.following import MODES_BEYOND
 from tautflex.control.runs.timing import steps_of
 from tautflex.control.sensors.attitude import Attitude
-from tautflex.control.sensors.sensor import Sensor, hub_rows
+from tautflex.control.sensors.sensor import Sensor, checked_sensors, hub_rows
 from tautflex.control.sensors.surface_rms import SurfaceRms
 from tautflex.control.signals import Channel, LoopSpec
 from tautflex.control.tasks.observation import Observation
@@ -84,7 +84,8 @@ class Arena:
         )
         self.actuators: dict[str, Drive] = {name: every[name] for name in self._commanded(every)}
         self.state = equip(self.state, [each.effect for each in self.actuators.values() if isinstance(each, Actuator)])
-        self.sensors = dict(build_sensors(case, self.state, self.hub) if sensors is None else sensors)
+        chosen_sensors = build_sensors(case, self.state, self.hub) if sensors is None else sensors
+        self.sensors, _ = checked_sensors(chosen_sensors, self.actuators, self.state, self.hub)
         self.damping = build_damping(case, self.state)
         self.interval = case.loop.interval
         self.steps = round(self.task.duration / self.interval)
@@ -234,7 +235,7 @@ class Arena:
 
     def draw(self, random: np.random.Generator, options: Mapping[str, Any] | None = None) -> dict[str, float]:
         """Parameters of an episode, those in ``options`` as they are; InputError if one is unknown or out of range."""
-        limits, given = self.task.limits(), dict(options or {})
+        limits, given = self.task.limits(), mapping("options", options)
         found = {name: float(random.uniform(*limits[name])) for name in self.task.drawn}
         for name, value in given.items():
             if name not in found:
@@ -246,6 +247,11 @@ class Arena:
             reach = high - low if high > low else max(abs(high), 1.0)
             found[name] = checks.between(f"options.{name}", value, low - reach, high + reach)
         return found
+
+
+def mapping(name: str, given: Mapping[str, Any] | None) -> dict[str, Any]:
+    """What was given by name, or nothing; InputError for another object."""
+    return dict(checks.instance(name, {} if given is None else given, Mapping, "a mapping, or None"))
 
 
 def _spread(drive: Drive, channel: Channel) -> Array:
