@@ -3,8 +3,9 @@
 Run ``python benchmarks/control_steps.py`` (``make benchmark-control``). The antenna M2 on 20 x 10 cells, a hub that
 turns about x, a wheel and tensions x and y that change in every interval of 10 ms, seven noisy readings; 8 and 17
 coordinates, steps of 5 ms by central differences. A call per step, one plant and 64 side by side; a table of 500
-commands at a time; the full structure by generalized-alpha. Then ``tautflex/Slew-v0``, alone and 64 side by side, and
-its functional twin with 128 runs of 50 steps. Processor times, medians of five; what is left out is not installed.
+commands at a time; the full structure by generalized-alpha. Then ``tautflex/Slew-v0`` and ``tautflex/Stop-v0``, alone
+and 64 side by side, and the functional twin of the slew with 128 runs of 50 steps. Processor times, medians of five;
+what is left out is not installed.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from importlib.util import find_spec
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -82,11 +84,12 @@ def recorded(state: Any, table: Any) -> float:
     return rate(once, 3)
 
 
-def environment(coordinates: int) -> float:
-    """Rate of `tautflex/Slew-v0`."""
+def environment(task: str, coordinates: int) -> float:
+    """Rate of an environment."""
     from tautflex.learning.environments.env import AntennaEnv
 
-    env, actions = AntennaEnv("slew", coordinates=coordinates), np.tile(commands(500)[:, :1], 3)
+    env = AntennaEnv(task, coordinates=coordinates)
+    actions = np.tile(commands(500)[:, :1], len(env.arena.limits))
 
     def once() -> int:
         env.reset(seed=0)
@@ -97,12 +100,12 @@ def environment(coordinates: int) -> float:
     return rate(once)
 
 
-def environments(coordinates: int, count: int = 64) -> float:
+def environments(task: str, coordinates: int, count: int = 64) -> float:
     """Rate of as many side by side, without their resets."""
     from tautflex.learning.environments.vector import VectorAntennaEnv
 
-    envs = VectorAntennaEnv(count, "slew", coordinates=coordinates)
-    actions = np.repeat(np.tile(commands(150)[:, None, :1], 3), count, axis=1)
+    envs = VectorAntennaEnv(count, task, coordinates=coordinates)
+    actions = np.repeat(np.tile(commands(150)[:, None, :1], len(envs.arena.limits)), count, axis=1)
     envs.reset(seed=0)
 
     def once() -> int:
@@ -147,9 +150,10 @@ def main() -> None:
         print(f"| {rom.size} coordinates, 500 steps per call | {tabled(rom):.0f} |", flush=True)
         print(f"| {rom.size} coordinates, `Plant` with its record | {recorded(rom, commands(100)):.0f} |", flush=True)
         assert rom.size == count
-    for count in BASES:
-        print(f"| {count} coordinates, `tautflex/Slew-v0` | {environment(count):.0f} |", flush=True)
-        print(f"| {count} coordinates, 64 environments | {environments(count):.0f} |", flush=True)
+    for task, count in product(("slew", "stop"), BASES):
+        name = f"{count} coordinates, `tautflex/{task.capitalize()}-v0`"
+        print(f"| {name} | {environment(task, count):.0f} |", flush=True)
+        print(f"| {name}, 64 side by side | {environments(task, count):.0f} |", flush=True)
     for precision in ("double", "single") if find_spec("jax") else ():
         forward, slope = twin(precision)
         print(f"| 8 coordinates, functional twin, {precision} | {forward:.0f} |", flush=True)

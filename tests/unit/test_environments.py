@@ -14,6 +14,8 @@ from gymnasium.utils.env_checker import check_env  # noqa: E402
 
 import tautflex as tf  # noqa: E402
 import tautflex.learning  # noqa: E402  (registers)
+from tautflex.learning.environments import loops  # noqa: E402
+from tautflex.learning.environments.bodies import CompiledBodies, PlantBodies  # noqa: E402
 from tautflex.learning.environments.env import AntennaEnv  # noqa: E402
 from tautflex.learning.environments.vector import VectorAntennaEnv  # noqa: E402
 from unit.learning_cases import coarse  # noqa: E402
@@ -26,7 +28,9 @@ def env():
     return AntennaEnv("slew", case=coarse("slew"))
 
 
-@pytest.mark.parametrize(("task", "plant"), [("slew", "reduced"), ("hold", "reduced"), ("stop", "full")])
+@pytest.mark.parametrize(
+    ("task", "plant"), [("slew", "reduced"), ("hold", "reduced"), ("stop", "reduced"), ("stop", "full")]
+)
 @pytest.mark.filterwarnings("ignore::UserWarning")  # what the checker says about windows and specs
 def test_gymnasium_has_nothing_to_say(task, plant):
     made = gymnasium.make(f"tautflex/{task.capitalize()}-v0", case=coarse(task), plant=plant, render_mode="rgb_array")
@@ -60,23 +64,23 @@ def test_same_seed_same_bits_and_time_alone_truncates(env):
         env.step(actions[0])
 
 
-@pytest.mark.parametrize("plant", ["reduced", "full"])
-def test_rows_are_single_environments(plant):
+@pytest.mark.parametrize(("task", "plant"), [("slew", "reduced"), ("slew", "full"), ("stop", "reduced")])
+def test_rows_are_single_environments(task, plant):
     """Row i with seed s goes as a single environment with seed s + i, beyond the end of episodes too."""
-    case, random = coarse("slew", 0.1), np.random.default_rng(3)
-    many = VectorAntennaEnv(3, case=case, plant=plant)
+    case, random = coarse(task, 0.1), np.random.default_rng(3)
+    many = VectorAntennaEnv(3, task, case=case, plant=plant)
     seen, _ = many.reset(seed=7)
-    single = [AntennaEnv("slew", case=case, plant=plant) for _ in range(3)]
+    single = [AntennaEnv(task, case=case, plant=plant) for _ in range(3)]
     for row, one in enumerate(single):
         assert np.array_equal(one.reset(seed=7 + row)[0], seen[row])
     for number in range(14):
-        actions = random.uniform(-1.0, 1.0, (3, 3))
+        actions = random.uniform(-1.0, 1.0, many.action_space.shape)
         seen, reward, terminated, truncated, info = many.step(actions)
         for row, one in enumerate(single):
             if number == 10:  # the step behind the last one begins the next episode
                 assert np.array_equal(one.reset()[0], seen[row])
                 assert (reward[row], terminated[row], truncated[row]) == (0.0, False, False)
-                assert info["_angle"][row]
+                assert info[f"_{many.arena.task.drawn[0]}"][row]
                 continue
             own = one.step(actions[row])
             assert np.allclose(own[0], seen[row], rtol=1e-13, atol=1e-13)
@@ -104,12 +108,54 @@ def test_modes_of_the_vector_environment():
     with pytest.raises(tf.InputError, match=r"action: expected shape \(2, 3\), got \(3,\)"):
         same.unwrapped.step(np.zeros(3))
     assert np.array_equal(same.reset(seed=np.int64(4))[0], same.reset(seed=[4, 5])[0])
-    with pytest.raises(tf.InputError, match="seed: expected"):
-        same.reset(seed=0.5)
+    for wrong in (0.5, "x", [1, "x"], [1, 2, 3], -1):
+        with pytest.raises(tf.InputError, match="seed: expected"):
+            same.reset(seed=wrong)
+    with pytest.raises(tf.InputError, match="options: expected a mapping, or None, got 'x'"):
+        same.reset(options="x")
+    for mode in ("Never", 3):
+        with pytest.raises(tf.InputError, match=f"autoreset_mode: expected one of .*, got {mode!r}"):
+            VectorAntennaEnv(2, case=case, autoreset_mode=mode)
     kept = got[1][0][1]
     seen, _ = stopping.reset(options={"reset_mask": np.array([True, False])})
     assert np.array_equal(seen[1], kept)
     assert not np.array_equal(seen[0], got[1][0][0])
+
+
+def test_a_stop_is_one_array_program(monkeypatch):
+    """Observations and rewards of a plant with its record through the end of a stop; spins of rows are their own."""
+    case = coarse("stop", 0.3, task={"duration": 0.3, "stop_duration": 0.2, "rate_range": [0.05, 0.07]})
+    fast = AntennaEnv("stop", case=case)
+    assert isinstance(fast._loops.bodies, CompiledBodies)
+    with monkeypatch.context() as patched:
+        patched.setattr(loops, "bodies_of", PlantBodies)
+        kept = AntennaEnv("stop", case=case)
+    for seed in (0, 1):
+        assert np.allclose(fast.reset(seed=seed)[0], kept.reset(seed=seed)[0], rtol=0.0, atol=1e-12)
+        for action in np.random.default_rng(seed).uniform(-1.0, 1.0, (30, 2)):
+            one, other = fast.step(action), kept.step(action)
+            assert np.allclose(one[0], other[0], rtol=0.0, atol=1e-11)
+            assert one[1] == pytest.approx(other[1], abs=1e-11)
+            assert one[2:4] == other[2:4]
+        assert one[3]
+    same = gymnasium.make_vec("tautflex/Stop-v0", num_envs=2, case=case, autoreset_mode="SameStep")
+    first, info = same.reset(seed=4)
+    assert info["rate"][0] != info["rate"][1]
+    for _ in range(30):
+        last = same.step(np.zeros((2, 2)))
+    assert last[3].all()
+    assert not np.array_equal(last[4]["final_obs"][0], last[0][0])
+    assert np.array_equal(same.reset(seed=4)[0], first)
+
+
+@pytest.mark.parametrize("given", [{"axis": [1.0, 1.0, 0.0]}, {"stop_duration": 0.2005}])
+def test_motions_that_no_array_program_takes_are_plants(given):
+    """About an axis between those of the hub, or with a jump within a step of 5 ms."""
+    case = coarse("stop", 0.3, task={"duration": 0.3, **given})
+    env = AntennaEnv("stop", case=case)
+    assert isinstance(env._loops.bodies, PlantBodies)
+    env.reset(seed=0)
+    assert np.isfinite(env.step(np.zeros(2))[1])
 
 
 def test_reduced_and_full_plants_agree():
@@ -178,6 +224,12 @@ def test_options_are_parameters(env):
     env.reset(seed=0)
     with pytest.raises(tf.InputError, match="action: expected finite numbers"):
         env.step([np.nan, 0.0, 0.0])
+    with pytest.raises(tf.InputError, match=r"options: expected a mapping, or None, got 3"):
+        env.reset(options=3)
+    env.reset(seed=0)
+    for action in ([0.1, 0.2, "x"], [[0.1], 0.2, 0.3]):
+        with pytest.raises(tf.InputError, match="action: expected an array of numbers"):
+            env.step(action)
     for action in (0.3, [0.3]):  # which would be broadcast
         with pytest.raises(tf.InputError, match=r"action: expected shape \(3,\), got \("):
             env.step(action)
@@ -190,6 +242,8 @@ def test_options_are_parameters(env):
         ({"render_mode": "ansi"}, "render_mode"),
         ({"case": coarse("slew", task={"commands": ["wheel"]})}, "task.commands: expected names of actuators"),
         ({"actuators": {"torque": tf.HubTorque("x")}}, "actuators.torque.limit: missing"),
+        ({"sensors": 3}, "sensors: expected a mapping such as {'rate': Rate()}, got 3"),
+        ({"sensors": {"film": 3}}, "sensors.film: expected a sensor such as Rate(), got 3"),
     ],
 )
 def test_wrong_arguments_are_told_in_one_line(given, words):

@@ -17,11 +17,13 @@ from tautflex.control.actuators.actuator import Actuator
 from tautflex.control.actuators.bank import checked_actuators
 from tautflex.control.actuators.drive import Drive
 from tautflex.control.compiled.compiled_plant import CompiledPlant
+from tautflex.control.compiled.prescribed import is_course
 from tautflex.control.linear import LinearPlant
 from tautflex.control.plant import Plant
 from tautflex.control.runs.following import MODES_BEYOND
+from tautflex.control.runs.timing import steps_of
 from tautflex.control.sensors.attitude import Attitude
-from tautflex.control.sensors.sensor import Sensor, hub_rows
+from tautflex.control.sensors.sensor import Sensor, checked_sensors, hub_rows
 from tautflex.control.sensors.surface_rms import SurfaceRms
 from tautflex.control.signals import Channel, LoopSpec
 from tautflex.control.tasks.observation import Observation
@@ -82,7 +84,8 @@ class Arena:
         )
         self.actuators: dict[str, Drive] = {name: every[name] for name in self._commanded(every)}
         self.state = equip(self.state, [each.effect for each in self.actuators.values() if isinstance(each, Actuator)])
-        self.sensors = dict(build_sensors(case, self.state, self.hub) if sensors is None else sensors)
+        chosen_sensors = build_sensors(case, self.state, self.hub) if sensors is None else sensors
+        self.sensors, _ = checked_sensors(chosen_sensors, self.actuators, self.state, self.hub)
         self.damping = build_damping(case, self.state)
         self.interval = case.loop.interval
         self.steps = round(self.task.duration / self.interval)
@@ -193,12 +196,20 @@ class Arena:
         state: Any = self.state if kind == "full" else self.reduced
         return Plant(state, self.hub, actuators, sensors, **asked)
 
+    @cached_property
+    def compiles(self) -> bool:
+        """Whether reduced plants are one array program: on a hub, or in turns about one axis that jump at steps."""
+        task = self.task
+        if self.hub is not None:
+            return True
+        step = self.interval / steps_of(self.interval, self.case.solver.time_step)
+        return all(is_course(task.maneuver(each), step) for each in (task.nominal(), *task.grid()))
+
     def compiled(self, count: int, exact: bool = True) -> CompiledPlant:
-        """Reduced models on their hubs side by side, with exact sensors and all disturbances, or as laws see them.
+        """Reduced models side by side, with exact sensors and all disturbances, or as laws see them.
 
         What the judge reads comes behind the sensors.
         """
-        assert self.hub is not None
         actuators, sensors = self._parts()
         if not exact:
             actuators = {**self.actuators, **self._effects}
@@ -211,6 +222,7 @@ class Arena:
             interval=self.interval,
             time_step=self.case.solver.time_step,
             damping=self.damping,
+            maneuver=self.task.maneuver(self.task.nominal()) if self.hub is None else None,
             count=count,
         )
 
@@ -223,7 +235,7 @@ class Arena:
 
     def draw(self, random: np.random.Generator, options: Mapping[str, Any] | None = None) -> dict[str, float]:
         """Parameters of an episode, those in ``options`` as they are; InputError if one is unknown or out of range."""
-        limits, given = self.task.limits(), dict(options or {})
+        limits, given = self.task.limits(), mapping("options", options)
         found = {name: float(random.uniform(*limits[name])) for name in self.task.drawn}
         for name, value in given.items():
             if name not in found:
@@ -235,6 +247,11 @@ class Arena:
             reach = high - low if high > low else max(abs(high), 1.0)
             found[name] = checks.between(f"options.{name}", value, low - reach, high + reach)
         return found
+
+
+def mapping(name: str, given: Mapping[str, Any] | None) -> dict[str, Any]:
+    """What was given by name, or nothing; InputError for another object."""
+    return dict(checks.instance(name, {} if given is None else given, Mapping, "a mapping, or None"))
 
 
 def _spread(drive: Drive, channel: Channel) -> Array:

@@ -37,10 +37,10 @@ FIELDS: dict[type, str] = {
     Drives: "111111iiii22222322i1",
     Sensing: "222221i323i1111i",
     LinearLoop: "2222112",
-    LoopState: "32222233222233Ii",
+    LoopState: "32222233222233Ii3",
     AxisModel: "ii222222222212121222122222222212i",
     AxisState: "222222222222i",
-    AxisSpace: "3322222222",
+    AxisSpace: "33222222222",
 }
 
 

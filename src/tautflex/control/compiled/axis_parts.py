@@ -64,7 +64,7 @@ class AxisModel(NamedTuple):
         Readings per coordinate, its rate, number of a command, rotation vector and angular velocity, shape
         (2 r + c + 6, o), or (0, o) where they need more.
     numbers
-        Axis, and whether a force pushes the spacecraft, shape (2,).
+        Axis, whether a force pushes the spacecraft, and whether the hub's motion is prescribed, shape (3,).
     """
 
     first: Indices
@@ -137,7 +137,10 @@ class AxisState(NamedTuple):
 
 
 class AxisSpace(NamedTuple):
-    """Space of a step: ``on_q`` (14, r, n), ``on_y`` (4, m, n), ``slope`` (r r, n), ``rigid`` (12, n), and more."""
+    """Space of a step: ``on_q`` (14, r, n), ``on_y`` (4, m, n), ``slope`` (r r, n), ``rigid`` (12, n), and more.
+
+    ``told`` is what a prescribed hub does at the end of the step, see `LoopState`, shape (4, n).
+    """
 
     on_q: Array
     on_y: Array
@@ -149,6 +152,7 @@ class AxisSpace(NamedTuple):
     seen: Array
     reading: Array
     film: Array
+    told: Array
 
 
 def axis_of(run: HubRun, drives: Drives) -> int:
@@ -191,8 +195,10 @@ def turning_of(follow: Array, table: Array) -> tuple[Array, Array]:
     return both[0].ravel(), second_slope.reshape(r, r * r)
 
 
-def axis_model(run: HubRun, drives: Drives, sensing: Sensing, base: HubInputs, axis: int) -> AxisModel:
-    """Constants of a run on a hub of one axis, under some drives and sensors."""
+def axis_model(
+    run: HubRun, drives: Drives, sensing: Sensing, base: HubInputs, axis: int, driven: bool = False
+) -> AxisModel:
+    """Constants of a run on a hub of one axis, whose motion may be prescribed, under some drives and sensors."""
     arrays, hub, row, step = run.arrays, run.hub, 3 + axis, float(drives.times[1])
     r, m, c = len(arrays.mass), len(arrays.first), len(drives.kind)
     amplitude = run.rom.basis.amplitude
@@ -261,7 +267,7 @@ def axis_model(run: HubRun, drives: Drives, sensing: Sensing, base: HubInputs, a
         lagging=_trace(arrays.viscous, np.eye(r)),
         bounds=np.array([stiffest, *(2.0 * light * np.array([1.0, bent, stressed]))]),
         near=np.ascontiguousarray(near),
-        numbers=np.array([axis, np.any((drives.kind == FORCE) & (drives.pushing != 0))], dtype=np.int64),
+        numbers=np.array([axis, np.any((drives.kind == FORCE) & (drives.pushing != 0)), driven], dtype=np.int64),
     )
 
 
@@ -280,7 +286,7 @@ def new_axis_space(model: AxisModel, runs: int) -> AxisSpace:
     """Zeros of the right shapes."""
     r, m, c = len(model.reach), len(model.first), len(model.load)
     k, o = max(len(model.fields_back), len(model.viscous_back)), model.near.shape[1]
-    shapes = (14, r), (4, m), (len(model.turned),), (k,), (12,), (c,), (c - 1,), (len(model.near),), (o,), (r,)
+    shapes = (14, r), (4, m), (len(model.turned),), (k,), (12,), (c,), (c - 1,), (len(model.near),), (o,), (r,), (4,)
     return AxisSpace(*(np.zeros((*shape, runs)) for shape in shapes))
 
 

@@ -6,10 +6,19 @@ import numpy as np
 
 from tautflex.control.compiled.addresses import part_at, width
 from tautflex.control.compiled.axis_parts import ACCELERATION, ANGLE, RATE, AxisModel, AxisSpace, AxisState
-from tautflex.control.compiled.axis_steps import Y, axis_balance, axis_give, axis_jump, axis_stable, axis_step
+from tautflex.control.compiled.axis_steps import (
+    Y,
+    axis_balance,
+    axis_give,
+    axis_jump,
+    axis_stable,
+    axis_step,
+    axis_turn,
+)
 from tautflex.control.compiled.lanes import add, sum_of, times
 from tautflex.control.compiled.loop import act, ask, exact, forget, observe
 from tautflex.control.compiled.parts import (
+    DRAWN,
     FORCE,
     INTERVALS,
     STRESS,
@@ -98,6 +107,15 @@ def _value(loop: LoopState, space: AxisSpace) -> None:
 
 
 @jit
+def _tell(loop: LoopState, space: AxisSpace, step: int, steps: int) -> None:
+    """Fill what prescribed hubs do in a step of this interval."""
+    for n in range(loop.value.shape[0]):
+        row = loop.motion[n, loop.counts[n, DRAWN] * steps + step]
+        for k in range(row.size):
+            space.told[k, n] = row[k]
+
+
+@jit
 def _push(d: Drives, loop: LoopState, failed: Indices) -> None:
     """Begin the work of forces in an interval: they work on the way from here."""
     for k in range(d.kind.size):
@@ -171,12 +189,16 @@ def run(
                 axis_jump(fixed, table)
             _push(d, loop, failed)
             at.swept[:] = 0.0
-            for _ in range(int(d.times[2])):
+            for part in range(int(d.times[2])):
                 for n in range(lanes):
                     looks = failed[n] == 0 and at.counts[n] % CHECK_INTERVAL == 0
                     if looks and not axis_stable(fixed, table, n, step):
                         failed[n] = 1
+                if c.numbers[2]:
+                    _tell(loop, space, part, int(d.times[2]))
                 axis_step(fixed, table, step, failed)
+                if c.numbers[2]:
+                    axis_turn(fixed, table, failed)
             _pull(c, at.q, space.on_y[Y], space.pull, loop.pull)
             _read(fixed, table)
             _count(fixed, table, turned, failed)

@@ -20,9 +20,13 @@ from tautflex.numeric import Array, Indices, Mask, jit
 from tautflex.reduction.marching.steps import STABLE_SHARE
 
 _SPACE = width(AxisState)
+# Place in `AxisSpace.told` of the acceleration behind a step, after those of `AxisState.rigid`.
+_BEHIND = ACCELERATION + 1
 # Places in `AxisSpace.on_q` and `on_y`.
 HALF, Q, V, KNOWN, FREE, PULLS, SOLVED, PULLED, PARTS, COUPLING, SPUN, SPAN, FRAME, ON_Q = range(14)
 Y, RATES, STRESS, ON_Y = range(4)
+# Turns in which velocity and Coriolis force of a step agree; where the motion is prescribed nothing else is late.
+_TURNS, _TURNS_ALONG = 2, 8
 # Places in `AxisSpace.rigid`.
 _INERTIA, _SHARE, _PUSH, _MOMENTUM, _RATE, _ACCELERATION, _LEFT, _FELT, _MOVING, _REACHED, _BENT, _KEPT = range(12)
 
@@ -104,7 +108,7 @@ def _bend(slope: Array, v: Array, result: Array) -> None:
 def axis_step(fixed: Indices, own: Indices, step: float, failed: Indices) -> None:
     """One step of central differences of all runs; those where it is not stable fail and stay.
 
-    See `hub_steps.explicit_step`.
+    See `hub_steps.explicit_step`. A prescribed hub turns as it is told: see `axis_turn`.
     """
     c, at, s = part_at(AxisModel, fixed, 0), part_at(AxisState, own, 0), part_at(AxisSpace, own, _SPACE)
     half, q, v, known, free = s.on_q[HALF], s.on_q[Q], s.on_q[V], s.on_q[KNOWN], s.on_q[FREE]
@@ -113,7 +117,8 @@ def axis_step(fixed: Indices, own: Indices, step: float, failed: Indices) -> Non
     inertia, share, push, momentum = s.rigid[_INERTIA], s.rigid[_SHARE], s.rigid[_PUSH], s.rigid[_MOMENTUM]
     rate, acceleration, left, felt = s.rigid[_RATE], s.rigid[_ACCELERATION], s.rigid[_LEFT], s.rigid[_FELT]
     moving, reached, bent = s.rigid[_MOVING], s.rigid[_REACHED], s.rigid[_BENT]
-    r, lanes, spins = q.shape[0], q.shape[1], c.spin.shape[1] > 0
+    r, lanes, spins, driven = q.shape[0], q.shape[1], c.spin.shape[1] > 0, c.numbers[2] != 0
+    turns = _TURNS if not driven else _TURNS_ALONG if spins else 1
     for i in range(r):
         for n in range(lanes):
             forth = at.v[i, n] + 0.5 * step * at.a[i, n]
@@ -130,8 +135,9 @@ def axis_step(fixed: Indices, own: Indices, step: float, failed: Indices) -> Non
             felt[n] = felt[n] + half[i, n] * (parts[i, n] - at.forces[i, n])
             moving[n] = moving[n] + half[i, n] * on_q[i, n]
     for n in range(lanes):
-        moving[n] = moving[n] - left[n] * left[n] / inertia[n]
-        rate[n] = at.rigid[RATE, n] + step * at.rigid[ACCELERATION, n]
+        moving[n] = moving[n] - (0.0 if driven else left[n] * left[n] / inertia[n])
+        rate[n] = s.told[RATE, n] if driven else at.rigid[RATE, n] + step * at.rigid[ACCELERATION, n]
+        acceleration[n] = s.told[ACCELERATION, n]
         momentum[n] = at.rigid[MOMENTUM, n] + 0.5 * step * (at.rigid[TORQUE, n] + push[n])
     _frame(s.slope, v, rate, frame)
     times(c.damping, half, known)
@@ -143,7 +149,7 @@ def axis_step(fixed: Indices, own: Indices, step: float, failed: Indices) -> Non
     times(c.inverse, coupling, solved)
     sum_of(coupling, solved, share)
     span[:] = 0.0
-    for _ in range(2):
+    for _ in range(turns):
         if spins:
             times(c.spin, v, spun)
             times(c.inverse, spun, span)
@@ -151,13 +157,13 @@ def axis_step(fixed: Indices, own: Indices, step: float, failed: Indices) -> Non
         _bend(s.slope, v, bent)
         sum_of(pulls, v, left)
         for n in range(lanes):
-            rate[n] = (momentum[n] - reached[n]) / inertia[n]
+            rate[n] = rate[n] if driven else (momentum[n] - reached[n]) / inertia[n]
             left[n] = push[n] + 2.0 * left[n] * rate[n] - bent[n]
         for i in range(r):
             for n in range(lanes):
                 free[i, n] = -(frame[i, n] + rate[n] * (rate[n] * pulled[i, n] + 2.0 * span[i, n]))
                 left[n] = left[n] - coupling[i, n] * free[i, n]
-        for n in range(lanes):
+        for n in range(0 if driven else lanes):
             acceleration[n] = left[n] / (inertia[n] - share[n])
         for i in range(r):
             for n in range(lanes):
@@ -167,7 +173,7 @@ def axis_step(fixed: Indices, own: Indices, step: float, failed: Indices) -> Non
     for n in range(lanes):
         if not step * felt[n] <= 4.0 * moving[n] * (1.0 + 1e-9) + 1e-300:
             failed[n] = 1
-        rate[n] = (momentum[n] - reached[n]) / inertia[n]
+        rate[n] = rate[n] if driven else (momentum[n] - reached[n]) / inertia[n]
     if c.numbers[1]:
         for i in range(r):
             for n in range(lanes):
@@ -219,7 +225,7 @@ def axis_balance(fixed: Indices, own: Indices, fresh: Mask) -> None:
     for n in range(lanes):
         if fresh[n]:
             found = push[n] + 2.0 * swing[n] * rate[n] - bent[n] + left[n]
-            acceleration = found / (inertia[n] - share[n])
+            acceleration = at.rigid[ACCELERATION, n] if c.numbers[2] else found / (inertia[n] - share[n])
             at.rigid[ACCELERATION, n], at.rigid[TORQUE, n] = acceleration, push[n]
             at.rigid[MOMENTUM, n], at.inertia[0, n] = inertia[n] * rate[n] + reached[n], inertia[n]
             for i in range(r):
@@ -269,12 +275,31 @@ def axis_jump(fixed: Indices, own: Indices) -> None:
     sum_of(at.coupling, solved, share)
     for n in range(lanes):
         at.rigid[TORQUE, n] = at.rigid[TORQUE, n] + push[n]
-        left[n] = (push[n] + left[n]) / (at.inertia[0, n] - share[n])
+        left[n] = 0.0 if c.numbers[2] else (push[n] + left[n]) / (at.inertia[0, n] - share[n])
         at.rigid[ACCELERATION, n] = at.rigid[ACCELERATION, n] + left[n]
     for i in range(r):
         for n in range(lanes):
             at.a[i, n] = at.a[i, n] - free[i, n] - left[n] * solved[i, n]
             at.forces[i, n] = at.forces[i, n] + inside[i, n]
+
+
+@jit
+def axis_turn(fixed: Indices, own: Indices, failed: Indices) -> None:
+    """Hubs that are prescribed stand as they are told behind a step; coordinates take up jumps of the acceleration."""
+    c, at, s = part_at(AxisModel, fixed, 0), part_at(AxisState, own, 0), part_at(AxisSpace, own, _SPACE)
+    solved, jump, jumps = s.on_q[SOLVED], s.rigid[_LEFT], 0.0
+    for n in range(failed.size):
+        jump[n] = s.told[_BEHIND, n] - s.told[ACCELERATION, n] if failed[n] == 0 else 0.0
+        jumps += abs(jump[n])
+        if failed[n] == 0:
+            at.rigid[ANGLE, n], at.rigid[RATE, n] = s.told[ANGLE, n], s.told[RATE, n]
+            at.rigid[ACCELERATION, n] = s.told[_BEHIND, n]
+    if jumps == 0.0:
+        return
+    times(c.still, at.coupling, solved)
+    for i in range(at.a.shape[0]):
+        for n in range(failed.size):
+            at.a[i, n] = at.a[i, n] - jump[n] * solved[i, n]
 
 
 @jit
@@ -322,7 +347,7 @@ def axis_stable(fixed: Indices, own: Indices, n: int, step: float) -> bool:
     r = at.q.shape[0]
     q, coupling = np.empty(r), np.empty(r)
     for i in range(r):
-        q[i], coupling[i] = at.q[i, n], at.coupling[i, n]
+        q[i], coupling[i] = at.q[i, n], 0.0 if c.numbers[2] else at.coupling[i, n]
     size, stress, stiff, lagged, share, limit = 0.0, 0.0, 0.0, 0.0, 0.0, STABLE_SHARE * 4.0 / (step * step)
     for i in range(r):
         size += q[i] * q[i]

@@ -54,7 +54,7 @@ class AnyHubBlocks:
         self._rows.append((work, ride))
         return work, ride, loop, *(whole_inputs(run, self._drives) for _ in range(2))
 
-    def place(self, row: int, q: Array, v: Array) -> None:
+    def place(self, row: int, q: Array, v: Array, told: Array | None = None) -> None:
         """Place a plant at coordinates and rates, on its hub at the start."""
         work, ride = self._rows[row]
         work.q[:], work.v[:], ride.rigid[:] = q, v, self._run.ride.rigid
@@ -70,9 +70,9 @@ class AxisBlocks:
     kernels: Any = axis_run
     lanes = 64
 
-    def __init__(self, run: HubRun, drives: Drives, sensing: Sensing, axis: int) -> None:
+    def __init__(self, run: HubRun, drives: Drives, sensing: Sensing, axis: int, driven: bool) -> None:
         self._run, self._axis, self._rows = run, axis, list[tuple[AxisState, int]]()
-        self._model = axis_model(run, drives, sensing, whole_inputs(run, drives), axis)
+        self._model = axis_model(run, drives, sensing, whole_inputs(run, drives), axis, driven)
         self.fixed: tuple[Any, ...] = (self._model, drives, sensing)
 
     def block(self, loop: LoopState) -> tuple[Any, ...]:
@@ -82,10 +82,13 @@ class AxisBlocks:
         self._rows += [(state, lane) for lane in range(runs)]
         return state, new_axis_space(self._model, runs), loop
 
-    def place(self, row: int, q: Array, v: Array) -> None:
-        """Place a plant at coordinates and rates, on its hub at the start."""
+    def place(self, row: int, q: Array, v: Array, told: Array | None = None) -> None:
+        """Place a plant at coordinates and rates; on its hub at the start, or one that is told where it is."""
         (state, lane), rigid = self._rows[row], self._run.ride.rigid
         state.q[:, lane], state.v[:, lane] = q, v
+        if told is not None:
+            state.rigid[: len(told), lane] = told
+            return
         state.rigid[ANGLE, lane] = start_angle(rigid, self._axis)
         state.rigid[RATE, lane] = rigid[TWIST + 3 + self._axis]
 
@@ -95,10 +98,10 @@ class AxisBlocks:
         return state.q[:, lane]
 
 
-def blocks_of(run: HubRun, drives: Drives, sensing: Sensing) -> AnyHubBlocks | AxisBlocks:
-    """Blocks for a run under some drives and sensors."""
+def blocks_of(run: HubRun, drives: Drives, sensing: Sensing, driven: bool) -> AnyHubBlocks | AxisBlocks:
+    """Blocks for a run under some drives and sensors, on a hub that may be driven about its one axis."""
     axis = axis_of(run, drives)
-    return AnyHubBlocks(run, drives, sensing) if axis < 0 else AxisBlocks(run, drives, sensing, axis)
+    return AnyHubBlocks(run, drives, sensing) if axis < 0 else AxisBlocks(run, drives, sensing, axis, driven)
 
 
 def whole_inputs(run: HubRun, drives: Drives) -> HubInputs:

@@ -15,6 +15,7 @@ from tautflex.control.compiled.addresses import table_of
 from tautflex.control.compiled.blocks import blocks_of
 from tautflex.control.compiled.drives import drives_of
 from tautflex.control.compiled.parts import DRAWN, INTERVALS, Drives, LinearLoop, LoopState, Sensing
+from tautflex.control.compiled.prescribed import Prescribed, require_no_motion_of
 from tautflex.control.compiled.sensing import moved_by, sensing_of
 from tautflex.control.late import behind_drives
 from tautflex.control.law import ControlLaw, law_of
@@ -42,7 +43,7 @@ _NONE, _NOT = np.zeros((1, 0)), np.zeros((0, 0, 0))
 
 
 class CompiledPlant:
-    """Plants of one reduced model on a free hub, side by side, by central differences: what training and tuning run on.
+    """Plants of one reduced model side by side, by central differences: what training and tuning run on.
 
     The same drives, steps, sensors and noise as `Plant` has, in one compiled call for all of them. What a plant keeps
     beside is left out: there is no record, no time error, and a step that is not stable is not halved but fails.
@@ -52,9 +53,12 @@ class CompiledPlant:
     rom
         Reduced model (`reduce`) of a state that is equipped for the actuators.
     hub
-        Free hub, without functions of time and motion.
+        Free hub, without functions of time and motion; None: the motion is prescribed.
     actuators, sensors, interval, time_step, damping
         As of `Plant`.
+    maneuver
+        Prescribed motion about x, y or z, which may jump between two steps of ``time_step``, not within one; None is
+        none. Each plant may be given another one by `reset`.
     count
         Number of plants side by side, >= 1.
 
@@ -79,19 +83,21 @@ class CompiledPlant:
     InputError
         If an argument is wrong, or the step is not stable.
     UnsupportedError
-        If the model is hyper-reduced, the hub has feedback, or a sensor is not linear.
+        If the model is hyper-reduced, the hub has feedback, a maneuver is no turn about one axis through the origin, or
+        a sensor is not linear.
     """
 
     def __init__(
         self,
         rom: ReducedModel,
-        hub: FreeHub,
+        hub: FreeHub | None = None,
         actuators: Mapping[str, Any] | None = None,
         sensors: Mapping[str, Sensor] | None = None,
         *,
         interval: float = 0.01,
         time_step: float | None = None,
         damping: Damping | None = None,
+        maneuver: Maneuver | None = None,
         count: int = 1,
     ) -> None:
         if not isinstance(rom, ReducedModel):
@@ -100,8 +106,8 @@ class CompiledPlant:
                 "one, or use Plant"
             )
         self.rom = rom
-        self.hub: FreeHub | None = checks.instance("hub", hub, FreeHub, "a FreeHub(...)")
-        if hub.feedback:
+        self.hub: FreeHub | None = checks.instance("hub", hub, (FreeHub, type(None)), "a FreeHub(...), or None")
+        if hub is not None and hub.feedback:
             raise UnsupportedError(
                 "hub: expected constant force and torque, got functions of time and motion; command a HubTorque"
             )
@@ -113,16 +119,23 @@ class CompiledPlant:
         self.inputs: tuple[Channel, ...] = bank.channels
         self._effects = bank.effects
         step = interval / self._steps
-        question = {"time_step": step, "end_time": interval, "method": CentralDifference(), "damping": damping}
-        self._run = HubRun(rom, TransientProblem.asked(rom, hub, question | {"inputs": bank.inputs}))
-        self._run.start()
+        question: dict[str, Any] = {"time_step": step, "end_time": interval, "method": CentralDifference()}
+        question |= {"damping": damping, "inputs": bank.inputs}
+        require_no_motion_of(hub, maneuver)
+        self._along = Prescribed(rom, maneuver, question) if hub is None else None
+        ridden = hub if self._along is None else self._along.hub
+        self._run = HubRun(rom, TransientProblem.asked(rom, ridden, question))
+        if self._along is None:
+            self._run.start()
         self.sensors, prepared = checked_sensors(sensors, self.actuators, rom.state, hub)
         self.outputs: tuple[Channel, ...] = tuple(
             Channel(name, bound.unit, bound.size, self.sensors[name].noise) for name, bound in prepared.items()
         )
         sensing = sensing_of(self._run, self.sensors, prepared, interval, bank)
         drives = drives_of(self._run, bank, monitor, np.array([interval, step, self._steps, monitor.window]))
-        self._blocks = blocks_of(self._run, drives, sensing)
+        if self._along is not None:  # forces do no work on a hub that is driven
+            drives = drives._replace(pushing=0 * drives.pushing)
+        self._blocks = blocks_of(self._run, drives, sensing, self._along is not None)
         self._fixed, self._kept = table_of(*self._blocks.fixed)
         self._watched, self._views = drives.watched, dict[int, LinearPlant]()
         self._make_blocks(drives, sensing)
@@ -138,6 +151,7 @@ class CompiledPlant:
             zeros((count, c, late)), target, output, value, np.ones((count, c)), offset, zeros((count, c, 3)),
             zeros((count, o, old)), work, pull, given, pumped, zeros((count, _DRAWS, o)), zeros((count, c, 4)),
             zeros((count, 2), dtype=np.int64), zeros(count, dtype=np.int64),
+            zeros((count, 0 if self._along is None else _DRAWS * self._steps, 4)),
         )  # fmt: skip
         self.gain, self.offset, self.value, self.work = loop.gain, loop.offset, loop.value, loop.work
         self.failures = loop.failed
@@ -159,6 +173,7 @@ class CompiledPlant:
         row: int | None = None,
         coordinates: ArrayLike | None = None,
         rates: ArrayLike | None = None,
+        maneuver: Maneuver | None = None,
     ) -> Array:
         """Begin anew: all plants, row n with ``seed + n``, or one of them with ``seed``.
 
@@ -170,6 +185,8 @@ class CompiledPlant:
             Number of the plant; None is all.
         coordinates, rates
             Where the structure begins in place of its equilibrium, shape (r,).
+        maneuver
+            Motion in place of the prescribed one.
 
         Returns
         -------
@@ -177,17 +194,19 @@ class CompiledPlant:
             Measurement, shape (outputs,) of one plant, else (count, outputs).
         """
         chosen = 0 if seed is None else seed
-        q = self._run.work.q if coordinates is None else np.asarray(coordinates, dtype=float)
+        require_no_motion_of(self.hub, maneuver)
+        start: tuple[Array, Array | None] = self._run.work.q, None
         v = self._run.work.v if rates is None else np.asarray(rates, dtype=float)
         fresh = np.full(self.count, row is None)
         if row is not None:
             checks.between("row", checks.whole("row", row, 0), 0, self.count - 1)
             fresh[row] = True
         for n in np.flatnonzero(fresh).tolist():
-            self._blocks.place(n, q, v)
+            q, told = start if self._along is None else self._along.begin(n, maneuver)
+            self._blocks.place(n, q if coordinates is None else np.asarray(coordinates, dtype=float), v, told)
             own = chosen + n if row is None else chosen
             self._noise[n] = {name: noise_of(own, name) for name, each in self.sensors.items() if each.noise > 0.0}
-            self._draw(n)
+            self._draw(n, self._steps)
         lanes = self._blocks.lanes
         for number in np.unique(np.flatnonzero(fresh) // lanes).tolist():
             part = slice(number * lanes, (number + 1) * lanes)
@@ -197,9 +216,11 @@ class CompiledPlant:
             return self.measurement.copy()
         return self.measurement[row or 0].copy()
 
-    def _draw(self, row: int) -> None:
-        """Draw noise for the next measurements of a plant."""
+    def _draw(self, row: int, before: int = 0) -> None:
+        """Draw noise for the next measurements of a plant, and its motion in what steps they leave before the first."""
         first = 0
+        if self._along is not None:
+            self._along.fill(row, self._loop.motion[row, before:])
         for channel in self.outputs:
             if channel.name in self._noise[row]:
                 drawn = self._noise[row][channel.name].standard_normal((_DRAWS, channel.size))
@@ -247,7 +268,7 @@ class CompiledPlant:
             Control law, a function (time [s], measurement) -> command, or commands, shape (interval, count, inputs) or
             (interval, inputs).
         maneuver
-            What the hub is to follow; None is rest.
+            What the hub is to follow, or how it is prescribed to move; None is rest, or the plant's own.
         end_time
             Duration under a law [s].
         seed
@@ -268,7 +289,8 @@ class CompiledPlant:
             If the law fails; ``.result`` is what was measured and asked for until then.
         """
         law = law_of("law", law) if callable(law) else law
-        first, size = self.reset(seed).reshape(self.count, -1), self._command.shape[2]
+        given = maneuver if self.hub is None else None
+        first, size = self.reset(seed, maneuver=given).reshape(self.count, -1), self._command.shape[2]
         if not isinstance(law, ControlLaw):
             table = checks.numbers("law", law)
             if table.ndim == 2 and table.shape[1] == size:
@@ -315,8 +337,9 @@ class CompiledPlant:
     def linearize(self, modes: int = 60) -> LinearPlant:
         """Linear view of small motion of the structure that was reduced, see `Plant.linearize`."""
         if modes not in self._views:
-            damping = self._run.problem.damping
-            view = linearize(self.rom.state, self._effects, self.sensors, hub=self.hub, damping=damping, modes=modes)
+            motion = None if self._along is None else self._along.maneuver.start()
+            asked: dict[str, Any] = {"damping": self._run.problem.damping, "motion": motion, "modes": modes}
+            view = linearize(self.rom.state, self._effects, self.sensors, hub=self.hub, **asked)
             self._views[modes] = behind_drives(view, self.actuators, self.inputs, self.sensors, self.outputs)
         return self._views[modes]
 
@@ -365,7 +388,8 @@ class CompiledPlant:
         lines = {
             "plants": str(self.count),
             "structure": shown(self.rom),
-            "hub": shown(self.hub),
+            "hub": "" if self.hub is None else shown(self.hub),
+            "maneuver": "" if self._along is None else shown(self._along.maneuver),
             "commands": ", ".join(f"{each.name} [{each.unit}]" for each in self.inputs),
             "measurements": ", ".join(f"{each.name} [{each.unit}]" for each in self.outputs),
             "interval": f"{self.interval:g} s, {self._steps} step(s)",

@@ -162,6 +162,9 @@ class LoopState(NamedTuple):
         Intervals since the reset, and draws that are used, shape (n, 2).
     failed
         Not 0 where a step failed, shape (n,).
+    motion
+        Of a prescribed hub at the ends of the steps to come, as many as draws times steps of an interval: angle, rate
+        and acceleration, and the acceleration behind that, where it may jump; shape (n, any, 4). None on a free one.
     """
 
     waiting: Array
@@ -180,3 +183,4 @@ class LoopState(NamedTuple):
     watch: Array
     counts: Indices
     failed: Indices
+    motion: Array

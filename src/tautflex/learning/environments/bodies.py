@@ -70,15 +70,15 @@ class PlantBodies:
 
 
 class CompiledBodies:
-    """Reduced models on their hubs, all in one compiled call."""
+    """Reduced models, all in one compiled call."""
 
     def __init__(self, arena: Arena, count: int) -> None:
-        self._plants = arena.compiled(count)
+        self._plants, self._free = arena.compiled(count), arena.hub is not None
         self.readings, self.failed = self._plants.measurement, self._plants.failures
 
     def reset(self, row: int, maneuver: Maneuver) -> None:
-        """Begin anew; the hub is free."""
-        self._plants.reset(0, row)
+        """Begin anew, along a maneuver where the motion is prescribed."""
+        self._plants.reset(0, row, maneuver=None if self._free else maneuver)
 
     def step(self, command: Array) -> None:
         """Hold commands; a plant whose step is not stable fails."""
@@ -99,6 +99,6 @@ def bodies_of(arena: Arena, kind: str, count: int) -> Bodies:
     UnsupportedError
         If the structure cannot be reduced.
     """
-    if checks.one_of("plant", kind, KINDS) == "reduced" and arena.hub is not None:
+    if checks.one_of("plant", kind, KINDS) == "reduced" and arena.compiles:
         return CompiledBodies(arena, count)
     return PlantBodies(arena, kind, count)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tautflex import checks
 from tautflex.control.compiled.addresses import table_of
 from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
@@ -100,9 +101,15 @@ class Loops:
 
     def take(self, actions: Any, shape: tuple[int, ...]) -> None:
         """Take actions of all episodes, of a shape that is asked for: one number shall not count for all silently."""
-        if np.shape(actions) != shape:
-            raise InputError(f"action: expected shape {shape}, got {np.shape(actions)}; give a number for each command")
-        self.actions[...] = actions
+        try:
+            given = np.shape(actions)
+            if given == shape:
+                self.actions[...] = actions
+                return
+        except (TypeError, ValueError):
+            checks.numbers("action", actions)
+            raise
+        raise InputError(f"action: expected shape {shape}, got {given}; give a number for each command")
 
     def step(self) -> None:
         """Take `actions` over one interval, in all episodes that go on."""

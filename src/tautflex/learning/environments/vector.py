@@ -12,7 +12,7 @@ from tautflex import checks
 from tautflex.case.schema import Case
 from tautflex.control.sensors.sensor import Sensor
 from tautflex.errors import InputError
-from tautflex.learning.arena import Arena
+from tautflex.learning.arena import Arena, mapping
 from tautflex.learning.cases import case_of
 from tautflex.learning.environments.gym import AutoresetMode, VectorEnv, gymnasium
 from tautflex.learning.environments.loops import TERMS, Loops
@@ -55,7 +55,7 @@ class VectorAntennaEnv(VectorEnv[Array, Array, Array]):
         render_mode: str | None = None,
     ) -> None:
         modes = {mode.value: mode for mode in AutoresetMode} | {mode.name: mode for mode in AutoresetMode}
-        given = autoreset_mode if isinstance(autoreset_mode, str) else autoreset_mode.value
+        given = getattr(autoreset_mode, "value", autoreset_mode)
         self._mode = modes[checks.one_of("autoreset_mode", given, tuple(modes))]
         if render_mode is not None:
             checks.one_of("render_mode", render_mode, ("rgb_array",))
@@ -74,7 +74,7 @@ class VectorAntennaEnv(VectorEnv[Array, Array, Array]):
         self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
         """Begin episodes: all, or those of ``options["reset_mask"]``; other options set parameters for all of them."""
-        given = dict(options or {})
+        given = mapping("options", options)
         mask = np.ones(self.num_envs, dtype=bool)
         if "reset_mask" in given:
             mask = np.asarray(given.pop("reset_mask"))
@@ -84,8 +84,10 @@ class VectorAntennaEnv(VectorEnv[Array, Array, Array]):
                     "give an array of bool"
                 )
         seeds: Sequence[int | None]
-        if seed is None or isinstance(seed, Sequence | np.ndarray):
-            seeds = [None] * self.num_envs if seed is None else [None if one is None else int(one) for one in seed]
+        if seed is None:
+            seeds = [None] * self.num_envs
+        elif isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str):
+            seeds = [None if one is None else checks.whole("seed", one, 0) for one in seed]
         else:
             first = checks.whole("seed", seed, 0)
             seeds = [first + row for row in range(self.num_envs)]

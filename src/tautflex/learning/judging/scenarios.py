@@ -215,7 +215,7 @@ def play(
 ) -> dict[str, float]:
     """Run an episode under a law, which is told of the plant as it should be, and tell how it went: see `METRICS`."""
     law = weakened(arena, Told(law, known or arena), scenario.weak)
-    if kind == "reduced" and arena.hub is not None:
+    if kind == "reduced" and arena.compiles:
         return _play_compiled(arena, law, scenario)
     task, parameters = arena.task, dict(scenario.parameters)
     plant = arena.plant(kind, time_step, exact=False)
@@ -244,11 +244,12 @@ def _play_compiled(arena: Arena, law: ControlLaw, scenario: Scenario) -> dict[st
     plant = arena.compiled(1, exact=False)
     disturbances = task.disturbances(parameters, arena.steps, arena.interval)
     times = np.asarray(arena.interval * np.arange(arena.steps + 1), dtype=float)
-    table = reference_table(task.maneuver(parameters), times, arena.hub).reshape(len(times), 4, spec.axes)
+    maneuver = task.maneuver(parameters)
+    table = reference_table(maneuver, times, arena.hub).reshape(len(times), 4, spec.axes)
     memory = law.start(arena.spec)
     measured, commands = len(spec.measured), len(arena.limits)
     truth, given = np.zeros((arena.steps, 1 + spec.axes)), np.zeros((arena.steps, commands))
-    y, done = plant.reset(scenario.seed), 0
+    y, done = plant.reset(scenario.seed, maneuver=maneuver if arena.hub is None else None), 0
     for number, time in enumerate(times[:-1].tolist()):
         memory, command = law.act(memory, y[:measured].copy(), Reference(time, *table[number]))
         given[number] = checks.float_array("command", command, (commands,))
