@@ -64,7 +64,7 @@ def reproduce(
     require_output_directory(output)
 
     from tautflex.paper.comparison import make_plan
-    from tautflex.study.engines.serial import WorkerLostError
+    from tautflex.study.engines.processes import WorkerLostError
 
     needs = [run for figure in figures.values() for run in figure.needs]
     plan = make_plan(tables, needs, quick, figures=bool(figures))

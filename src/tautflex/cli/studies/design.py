@@ -50,7 +50,7 @@ def design(
     require_output_directory(directory)
 
     from tautflex.study.design import write_design
-    from tautflex.study.engines.serial import WorkerLostError
+    from tautflex.study.engines.processes import WorkerLostError
 
     asked: dict[str, Any] = {"trials": trials, "workers": workers, "scheduler": scheduler, "force": force}
     try:

@@ -72,7 +72,7 @@ def sweep(
         }
         return Answer(answer, partial(_show_plan, answer))
 
-    from tautflex.study.engines.serial import WorkerLostError
+    from tautflex.study.engines.processes import WorkerLostError
     from tautflex.study.results import counts
     from tautflex.study.sweep import write_sweep
 

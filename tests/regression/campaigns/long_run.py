@@ -1,6 +1,7 @@
-"""A run of a million steps, killed three times and resumed: ``python tests/regression/long_run.py``, some minutes.
+"""A run of a million steps, killed three times and resumed, some minutes.
 
-It has to equal the run that was not killed; memory is printed along the way.
+``python tests/regression/campaigns/long_run.py``. It has to equal the run that was not killed; memory is printed along
+the way.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
+sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 
-from kill_campaign import compare, ended, started  # noqa: E402
+from kills import compare, ended, started  # noqa: E402
 
 from unit.study_cases import FILM  # noqa: E402
 
