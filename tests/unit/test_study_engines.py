@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.study.engines.processes import WorkerLostError
+from tautflex.study.engines.processes import Processes, WorkerLostError
 from tautflex.study.engines.serial import Pool
 from tautflex.study.sweep import make_plan
 from unit.study_cases import FILM, film_study
@@ -84,6 +84,16 @@ def test_a_terminal_ends_workers_that_are_just_starting_without_a_word(tmp_path,
     said = process.communicate()[1].decode()
     assert process.returncode == 128 + sign
     assert said.splitlines() == [line for line in said.splitlines() if line.startswith("tautflex: interrupted")], said
+
+
+@pytest.mark.slow
+def test_workers_have_one_thread_of_linear_algebra_each(monkeypatch):
+    names = "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"
+    for name in names:
+        monkeypatch.delenv(name, raising=False)
+    with Processes(2) as processes:
+        assert dict(processes.each(os.getenv, names)) == dict.fromkeys(names, "1")
+    assert not set(names) & set(os.environ)
 
 
 @pytest.mark.slow

@@ -65,14 +65,14 @@ class Asked:
     beside: tuple[str, str] | None = None
     length: float = 0.0
 
-    def begun(self, place: Path, log: Path) -> subprocess.Popen[bytes]:
-        """Start it with its output in a folder."""
+    def begun(self, place: Path, log: Path, *, start: bool = True) -> subprocess.Popen[bytes]:
+        """Start it with its output in a folder, where there is an earlier one to ``start`` with if it has one."""
         place.mkdir(parents=True, exist_ok=True)
-        target = place / self.output
-        if self.start is not None and not target.exists():
-            shutil.copy(self.start, target)
+        target, first = place / self.output, self.start if start else None
+        if first is not None and not target.exists():
+            shutil.copy(first, target)
         more = [] if self.beside is None else [self.beside[0], str(place / self.beside[1])]
-        more += ["--force"] * (self.start is not None)
+        more += ["--force"] * (first is not None)
         command = [sys.executable, "-m", "tautflex", *self.arguments, "-o", str(target), *more]
 
         def listen() -> None:

@@ -48,7 +48,7 @@ class Processes:
 
     def __enter__(self) -> Processes:
         context = multiprocessing.get_context("spawn")
-        with _unheard():
+        with unheard():
             self._stop = context.Event()
             options: Any = {"mp_context": context, "initializer": _start_worker, "initargs": (self._stop,)}
             self._pool = ProcessPoolExecutor(self._count, **options)
@@ -74,7 +74,7 @@ class Processes:
         waiting, pending = deque(jobs), dict[Future[Result], Job]()
         try:
             while waiting or pending:
-                with _unheard(), _one_thread_each():  # processes start when they are needed
+                with unheard(), _one_thread_each():  # processes start when they are needed
                     while waiting and len(pending) < _AHEAD * self._count:
                         job = waiting.popleft()
                         pending[self._pool.submit(call, job)] = job
@@ -114,7 +114,7 @@ def _leave_with_parent() -> None:
 
 
 @contextmanager
-def _unheard() -> Iterator[None]:
+def unheard() -> Iterator[None]:
     """Hold back what a terminal sends to all processes of a command, from those that are started inside for good.
 
     Workers import for seconds before they could ignore it, and the process that tracks what they share dies of SIGHUP.
