@@ -8,7 +8,7 @@ CHECKED := src tests benchmarks examples tools docs/conf.py
 PYTEST := $(BIN)/pytest --numprocesses=auto --maxprocesses=4 --dist=loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo quick test pytest verification lint docs reference format rooms benchmark benchmark-control campaign benchmark-peers dolfinx clean
+.PHONY: help demo quick test pytest verification lint docs reference format rooms benchmark benchmark-control benchmark-studies campaign benchmark-peers dolfinx clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -60,6 +60,9 @@ benchmark: $(VENV)/installed ## measure step cost, its growth with the mesh, dir
 
 benchmark-control: $(VENV)/tools ## control steps per second of plants, environments and the functional twin (minutes)
 	$(BIN)/python benchmarks/control_steps.py
+
+benchmark-studies: $(VENV)/tools ## cost per point of sweeps: engine, processes, batches (minutes)
+	$(BIN)/python benchmarks/studies.py
 
 campaign: $(VENV)/tools ## the stop under control, then policies beside tuned laws, into docs (hours; goes on where it was interrupted)
 	$(BIN)/python benchmarks/stop_control.py

@@ -1,7 +1,8 @@
 """Ctrl-C and the signals that end a process: noted while a run is under way, and met between two of its steps.
 
-An exception that a signal's handler raises inside compiled code loses the run; where C code calls Python back it is
-dropped, as in what weak references call, and LLVM, which gets code from a cache that way, crashes without it.
+An exception that a signal's handler raises inside compiled code loses the run; where C code calls Python back, as from
+weak references and the garbage collector, it is dropped, and LLVM, which gets code from a cache that way, crashes
+without it.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ _noted: list[int] = []
 _met: list[int] = []
 _deferring: list[bool] = []
 _CALLED_BACK = "llvmlite", "threadpoolctl", "weakref"
+_AFTER_COLLECTION = "jax._src.lib"  # module whose function the garbage collector calls
 _SOON = 0.02  # [s]
 _ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
@@ -89,7 +91,8 @@ def _note(number: int, frame: FrameType | None) -> None:
 def _called_back(frame: FrameType | None) -> bool:
     """Whether C code may be waiting for a frame or one of those that called it."""
     while frame is not None:
-        if str(frame.f_globals.get("__name__")).partition(".")[0] in _CALLED_BACK:
+        name = str(frame.f_globals.get("__name__"))
+        if name.partition(".")[0] in _CALLED_BACK or name == _AFTER_COLLECTION:
             return True
         frame = frame.f_back
     return False

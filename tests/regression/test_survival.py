@@ -8,6 +8,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ import pytest
 import xarray as xr
 
 import tautflex as tf
+from tautflex.case import parse_case
 from tautflex.cli import main
 from tautflex.files.transaction import publish, result_file, result_folder
 from tautflex.interrupts import exit_code, listening
@@ -106,21 +109,43 @@ def test_two_commands_in_one_folder_are_kept_apart(tmp_path):
     assert names(tmp_path) == ["out/kept"]
 
 
-def test_two_trainings_for_one_file_are_kept_apart(tmp_path, capsys):
-    policy = tmp_path / "policy.npz"
+@contextmanager
+def another_that_writes(path: Path) -> Iterator[subprocess.Popen[str]]:
+    """Process that has a file to itself until it is killed."""
     code = (
         "import sys, pathlib; from tautflex.files.transaction import result_file\n"
         "with result_file(pathlib.Path(sys.argv[1])): print('in', flush=True); sys.stdin.read()"
     )
-    command = [sys.executable, "-c", code, str(policy)]
+    command = [sys.executable, "-c", code, str(path)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as other:
         assert other.stdout.readline() == "in\n"
-        assert main(["train", "slew.toml", "-o", str(policy)]) == 2
-        assert f"a file that no other command writes to, got that of process {other.pid}" in capsys.readouterr().err
+        yield other
         other.kill()
-    with result_file(policy):
-        policy.touch()
-    assert names(tmp_path) == ["policy.npz"]
+
+
+@pytest.mark.parametrize(
+    "words", [["train", "slew.toml"], ["explore", "m2.toml"], ["report", "run.nc"], ["animate", "run.nc"]]
+)
+def test_two_commands_for_one_file_are_kept_apart(tmp_path, capsys, words):
+    target, run = tmp_path / "made.html", tmp_path / "run.nc"
+    run.touch()
+    with another_that_writes(target) as other:
+        assert main([words[0], str(run) if words[1] == run.name else words[1], "-o", str(target)]) == 2
+        assert f"a file that no other command writes to, got that of process {other.pid}" in capsys.readouterr().err
+    with result_file(target):
+        target.touch()
+    assert names(tmp_path) == ["made.html", "run.nc"]
+
+
+def test_two_runs_are_kept_apart_where_the_folder_of_their_checkpoint_is_not_there_yet(tmp_path):
+    place = tmp_path / "new" / "kept"
+    with another_that_writes(place) as other:
+        asked = parse_case(FILM_CASE + '[maneuver]\nkind = "stop"\nrate = 0.5\nduration = 0.1\n')
+        with pytest.raises(tf.CaseError, match=f"a checkpoint that no other .* process {other.pid}"):
+            tf.run_case(asked, checkpoint=place)
+    with result_file(place):
+        pass
+    assert names(tmp_path) == []
 
 
 def test_links_to_nothing_are_refused_before_the_work(tmp_path, capsys):
@@ -157,8 +182,9 @@ def wait():
         time.sleep(0.01)
 
 
-def test_a_signal_waits_until_no_library_can_be_calling_back():
-    library = {"__name__": "llvmlite.binding"}
+@pytest.mark.parametrize("name", ["llvmlite.binding", "jax._src.lib"])
+def test_a_signal_waits_until_no_library_can_be_calling_back(name):
+    library = {"__name__": name}
     exec("def call(function):\n    function()", library)
     with listening():
         library["call"](lambda: signal.raise_signal(signal.SIGTERM))
@@ -191,7 +217,7 @@ def test_existing_results_need_force_or_resume(tmp_path, capsys):
 
 @pytest.mark.slow
 def test_random_kills_leave_whole_files_and_equal_results(tmp_path):
-    script = Path(__file__).with_name("kill_campaign.py")
+    script = Path(__file__).with_name("campaigns") / "kills.py"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(
         [sys.executable, str(script), "6", "0", "inf", "run", "export csv", "sweep"],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from tautflex.learning.environments.loops import Loops
 from tautflex.learning.judging import evaluate as judging
 from tautflex.learning.judging.baselines import baseline
 from tautflex.learning.judging.evaluate import summary
-from tautflex.learning.judging.scenarios import scenarios_of, start_on, tensioned
+from tautflex.learning.judging.scenarios import Scenario, scenarios_of, start_on, tensioned
 from tautflex.learning.judging.tune import numbers_of, with_numbers
 from unit.learning_cases import coarse
 
@@ -42,6 +43,23 @@ def policy(arena):
     layers = tuple((0.5 * random.standard_normal((out, into)), np.zeros(out)) for into, out in ((seen.size, 8), (8, 3)))
     gain = 0.01 * random.standard_normal((3, seen.matrix.shape[1]))
     return tf.Policy(seen, layers, gain, arena.limits, spec.measured, spec.commanded, spec.interval, 0.7, {"seed": 0})
+
+
+@pytest.mark.slow
+def test_an_episode_that_ctrl_c_cut_short_is_not_kept(tmp_path):
+    def law(time, measurement):
+        if time > 0.02:
+            signal.raise_signal(signal.SIGINT)
+        return np.zeros(3)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    asked = {"scenarios": [Scenario(QUIET)], "plants": ["full"], "directory": tmp_path, "workers": 1}
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            tf.evaluate({"law": law}, coarse("slew", 0.1), **asked)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_policy_in_a_loop_does_what_it_does_in_an_episode(arena, policy):

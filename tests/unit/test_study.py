@@ -193,11 +193,21 @@ def test_refused_before_anything_runs(tmp_path, more, words):
     assert not (tmp_path / "out").exists()
 
 
-def test_points_of_another_version_are_refused(tmp_path):
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ({"version": "0.0.1", "code": "other"}, r"got those of version 0\.0\.1; choose another folder, or --force"),
+        ([], r"got no such file or a damaged one \(TypeError\); --force"),
+        (None, r"code\.json: expected the version .* \(FileNotFoundError\); --force .* computes others anew"),
+    ],
+)
+def test_points_of_another_or_an_unknown_version_are_refused(tmp_path, said, words):
     tf.sweep(film_study((0.1,)), tmp_path)
     mark = tmp_path / "points" / "code.json"
-    mark.write_text(json.dumps({"version": "0.0.1", "code": "other"}), encoding="utf-8")
-    with pytest.raises(tf.CaseError, match=r"got those of version 0\.0\.1; choose another folder, or --force"):
+    mark.unlink()
+    if said is not None:
+        mark.write_text(json.dumps(said), encoding="utf-8")
+    with pytest.raises(tf.CaseError, match=words):
         tf.sweep(film_study((0.1,)), tmp_path)
     assert tf.sweep(film_study((0.1,)), tmp_path, force=True).attrs["resumed"] == 2
 

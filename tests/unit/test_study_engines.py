@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 import tautflex as tf
-from tautflex.study.engines.serial import Pool, WorkerLostError
+from tautflex.study.engines.processes import Processes, WorkerLostError
+from tautflex.study.engines.serial import Pool
 from tautflex.study.sweep import make_plan
 from unit.study_cases import FILM, film_study
 
@@ -68,13 +69,41 @@ def test_a_kill_at_any_moment_loses_nothing_that_was_finished(tmp_path, sign):
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for its children in /proc")
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGHUP])
+def test_a_terminal_ends_workers_that_are_just_starting_without_a_word(tmp_path, sign):
+    command = [sys.executable, "-m", "tautflex", "sweep", str(write_study(tmp_path, 10)), "--workers", "2"]
+    # Where tests run in the background of a shell, processes are told to let Ctrl-C pass.
+    heard = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL), "start_new_session": True}
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, cwd=tmp_path, **heard)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    while len(children.read_text(encoding="ascii").split()) < 2:  # one tracks what they share, the first worker
+        time.sleep(0.01)
+    time.sleep(0.3)
+    os.killpg(process.pid, sign)
+    said = process.communicate()[1].decode()
+    assert process.returncode == 128 + sign
+    assert said.splitlines() == [line for line in said.splitlines() if line.startswith("tautflex: interrupted")], said
+
+
+@pytest.mark.slow
+def test_workers_have_one_thread_of_linear_algebra_each(monkeypatch):
+    names = "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"
+    for name in names:
+        monkeypatch.delenv(name, raising=False)
+    with Processes(2) as processes:
+        assert dict(processes.each(os.getenv, names)) == dict.fromkeys(names, "1")
+    assert not set(names) & set(os.environ)
+
+
+@pytest.mark.slow
 def test_a_worker_that_dies_is_one_line_and_finished_points_are_kept(tmp_path):
     plan = make_plan(write_study(tmp_path, 10, 2.0), tmp_path / "out")
     with Pool(2) as pool:
         performed = pool.perform(plan.task, plan.chunks(2))
         next(performed)
         next(performed)
-        os.kill(next(iter(pool._pool._processes)), signal.SIGKILL)
+        os.kill(next(iter(pool._processes._pool._processes)), signal.SIGKILL)
         with pytest.raises(WorkerLostError, match="finished runs are kept"):
             list(performed)
     assert len(finished(tmp_path / "out")) >= 2

@@ -36,6 +36,7 @@ from tautflex.control.plant import Plant
 from tautflex.control.sensors.sensor import Sensor
 from tautflex.errors import CaseError, NotConvergedError
 from tautflex.files.checkpoints import FOLDER, LoopFolder, run_folder
+from tautflex.files.transaction import result_file
 from tautflex.interrupts import deferred
 from tautflex.motion.hub import FreeHub
 from tautflex.reduction.polynomial.model import ReducedModel
@@ -190,7 +191,10 @@ def control_case(
     plant, law = build_loop(case, prestressed(case, tell)[1], tell)
     if place is None:
         return close_case(case, plant, law, tell)
-    with run_folder(LoopFolder, place, owner_of(case), seconds, resume=True) as keeper:
+    with (
+        result_file(place, "checkpoint"),
+        run_folder(LoopFolder, place, owner_of(case), seconds, resume=True) as keeper,
+    ):
         run = close_case(case, plant, law, tell, keeper)
         if run.status is not Status.INTERRUPTED:
             keeper.remove()

@@ -24,7 +24,7 @@ from tautflex.errors import CaseError, InputError
 from tautflex.files import netcdf
 from tautflex.files.checkpoints import FOLDER, RunFolder, run_folder
 from tautflex.files.earlier import read_summary, remove_left_files
-from tautflex.files.transaction import publish
+from tautflex.files.transaction import publish, result_file
 from tautflex.interrupts import deferred
 from tautflex.motion.kinematics import Maneuver
 from tautflex.solvers.static.prestress import PrestressedState
@@ -89,7 +89,10 @@ def run_case(
     question = _question(case, state, maneuver, tell)
     if folder is None:
         return labelled(case, simulate(**question, throw=throw))
-    with run_folder(RunFolder, folder, owner_of(case), seconds, resume=True) as keeper:
+    with (
+        result_file(folder, "checkpoint"),
+        run_folder(RunFolder, folder, owner_of(case), seconds, resume=True) as keeper,
+    ):
         run = _kept_run(case, question, keeper, throw=throw)
         if run.status is Status.INTERRUPTED:
             return run

@@ -29,7 +29,7 @@ from tautflex.cli.runs.reproduce import reproduce
 from tautflex.cli.runs.run import run
 from tautflex.cli.studies.design import design
 from tautflex.cli.studies.sweep import sweep
-from tautflex.errors import InputError, MissingExtraError, NotConvergedError, NotWrittenError
+from tautflex.errors import InputError, MissingExtraError, NotWrittenError, TautflexError
 from tautflex.interrupts import exit_code, listening
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -93,7 +93,7 @@ def _outcome(arguments: list[str]) -> int:
         return _report(str(error), FAILED)
     except (InputError, MissingExtraError) as error:
         return _report(str(error), BAD_INPUT)
-    except NotConvergedError as error:
+    except TautflexError as error:
         return _report(str(error), FAILED)
     except BrokenPipeError:
         # The reader of our output left, as `| head` does; there is nobody to tell.

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
 from cyclopts import Parameter
 
 from tautflex.errors import CaseError, InputError
+from tautflex.files.transaction import result_file
 
 if TYPE_CHECKING:
     from tautflex.case import Case
@@ -131,6 +132,15 @@ def stored_run(path: Path) -> Path:
         text = f"{path}: expected the folder of a run or its run.nc, got {found}, which does not exist"
         raise CaseError(f"{text}; `tautflex run` writes one")
     return found
+
+
+@contextmanager
+def new_file(path: Path, *, force: bool) -> Iterator[None]:
+    """Keep a file to this command, as long as it takes to make it; CaseError if it may not be written."""
+    require_new_file(path, force=force)
+    with result_file(path):
+        require_new_file(path, force=force)  # by another command that ended just now
+        yield
 
 
 def require_new_file(path: Path, *, force: bool) -> None:

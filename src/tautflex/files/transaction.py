@@ -30,39 +30,47 @@ def result_folder(directory: Path) -> Iterator[None]:
     CaseError
         If another process has it, or it cannot be made.
     """
-    made = [folder for folder in (directory, *directory.parents) if not folder.exists()]
-    try:
+    with _held(directory, directory / _LOCK, "folder"):
         try:
-            directory.mkdir(parents=True, exist_ok=True)
-            lock = _locked(directory, directory / _LOCK, "folder")
             finish(directory)
         except OSError as error:
-            raise CaseError(f"{directory}: cannot write there ({error.strerror}); choose another with -o") from None
-        try:
-            yield
-        finally:
-            _unlock(directory / _LOCK, lock)
-    finally:
-        for folder in made:
-            with suppress(OSError):  # not empty
-                folder.rmdir()
+            raise _unwritable(directory, error) from None
+        yield
 
 
 @contextmanager
-def result_file(path: Path) -> Iterator[None]:
-    """Keep a file, in a folder that is there, to this process.
+def result_file(path: Path, kind: str = "file") -> Iterator[None]:
+    """Keep a file, or a folder of this kind that comes and goes, to this process; its own folder is made if missing.
 
     Raises
     ------
     CaseError
-        If another process has it.
+        If another process has it, or its folder cannot be made.
     """
-    mark = path.with_name(f".{path.name}.lock")
-    lock = _locked(path, mark, "file")
-    try:
+    with _held(path, path.with_name(f".{path.name}.lock"), kind):
         yield
+
+
+@contextmanager
+def _held(place: Path, mark: Path, kind: str) -> Iterator[None]:
+    """Hold the lock on a place; folders that were made for it and stay empty go again."""
+    made = [folder for folder in (mark.parent, *mark.parent.parents) if not folder.exists()]
+    try:
+        try:
+            lock = _locked(place, mark, kind)
+        except OSError as error:
+            raise _unwritable(place, error) from None
+        try:
+            yield
+        finally:
+            if lock is not None:
+                with suppress(OSError):
+                    mark.unlink()
+                lock.close()
     finally:
-        _unlock(mark, lock)
+        for folder in made:
+            with suppress(OSError):  # not empty
+                folder.rmdir()
 
 
 def publish(directory: Path, write: Callable[[Path, Path], Result]) -> Result:
@@ -87,20 +95,22 @@ def publish(directory: Path, write: Callable[[Path, Path], Result]) -> Result:
         raise kept_elsewhere(error, directory.name, lambda folder: write(folder, folder)) from None
 
 
-def _unlock(mark: Path, lock: IO[bytes] | None) -> None:
-    if lock is not None:
-        with suppress(OSError):
-            mark.unlink()
-        lock.close()
+def _unwritable(place: Path, error: OSError) -> CaseError:
+    return CaseError(f"{place}: cannot write there ({error.strerror}); choose another with -o")
 
 
 def _locked(place: Path, mark: Path, kind: str) -> IO[bytes] | None:
     """Lock on a place, which its process holds until it ends, however it does; None where there are no locks."""
-    while sys.platform != "win32":
+    while True:
+        mark.parent.mkdir(parents=True, exist_ok=True)
+        if sys.platform == "win32":
+            return None
         try:
             file = mark.open("a+b", buffering=0)  # what a full disk does not take must not be tried again at the end
-        except OSError:  # no room even for a name: the results will say so
-            return None
+        except OSError:
+            if not mark.parent.exists():
+                continue  # it went with a process that left it empty
+            return None  # no room even for a name: the results will say so
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if not mark.exists() or os.fstat(file.fileno()).st_ino != mark.stat().st_ino:
@@ -117,4 +127,3 @@ def _locked(place: Path, mark: Path, kind: str) -> IO[bytes] | None:
         except OSError:
             pass  # a file system without locks, or without room for a number
         return file
-    return None

@@ -21,6 +21,7 @@ from tautflex.control.law import ControlLaw
 from tautflex.control.tasks.policy import Policy
 from tautflex.errors import InputError, MissingExtraError
 from tautflex.files.transaction import result_file
+from tautflex.interrupts import deferred, meet
 from tautflex.learning.arena import Arena
 from tautflex.learning.cases import case_of
 from tautflex.learning.functional import FunctionalTwin
@@ -214,11 +215,11 @@ def train(
     }  # fmt: skip
     words = json.dumps([settings, hashlib.sha256(gain.tobytes()).hexdigest(), repr(arena.task), repr(arena.actuators)])
     training = _Training(twins, gain, keep, settings, drawn, hashlib.sha256(words.encode()).hexdigest()[:16])
-    with threadpool_limits(1, "blas"):
+    with threadpool_limits(1, "blas"), deferred():
         if checkpoint is None:
             return training.train(iterations, None, progress, seconds)
         place = checks.path("checkpoint", checkpoint)
-        with result_file(place):
+        with result_file(place, "checkpoint"):
             return training.train(iterations, place, progress, seconds)
 
 
@@ -288,6 +289,7 @@ class _Training:
             at, first, judged = self._resume(place, at)
         every = self._s["judge_every"]
         for number in range(first, iterations):
+            meet()
             if number % self._segments == 0:
                 params, course = self._draw(number)
                 at = at._replace(params=params, course=course)

@@ -266,14 +266,19 @@ def _marker(directory: Path) -> Path:
 
 
 def require_own_folder(directory: Path, force: bool) -> None:
-    """Raise CaseError if a folder holds points of another version."""
+    """Raise CaseError if a folder holds points of another version, or ones of which it cannot tell."""
     checks.flag("force", force)
-    try:
-        found: Any = json.loads(_marker(directory).read_bytes())
-    except (OSError, ValueError):
+    marker = _marker(directory)
+    if force or not any(marker.parent.glob("??/*.json")):
         return
-    if not force and found.get("code") != code_key():
-        other = found.get("version")
+    try:
+        found: Any = json.loads(marker.read_bytes())
+        code, other = found["code"], found["version"]
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        text = f"{marker}: expected the version of tautflex that its points are of, got no such file or a damaged one"
+        remedy = "--force (force=True) uses points of this version and computes others anew"
+        raise CaseError(f"{text} ({type(error).__name__}); {remedy}, or choose another folder") from None
+    if code != code_key():
         which = (
             f"version {other}" if other != __version__ else f"other sources or plugins than these of version {other}"
         )

@@ -9,10 +9,9 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from tautflex.cli.cards import show_training
-from tautflex.cli.options import Answer, CaseFile, Force, Overrides, about, command, load, require_new_file
+from tautflex.cli.options import Answer, CaseFile, Force, Overrides, about, command, load, new_file
 from tautflex.cli.runs.run import progress_bar
 from tautflex.errors import CaseError
-from tautflex.files.transaction import result_file
 from tautflex.writing import write_or_keep
 
 _MOST = 10**6  # iterations, where the clock ends a training
@@ -45,10 +44,9 @@ def train(
 
     Example: tautflex train slew.toml -o policy.npz --seconds 300 --seed 0
     """
-    require_new_file(output, force=force)
     if iterations is not None and iterations < 1:
         raise CaseError(f"--iterations: expected a number >= 1, got {iterations}; ask for example --iterations 200")
-    with result_file(output):
+    with new_file(output, force=force):
         loaded = load(case, override)
 
         from tautflex.learning.train import train as run

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say
-from tautflex.cli.options import Answer, Force, command, require_new_file, stored_run
+from tautflex.cli.options import Answer, Force, command, new_file, stored_run
 from tautflex.writing import write_or_keep
 
 
@@ -30,12 +30,11 @@ def animate(
     Example: tautflex animate m2 -o stop.gif
     """
     source = stored_run(run)
-    require_new_file(output, force=force)
 
     from tautflex.files.netcdf import opened
     from tautflex.plot.animation import animate as film
 
-    with opened(source) as data:
+    with new_file(output, force=force), opened(source) as data:
         asked: dict[str, Any] = {"magnification": magnification, "frames": frames, "rate": rate}
         write_or_keep(output, lambda path: film(data, path, turning=not floating, **asked))
     return Answer({"file": output}, partial(say, f"Wrote {output}."))

@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say
-from tautflex.cli.options import Answer, CaseFile, Force, Overrides, about, command, load, require_new_file
+from tautflex.cli.options import Answer, CaseFile, Force, Overrides, about, command, load, new_file
 from tautflex.writing import write_or_keep
 
 
@@ -29,13 +29,13 @@ def explore(
 
     Example: tautflex explore m2.toml -o explorer.html
     """
-    require_new_file(output, force=force)
-    loaded = load(case, override)
+    with new_file(output, force=force):
+        loaded = load(case, override)
 
-    from tautflex.pages.explorer import explore as write
+        from tautflex.pages.explorer import explore as write
 
-    with about(case):
-        write_or_keep(output, lambda path: write(loaded, path, title=f"Explorer: {case.stem}"))
+        with about(case):
+            write_or_keep(output, lambda path: write(loaded, path, title=f"Explorer: {case.stem}"))
     megabytes = output.stat().st_size / 1e6
     return Answer(
         {"file": output, "megabytes": megabytes},

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from tautflex.cli.cards import say
-from tautflex.cli.options import Answer, Force, about, command, require_new_file, stored_run
+from tautflex.cli.options import Answer, Force, about, command, new_file, stored_run
 from tautflex.writing import write_or_keep
 
 
@@ -35,12 +35,11 @@ def report(
     """
     results = [stored_run(path) for path in (run, other) if path is not None]
     target = results[0].parent / "report.html" if output is None else output
-    require_new_file(target, force=force)
 
     from tautflex.files.netcdf import opened
     from tautflex.pages.report import report as write
 
-    with ExitStack() as files:
+    with new_file(target, force=force), ExitStack() as files:
         data = [files.enter_context(opened(path)) for path in results]
         given: dict[str, Any] = {"other": data[-1] if other else None, "size": size, "names": _names(results)}
         files.enter_context(about(run))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from tautflex.paper.figures.index import PaperFigure
     from tautflex.paper.tables.rows import Row
 
-FAILED, INTERRUPTED = 1, 130
+INTERRUPTED = 130
 _QUICK_FORMATS = ("png",)  # vector graphics would cost a third of the quick minute
 
 
@@ -64,7 +64,6 @@ def reproduce(
     require_output_directory(output)
 
     from tautflex.paper.comparison import make_plan
-    from tautflex.study.engines.serial import WorkerLostError
 
     needs = [run for figure in figures.values() for run in figure.needs]
     plan = make_plan(tables, needs, quick, figures=bool(figures))
@@ -75,8 +74,6 @@ def reproduce(
                 made.files |= _write_page(made, output, docs, quick)
     except KeyboardInterrupt:
         return _tell(f"interrupted; finished runs are kept in {output}: repeat the command to go on", INTERRUPTED)
-    except WorkerLostError as error:
-        return _tell(str(error), FAILED)
     return Answer(_answer(made), partial(show_comparison, made.rows, made.summary, made.files))
 
 

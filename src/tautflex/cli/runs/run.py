@@ -79,37 +79,37 @@ def performed(
 ) -> Answer:
     """Have a run written into its folder, anew or going on from what is there, and say what came of it."""
     directory = output if output is not None else default_directory(case)
-    earlier = _ended(loaded, case, directory, force=force, resume=resume, checkpoint=checkpoint)
-    if earlier is not None:
-        return earlier
-    with result_folder(directory), about(case), progress_bar() as progress:
-        summary = write(
-            loaded,
-            directory,
-            progress,
-            figures=partial(run_figures, formats=form or FORMATS),
-            title=case.stem,
-            seconds=checkpoint,
-            resume=resume,
-        )
-    return Answer(summary, partial(_show, case, summary, loaded), ENDED[summary["status"]])
-
-
-def _ended(loaded: Case, case: Path, directory: Path, *, force: bool, resume: bool, checkpoint: float) -> Answer | None:
-    """Answer of a run that is to go on but had ended by itself, None if there is something to do.
-
-    Raises
-    ------
-    CaseError
-        If the options contradict each other, or the folder holds what may not be replaced or does not go on.
-    """
     if force and resume:
         raise CaseError("--force, --resume: expected one of them, got both; --force starts anew, --resume goes on")
     if not 0.0 < checkpoint < math.inf:
         text = f"--checkpoint: expected seconds > 0, got {checkpoint:g}; ask for example --checkpoint 60"
         raise CaseError(f"{text}, or --checkpoint 1e9 for none but where the run is ended")
     require_output_directory(directory)
+    with result_folder(directory):
+        earlier = _ended(loaded, case, directory, force=force, resume=resume)
+        if earlier is not None:
+            return earlier
+        with about(case), progress_bar() as progress:
+            summary = write(
+                loaded,
+                directory,
+                progress,
+                figures=partial(run_figures, formats=form or FORMATS),
+                title=case.stem,
+                seconds=checkpoint,
+                resume=resume,
+            )
+    return Answer(summary, partial(_show, case, summary, loaded), ENDED[summary["status"]])
 
+
+def _ended(loaded: Case, case: Path, directory: Path, *, force: bool, resume: bool) -> Answer | None:
+    """Answer of a run that is to go on but had ended by itself, None if there is something to do.
+
+    Raises
+    ------
+    CaseError
+        If the folder holds what may not be replaced or does not go on.
+    """
     from tautflex.files.earlier import finished, require_no_results
 
     if resume:

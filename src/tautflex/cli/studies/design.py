@@ -50,7 +50,6 @@ def design(
     require_output_directory(directory)
 
     from tautflex.study.design import write_design
-    from tautflex.study.engines.serial import WorkerLostError
 
     asked: dict[str, Any] = {"trials": trials, "workers": workers, "scheduler": scheduler, "force": force}
     try:
@@ -59,8 +58,6 @@ def design(
             data, files = write_design(study, directory, progress=progress, figures=drawn, **asked)
     except KeyboardInterrupt:
         return tell(f"interrupted; finished trials are kept in {directory}: repeat the command to go on", INTERRUPTED)
-    except WorkerLostError as error:
-        return tell(str(error), FAILED)
     best = [
         {str(name): data[name].sel(trial=number).values for name in data.data_vars if data[name].dims == ("trial",)}
         | {"trial": number}

@@ -72,7 +72,6 @@ def sweep(
         }
         return Answer(answer, partial(_show_plan, answer))
 
-    from tautflex.study.engines.serial import WorkerLostError
     from tautflex.study.results import counts
     from tautflex.study.sweep import write_sweep
 
@@ -82,8 +81,6 @@ def sweep(
             data, files = write_sweep(plan, directory, progress, drawn)
     except KeyboardInterrupt:
         return tell(f"interrupted; finished points are kept in {directory}: repeat the command to go on", INTERRUPTED)
-    except WorkerLostError as error:
-        return tell(str(error), FAILED)
     told = {name: data.attrs[name] for name in ("resumed", "seconds")}
     answer = {**counts(data), **told, "files": files}
     return Answer(answer, partial(_show, answer, data), FAILED if answer["failed"] else 0)

@@ -7,10 +7,8 @@ import json
 import os
 import pickle
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from functools import lru_cache
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +23,12 @@ from tautflex.errors import InputError
 from tautflex.learning.arena import Arena
 from tautflex.learning.environments.bodies import KINDS
 from tautflex.learning.judging.scenarios import METRICS, Scenario, play, scenarios_of, start_on, tensioned
+from tautflex.study.engines.processes import Processes
 from tautflex.writing import write_text
 
 Progress = Callable[[float, str], None]
+Job = tuple[str, int, str]
+"""Name of a law, number of a scenario, kind of plant."""
 _DRAWS = 2000  # of the bootstrap
 _LEVEL = 95.0  # of its interval [%]
 
@@ -94,7 +95,7 @@ def evaluate(
             raise InputError(f"laws.{name}: {error}") from None
     jobs = [(name, number, kind) for number in range(len(chosen)) for kind in plants for name in asked]
     folder = None if directory is None else checks.path("directory", directory)
-    found = dict[tuple[str, int, str], dict[str, float]]()
+    found = dict[Job, dict[str, float]]()
     marks = {job: _mark(case, asked[job[0]], chosen[job[1]], job[2]) for job in jobs} if folder is not None else {}
     for job in jobs if folder is not None else ():
         kept = _kept(folder, marks[job])
@@ -111,14 +112,15 @@ def evaluate(
 
 
 def _played(
-    case: Case, laws: Mapping[str, ControlLaw], scenarios: Sequence[Scenario], jobs: list[Any], workers: int | None
-) -> Iterator[tuple[Any, dict[str, float]]]:
+    case: Case, laws: Mapping[str, ControlLaw], scenarios: Sequence[Scenario], jobs: list[Job], workers: int | None
+) -> Iterator[tuple[Job, dict[str, float]]]:
     """Results of jobs as they come."""
     count = min(os.cpu_count() or 1 if workers is None else checks.whole("workers", workers, 1), len(jobs))
     text = case.to_toml()
+    episodes = [(job, text, laws[job[0]], scenarios[job[1]]) for job in jobs]
     if count <= 1:
-        for job in jobs:
-            yield job, _play(text, laws[job[0]], scenarios[job[1]], job[2])
+        for episode in episodes:
+            yield episode[0], _play(episode)
         return
     for name, law in laws.items():
         try:
@@ -127,15 +129,9 @@ def _played(
             raise InputError(
                 f"laws.{name}: expected a law that other processes can be sent, got {law!r} ({error}); set workers=1"
             ) from None
-    # Fresh processes, because forked ones share locks of numerical libraries with threads that are not there.
-    with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-        waiting = {pool.submit(_play, text, laws[job[0]], scenarios[job[1]], job[2]): job for job in jobs}
-        try:
-            for done in as_completed(waiting):
-                yield waiting[done], done.result()
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+    with Processes(count) as processes:
+        for episode, result in processes.each(_play, episodes):
+            yield episode[0], result
 
 
 @lru_cache(maxsize=8)
@@ -145,7 +141,8 @@ def _arena(text: str, error: float) -> Arena:
     return Arena(tensioned(parse_case(text), error))
 
 
-def _play(text: str, law: ControlLaw, scenario: Scenario, kind: str) -> dict[str, float]:
+def _play(episode: tuple[Job, str, ControlLaw, Scenario]) -> dict[str, float]:
+    (_, _, kind), text, law, scenario = episode
     arena = _arena(text, scenario.tension_error)
     step = 0.5 * arena.case.solver.time_step if kind == "full" else None
     return play(arena, law, scenario, kind, step, _arena(text, 0.0))

@@ -21,7 +21,7 @@ from tautflex.learning.arena import Arena
 from tautflex.learning.environments.references import reference_table
 from tautflex.motion.attitude import attitude as attitude_of
 from tautflex.numeric import Array
-from tautflex.solvers.transient.status import Run
+from tautflex.solvers.transient.status import Run, Status
 
 TENSION_ERRORS = (-0.05, 0.0, 0.05)
 # What is left of a vibration is read over the last part of an episode.
@@ -226,6 +226,8 @@ def play(
         if not isinstance(error.result, Run):
             raise
         run = error.result
+    if run.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt  # what there is of the episode must not count as all of it
     data, steps = run.data, arena.steps
     done = slice(1, min(steps, data.sizes["sample_time"] - 1) + 1)
     rms = data["surface_rms"].values[done]

@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from typing import Any
 
 from tautflex.errors import InputError, MissingExtraError, TautflexError
+from tautflex.study.engines.processes import unheard
 from tautflex.study.work import FAILED, Outcome, Task, work
 
 _AHEAD = 3  # chunks per thread of a worker that wait on the scheduler: none is idle, and it has little to keep
@@ -44,7 +45,9 @@ class Cluster:
         try:
             if scheduler is None:
                 options: Any = {"threads_per_worker": 1, "dashboard_address": None, "silence_logs": logging.ERROR}
-                scheduler = self._open.enter_context(distributed.LocalCluster(workers, **options)).scheduler_address
+                with unheard():
+                    cluster = self._open.enter_context(distributed.LocalCluster(workers, **options))
+                scheduler = cluster.scheduler_address
             self._client: Any = self._open.enter_context(distributed.Client(scheduler, timeout=_PATIENCE))
         except (OSError, ValueError, TimeoutError) as error:
             reason = " ".join(str(error).split())[:120]

@@ -1,6 +1,7 @@
-"""A run of a million steps, killed three times and resumed: ``python tests/regression/long_run.py``, some minutes.
+"""A run of a million steps, killed three times and resumed, some minutes.
 
-It has to equal the run that was not killed; memory is printed along the way.
+``python tests/regression/campaigns/long_run.py``, of a reduced model; ``full`` and a number of steps may follow. It has
+to equal the run that was not killed; memory is printed along the way, and the largest of its report.
 """
 
 from __future__ import annotations
@@ -13,13 +14,17 @@ import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
+sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 
-from kill_campaign import compare, ended, started  # noqa: E402
+from kills import compare, ended, started  # noqa: E402
 
-from unit.study_cases import FILM  # noqa: E402
+from unit.study_cases import FILM, film  # noqa: E402
 
-STEPS = 10**6
+STEP = {"reduced": 5e-3, "full": 2e-5}
+CASES = {
+    "reduced": FILM,
+    "full": film(0.1, 'method = "central-difference"\ntime_step = 2e-5\nend_time = 1.0') + "every = 10\n",
+}
 PARTS = "RssAnon", "RssFile", "VmHWM"
 
 
@@ -46,13 +51,13 @@ def watched(child: int, seconds: float) -> list[list[int]]:
     return seen
 
 
-def main() -> None:
+def main(kind: str = "reduced", steps: int = 10**6) -> None:
     """Run, kill and compare."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         case, log = folder / "film.toml", folder / "log"
-        case.write_text(FILM, encoding="utf-8")
-        asked = "run", str(case), "--set", f"solver.end_time={5e-3 * STEPS}", "--checkpoint", "1"
+        case.write_text(CASES[kind], encoding="utf-8")
+        asked = "run", str(case), "--set", f"solver.end_time={STEP[kind] * steps}", "--checkpoint", "1"
         begun = time.perf_counter()
         child = started(log, *asked, "-o", str(folder / "whole"))
         seen = watched(child, 1e6)
@@ -60,6 +65,9 @@ def main() -> None:
         assert ended(child) == 0, log.read_text(encoding="utf-8")
         tell(f"{length:.0f} s; anonymous, mapped and largest memory [MB]:", *seen[:: max(1, len(seen) // 20)])
         tell(f"run.nc: {(folder / 'whole' / 'run.nc').stat().st_size // 10**6} MB")
+        seen = watched(reporting := started(log, "report", str(folder / "whole"), "-o", str(folder / "page.html")), 1e6)
+        assert ended(reporting) == 0, log.read_text(encoding="utf-8")
+        tell("report, largest memory [MB]:", max(each[-1] for each in seen))
         for number in range(3):
             child = started(log, *asked, "-o", str(folder / "cut"), *["--resume"] * (number > 0))
             watched(child, length / 5)
@@ -71,4 +79,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(*[each(text) for each, text in zip((str, int), sys.argv[1:], strict=False)])

@@ -1,7 +1,8 @@
-"""Kills commands at random instants and looks at what they leave: ``python tests/regression/kill_campaign.py 200``.
+"""Kills commands at random instants and looks at what they leave: ``python tests/regression/campaigns/kills.py 200``.
 
 A seed, the most seconds and names of commands may follow; kills are counted, by command, signal and exit code.
 Children are forked from a process that has imported everything, so that signals meet the work and not the imports.
+Commands that must not be forked are killed by `processes.py`.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent)]
+sys.path[:0] = [str(HERE.parents[1])]
 
 import matplotlib.pyplot  # noqa: E402
 import xarray as xr  # noqa: E402
@@ -153,7 +154,6 @@ def commands(folder: Path) -> dict[str, Command]:
         "export vtu": Command(("export", result, "--to", "vtu"), 0.15),
         "export csv": Command(("export", result, "--to", "csv"), 0.15),
         "sweep": Command(("sweep", str(study), "--workers", "1"), 0.15),
-        "sweep on two": Command(("sweep", str(study), "--workers", "2"), 0.03),
         "design": Command(("design", str(study), "--workers", "1"), 0.1),
         "reproduce": Command(("reproduce", "--table", "7", "--quick", "--workers", "1"), 0.07),
     }

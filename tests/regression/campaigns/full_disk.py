@@ -1,4 +1,4 @@
-"""Commands on a disk that fills up: ``python tests/regression/full_disk_campaign.py 20``, as root, who may make
+"""Commands on a disk that fills up: ``python tests/regression/campaigns/full_disk.py 20``, as root, who may make
 small disks; names of commands may follow.
 
 For each command and fill level there is an old result on a disk with less or more room for the new one. The command
@@ -15,9 +15,9 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
+sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 
-from kill_campaign import Command, commands, compare, ended, look  # noqa: E402
+from kills import Command, commands, compare, ended, look  # noqa: E402
 
 from tautflex.cli import main  # noqa: E402
 
