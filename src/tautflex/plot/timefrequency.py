@@ -67,7 +67,8 @@ def plot_scalogram(
     time, frequency = shown["time"].values, shown["frequency"].values
     figure, axes = new_axes(DOUBLE_COLUMN * 0.75, 3.0, "time $t$ [s]", "frequency $f$ [Hz]")
     axes.grid(False)
-    look: dict[str, Any] = {"cmap": SEQUENTIAL, "vmin": limits[0], "vmax": limits[1], "shading": "gouraud"}
+    top = limits[1] if limits[1] > limits[0] else limits[0] + 1.0  # of a point that does not move
+    look: dict[str, Any] = {"cmap": SEQUENTIAL, "vmin": limits[0], "vmax": top, "shading": "gouraud"}
     image = axes.pcolormesh(time, frequency, image_values[:, ::stride], rasterized=True, **look)
     faded = _FADED if floor is None else 10.0 ** (floor / 20.0)
     visible = shown["ridge_magnitude"].values > faded * float(data["ridge_magnitude"].max())

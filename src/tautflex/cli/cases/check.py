@@ -20,6 +20,7 @@ def check(case: CaseFile, /, *, override: Overrides = None) -> Answer:
 
         from tautflex.case.advice import advise
         from tautflex.case.build import build_state
+        from tautflex.solvers.modal.rigid import mass_center
 
         with about(case):
             state = build_state(loaded)
@@ -29,17 +30,22 @@ def check(case: CaseFile, /, *, override: Overrides = None) -> Answer:
             "ok": False,
             **dict.fromkeys(("nodes", "dofs", "unknowns"), 0),
             "mass": 0.0,
+            "mass_center": None,
+            "inertia": None,
             "warnings": [],
             "notes": [],
         }
         return Answer(nothing | {"error": str(error)}, list, error=error)
     model = state.model
+    center, inertia = mass_center(state.system.inertia)
     answer = {
         "ok": True,
         "nodes": len(model.nodes),
         "dofs": model.dof_count,
         "unknowns": state.system.size,
         "mass": model.mass,
+        "mass_center": center.tolist(),
+        "inertia": inertia.tolist(),
         "warnings": warnings,
         "notes": notes,
         "prestress": {
