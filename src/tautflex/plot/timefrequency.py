@@ -67,8 +67,7 @@ def plot_scalogram(
     time, frequency = shown["time"].values, shown["frequency"].values
     figure, axes = new_axes(DOUBLE_COLUMN * 0.75, 3.0, "time $t$ [s]", "frequency $f$ [Hz]")
     axes.grid(False)
-    top = limits[1] if limits[1] > limits[0] else limits[0] + 1.0  # of a point that does not move
-    look: dict[str, Any] = {"cmap": SEQUENTIAL, "vmin": limits[0], "vmax": top, "shading": "gouraud"}
+    look: dict[str, Any] = {"cmap": SEQUENTIAL, "vmin": limits[0], "vmax": limits[1], "shading": "gouraud"}
     image = axes.pcolormesh(time, frequency, image_values[:, ::stride], rasterized=True, **look)
     faded = _FADED if floor is None else 10.0 ** (floor / 20.0)
     visible = shown["ridge_magnitude"].values > faded * float(data["ridge_magnitude"].max())
@@ -100,11 +99,12 @@ def plot_scalogram(
 save_scalogram = saving(plot_scalogram)
 
 
-def _levels(magnitude: xr.DataArray, floor: float | None, label: str) -> tuple[Array, tuple[float, float | None], str]:
+def _levels(magnitude: xr.DataArray, floor: float | None, label: str) -> tuple[Array, tuple[float, float], str]:
     """Values to colour, their limits and their label, in a length or in decibels."""
     if floor is None:
         scale, unit = length_unit(magnitude.values)
-        return scale * magnitude.values, (0.0, None), f"{label} [{unit}]"
+        values = scale * magnitude.values
+        return values, (0.0, float(values.max()) or 1.0), f"{label} [{unit}]"
     if not finite("floor", floor) < 0.0:
         raise InputError(f"floor: expected a negative number of decibels, got {floor!r}; -40 shows a hundredth")
     largest = float(magnitude.max()) or 1.0

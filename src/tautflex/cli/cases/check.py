@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from tautflex.cli.cards import show_check
 from tautflex.cli.options import Answer, CaseFile, Overrides, about, command, load
@@ -26,7 +27,7 @@ def check(case: CaseFile, /, *, override: Overrides = None) -> Answer:
             state = build_state(loaded)
             warnings, notes = advise(loaded, state)
     except InputError as error:
-        nothing = {
+        nothing: dict[str, Any] = {
             "ok": False,
             **dict.fromkeys(("nodes", "dofs", "unknowns"), 0),
             "mass": 0.0,
