@@ -76,6 +76,7 @@ html_math_renderer = "mathml"
 html_theme = "pydata_sphinx_theme"
 html_title = f"tautflex {release}"
 html_static_path = ["_static"]
+html_sidebars = {name: [] for name in ("faq", "quickstart")}  # pages without others beside them
 html_css_files = ["tautflex.css"]
 html_show_sourcelink = False
 html_copy_source = False

@@ -30,7 +30,8 @@ run = tf.simulate(
     damping=tf.Rayleigh(0.001, 0.001),
     probes={"A": (0.7, 0.4)},
 )
-print({name: f"{value:.3e} J" for name, value in run.energy_balance.items()})
+for name, value in run.energy_balance.items():
+    print(f"{name:<10} {value:10.3e} J")
 
 # %%
 data = run.data

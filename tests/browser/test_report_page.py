@@ -13,6 +13,20 @@ from verification.dynamic_cases import small_antenna
 pytestmark = pytest.mark.slow
 
 
+def square():
+    """Film of 3 x 3 cells, held at its rim."""
+    x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(-0.5, 0.5, 4), np.linspace(-0.5, 0.5, 4)))
+    cells = [4 * row + column for row in range(3) for column in range(3)]
+    rim = np.flatnonzero(np.maximum(np.abs(x), np.abs(y)) > 0.49)
+    return tf.Model.from_mesh(
+        np.column_stack([x, y, 0.0 * x]),
+        triangles=[corner for k in cells for corner in ((k, k + 1, k + 5), (k, k + 5, k + 4))],
+        membrane=tf.MembraneSection(tf.Material(3e9, 1400.0, 0.3), 1e-4),
+        membrane_stress=(1e5, 1e5, 0.0),
+        supports=(tf.Support(tuple(rim.tolist()), ("x", "y", "z")),),
+    )
+
+
 @pytest.fixture(scope="module")
 def run():
     """The demo's antenna and frames, of a run that is shorter."""
@@ -129,6 +143,47 @@ def test_a_curve_leads_to_its_time(opened, report):
     inner = box["width"] - 68.0  # between the margins of axes.js
     expected = 1.2 * (0.5 * box["width"] - 58.0) / inner
     assert page.evaluate("window.report.player.shown") == pytest.approx(expected, abs=0.01)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_prints_light_and_to_scale(opened, report, dark):
+    """What is on paper was drawn at its size there: no picture is stretched, marks and cursors are in their places."""
+    page = opened(report, dark=dark).page
+    seek(page, 0.6)
+    before = picture(page, ".stage canvas")
+    page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    page.set_viewport_size({"width": 720, "height": 1000})
+    found = page.evaluate(
+        """() => [...document.querySelectorAll(".plot canvas, .stage canvas.still")].map((canvas) => {
+          const { width, height } = canvas.getBoundingClientRect();
+          return [canvas.width / width, canvas.height / height];
+        })"""
+    )
+    assert len(found) == page.locator(".plot").count() + 1
+    for across, down in found:
+        assert across == pytest.approx(down, rel=0.01)
+    assert picture(page, "body")[5, 5].min() > 250
+    assert page.locator("details").get_attribute("open") is not None
+    assert page.evaluate("document.documentElement.scrollWidth") <= 720
+    cursor = page.locator("#curves .cursor").first.bounding_box()
+    box = page.locator("#curves canvas").first.bounding_box()
+    assert cursor["x"] - box["x"] == pytest.approx(58.0 + 0.5 * (box["width"] - 68.0), abs=1.5)
+    page.evaluate("window.dispatchEvent(new Event('afterprint'))")
+    page.set_viewport_size({"width": 1280, "height": 820})
+    settle(page)
+    assert page.locator(".still").count() == 0
+    assert np.abs(picture(page, ".stage canvas") - before).mean() < 0.5
+
+
+def test_a_film_without_a_frame_is_outlined(opened, tmp_path):
+    """Where it stood at first: its rim, not its whole mesh; one that does not move is not given a scale."""
+    still = tf.simulate(tf.solve_prestress(square()), tf.Stop(0.0, 0.1), time_step=0.01, end_time=0.2, frames=10)
+    page = opened(tf.report(still, tmp_path / "still.html")).page
+    places = page.evaluate("Array.from(window.report.stages[0].reference.geometry.getAttribute('position').array)")
+    ends = np.array(places).reshape(-1, 2, 3)
+    assert len(ends) == 4 * 3
+    assert np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum() == pytest.approx(4.0)
+    assert page.locator("#legend").text_content() == "w = 0:nothing moves"
 
 
 @pytest.mark.parametrize(("width", "dark"), [(1280, False), (1280, True), (390, False), (390, True)])

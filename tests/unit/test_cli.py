@@ -9,6 +9,7 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import tautflex as tf
@@ -83,6 +84,8 @@ def test_check_counts_nodes_and_weighs(film, answer):
     assert found["nodes"] == 81
     assert (found["dofs"], found["unknowns"]) == (3 * 81, 3 * 49)
     assert found["mass"] == pytest.approx(1500.0 * 1e-4, rel=1e-12)  # density x thickness x area
+    np.testing.assert_allclose(found["mass_center"], np.zeros(3), atol=1e-12)
+    np.testing.assert_allclose(found["inertia"], found["mass"] / 12.0 * np.diag([1.0, 1.0, 2.0]), atol=1e-12)
     assert found["warnings"] == []
 
 

@@ -54,6 +54,12 @@ def test_commands_print_it(capsys):
     ]
     duration = next(key for key in stop["keys"] if key["name"] == "duration")
     assert (duration["unit"], duration["range"], duration["default"]) == ("s", "> 0", "needed")
+    assert main(["keys", "membrane", "--json"]) == 0
+    (film,) = json.loads(capsys.readouterr().out)["sections"]
+    assert {key["unit"] for key in film["keys"]} == {"m", "Pa", "kg/m^3", ""}, "[[membrane.layers]] is no unit"
+    assert main(["keys", "cables", "--json"]) == 0
+    (cables,) = json.loads(capsys.readouterr().out)["sections"]
+    assert cables["keys"][0]["range"] == ">= 2", "of two limits the narrower one"
     assert main(["keys", "solver"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert 'method = "wilson-theta"' in printed

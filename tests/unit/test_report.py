@@ -17,7 +17,7 @@ from tautflex.case import parse_case
 from tautflex.cli import main
 from tautflex.errors import TautflexError
 from tautflex.mechanics.loads.effects.cable_tension import CableTension
-from tautflex.motion.rotations import exponential
+from tautflex.motion.rotations import exponential, rotation_vectors
 from tautflex.pages.encode import packed, plain, quantised
 from tautflex.pages.rebuilt import Structure, stresses_over_time
 from tautflex.pages.thinning import drawing_of
@@ -107,6 +107,25 @@ def test_attitude_of_a_record_is_that_of_its_spin():
     data = xr.Dataset({"angular_velocity": (("time", "component"), np.tile(spin, (4, 1)))}, {"time": time})
     found = recorded_attitude(data, np.array([0.02, 0.3, 2.0]))
     np.testing.assert_allclose(found, [exponential(t * spin) for t in (0.0, 0.4, 1.0)], atol=1e-15)
+
+
+def test_rotation_vectors_go_on_beyond_half_a_turn():
+    """A spin about one axis, there and back over three turns: its angle, whatever turns of it come first."""
+    axis = np.array([0.0, 0.6, -0.8])
+    angles = np.concatenate([np.linspace(0.0, 20.0, 90), np.linspace(20.0, -9.0, 120)])
+    found = rotation_vectors(np.array([exponential(angle * axis) for angle in angles]))
+    np.testing.assert_allclose(found, angles[:, None] * axis, atol=1e-12)
+
+
+def test_a_run_that_ended_early_says_so(state, tmp_path):
+    hub = tf.FreeHub(20.0, (3.0, 4.0, 5.0), torque=lambda time, _: (2.0 if time < 0.1 else 1e9, 0.0, 0.0))
+    with pytest.raises(tf.NotConvergedError) as caught:
+        tf.simulate(state, hub, time_step=5e-3, end_time=0.3, frames=20)
+    found = data_of(tf.report(caught.value.result, tmp_path / "early.html"))["runs"][0]
+    said = f"the run ended early, at t = {caught.value.result.reached:.6g} s; its status says why"
+    assert found["warnings"][0] == said
+    assert said in found["notes"]
+    assert "settled" not in dict(found["numbers"])["Surface, rms"]
 
 
 def test_tensions_of_frames_are_what_a_sensor_measures(state):

@@ -303,6 +303,11 @@ def test_figures_of_one_axis_and_more(lengths, titles):
     if len(lengths) > 1:
         scales = {shades.get_clim() for panel in panels for shades in panel.collections}
         assert scales == {(1.0, np.prod(lengths) - 1.0)}
+        names = list(study["status"].dims)
+        for ticks, name in ((panels[0].get_yticks(), names[-2]), (panels[0].get_xticks(), names[-1])):
+            if study[name].dtype.kind == "f":
+                assert ticks[0] == study[name].values[0]
+                assert set(ticks) <= set(study[name].values)
 
 
 def test_values_and_keys():

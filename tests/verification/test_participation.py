@@ -11,7 +11,9 @@ from tautflex import (
     BeamSection,
     InputError,
     Material,
+    MembraneSection,
     Model,
+    PointMass,
     Rayleigh,
     UnsupportedError,
     appendage_data,
@@ -22,7 +24,7 @@ from tautflex import (
 )
 from tautflex.numeric import cross_matrix
 from tautflex.solvers.modal.natural import Modes
-from tautflex.solvers.modal.rigid import rigid_loads, rigid_mass
+from tautflex.solvers.modal.rigid import mass_center, rigid_loads, rigid_mass
 from tautflex.structure.model import Support
 from verification.builders import beam_line, unstressed
 from verification.dynamic_cases import small_antenna, string
@@ -83,6 +85,40 @@ def test_rigid_mass_matrix_of_a_beam():
     assert matrix[2, 4] == pytest.approx(-0.5)
     assert matrix[1, 5] == pytest.approx(0.5)
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-15)
+
+
+def test_center_and_inertia_of_a_film_in_a_frame_with_a_body(verification_row):
+    """Film a x b in a frame of its own size, a body at one corner: Steiner's theorem, away from the origin."""
+    a, b, at = 2.0, 1.0, np.array([0.3, -0.7, 0.5])
+    film, tube = 0.4, Material(1e9, 1e3, 0.3)
+    area, second = 2e-4, 3e-9
+    corners = np.array([[-a, -b, 0.0], [a, -b, 0.0], [a, b, 0.0], [-a, b, 0.0]]) / 2.0
+    own = np.diag([0.01, 0.02, 0.03])
+    model = Model.from_mesh(
+        corners + at,
+        triangles=[(0, 1, 2), (0, 2, 3)],
+        membrane=MembraneSection(Material(1e9, film / (a * b * 1e-4), 0.3), 1e-4),
+        beams=[(0, 1), (1, 2), (2, 3), (3, 0)],
+        beam=BeamSection(tube, area, second, second, 2 * second),
+        masses=(PointMass(2, 0.25, own),),
+        supports=(Support.clamped(0),),
+    )
+    center, inertia = mass_center(unstressed(model).system.inertia)
+    line = 1e3 * area
+    mass = film + 2.0 * line * (a + b) + 0.25
+    middle = 0.25 * corners[2] / mass  # the rest has its centre at the film's
+    np.testing.assert_allclose(center, at + middle, rtol=1e-12)
+    turning = 1e3 * second  # of a section, per length
+    about_x = film * b**2 / 12 + 2 * line * a * (b / 2) ** 2 + 2 * line * b**3 / 12 + 2 * turning * (2 * a + b)
+    about_y = film * a**2 / 12 + 2 * line * b * (a / 2) ** 2 + 2 * line * a**3 / 12 + 2 * turning * (2 * b + a)
+    about_z = about_x + about_y - 4 * turning * (a + b)
+    steiner = 0.25 * (corners[2] @ corners[2] * np.eye(3) - np.outer(corners[2], corners[2]))
+    expected = np.diag([about_x, about_y, about_z]) + own + steiner
+    expected -= mass * (middle @ middle * np.eye(3) - np.outer(middle, middle))
+    np.testing.assert_allclose(inertia, expected, rtol=1e-9, atol=1e-12)
+    verification_row(
+        "film in a frame with a body, product of inertia [kg m²]", expected[0, 1], inertia[0, 1], "Steiner"
+    )
 
 
 def test_masses_of_all_modes_sum_up(antenna_modes, verification_row):

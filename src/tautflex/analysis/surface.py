@@ -45,7 +45,9 @@ def surface(run: xr.Dataset | Run) -> xr.Dataset:
     data = dataset_of("run", run, "time", *OF_SURFACE, remedy="simulate(state, ...) gives one", table=RUN)
     found = {name: data[stored].values for stored, name in OF_SURFACE.items()}
     if np.isnan(found["rms"]).all():
-        raise InputError("run: expected one of a structure with film, got one without; cables alone have no surface")
+        raise InputError(
+            "run: expected one of a structure with film, got one without; cables and beams alone have no surface"
+        )
     stated = {name: data.attrs[name] for name in ("surface_tolerance",) if name in data.attrs}
     return xr.Dataset(described(SURFACE, found), coords={"time": data["time"]}, attrs=stated)
 

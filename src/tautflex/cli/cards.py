@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,8 +18,9 @@ if TYPE_CHECKING:
 
 
 def say(text: str) -> None:
-    """Print one plain line."""
-    Console(highlight=False, soft_wrap=True).print(Text(text))
+    """Print one plain line, broken at words on a terminal."""
+    console = Console(highlight=False)
+    console.print(Text(text), soft_wrap=not console.is_terminal)
 
 
 def show_check(case: Path, answer: Mapping[str, Any]) -> None:
@@ -27,6 +29,7 @@ def show_check(case: Path, answer: Mapping[str, Any]) -> None:
     rows.add_row("nodes", f"{answer['nodes']}")
     rows.add_row("degrees of freedom", f"{answer['dofs']}, of which supports leave {answer['unknowns']} unknown")
     rows.add_row("mass", f"{answer['mass']:.4g} kg")
+    _add_inertia(rows, answer)
     _add_prestress(rows, answer["prestress"])
     _card(f"{case.name} is valid", rows)
     for note in answer["notes"]:
@@ -205,9 +208,22 @@ def _rows() -> Table:
     return rows
 
 
+def _add_inertia(rows: Table, answer: Mapping[str, Any]) -> None:
+    """Centre of mass and inertia about it, without what rounding leaves; products of inertia where there are some."""
+    tensor = answer["inertia"]
+    most = max(tensor[k][k] for k in range(3))
+    reach = math.sqrt(most / answer["mass"]) if answer["mass"] else 0.0
+    place = ", ".join(f"{value if abs(value) > 1e-9 * reach else 0.0:.4g}" for value in answer["mass_center"])
+    rows.add_row("centre of mass", f"({place}) m")
+    pairs = {f"{a}{b}": tensor["xyz".index(a)]["xyz".index(b)] for a, b in ("xx", "yy", "zz", "xy", "xz", "yz")}
+    found = [f"{name} {value:.4g}" for name, value in pairs.items() if name[0] == name[1] or abs(value) > 1e-9 * most]
+    rows.add_row("inertia about it", f"{', '.join(found)} kg m²")
+
+
 def _add_prestress(rows: Table, prestress: Mapping[str, Any]) -> None:
     rows.add_row("prestress residual", f"{prestress['residual']:.3g} N")
-    rows.add_row("least film tension", f"{prestress['min_principal_resultant']:.4g} N/m")
+    if math.isfinite(least := prestress["min_principal_resultant"]):
+        rows.add_row("least film tension", f"{least:.4g} N/m")
 
 
 def _card(title: str, rows: Table) -> None:

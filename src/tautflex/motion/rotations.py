@@ -41,6 +41,19 @@ def rotation_vector(quaternion: Array) -> Array:
     return np.asarray(share * q[1:])
 
 
+def rotation_vectors(quaternions: Array) -> Array:
+    """Rotation vectors of quaternions in a row [rad], shape (n, 4) -> (n, 3), that go on beyond half a turn.
+
+    Of the vectors of one rotation, whole turns about its axis apart, each is the one nearest to the vector before.
+    """
+    found, last = np.zeros((len(quaternions), 3)), np.zeros(3)
+    for k, vector in enumerate(map(rotation_vector, quaternions)):
+        angle = float(np.linalg.norm(vector))
+        axis = vector / angle if angle > 0.0 else last / (float(np.linalg.norm(last)) or 1.0)
+        found[k] = last = (angle + 2.0 * np.pi * round((float(last @ axis) - angle) / (2.0 * np.pi))) * axis
+    return found
+
+
 @jit
 def matrix(quaternion: Array) -> Array:
     """Rotation matrix A of a unit quaternion, shape (3, 3)."""

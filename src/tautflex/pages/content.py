@@ -49,15 +49,24 @@ def content_of(
     found["curves"] = curves_of(run, tension)
     found["frequencies"] = frequencies_of(run, 0.0 if modes is None else float(modes.frequencies[-1]))
     found["numbers"] = numbers_of(run, modes)
-    found["warnings"] = list(run.attrs.get("warnings", ()))
+    early = _ended_early(run)
+    found["warnings"] = early + list(run.attrs.get("warnings", ()))
     found["versions"] = json.loads(run.attrs.get("versions", "{}"))
     found["case"] = str(run.attrs.get("case", ""))
     found["maneuver_end"] = float(run.attrs.get("maneuver_end", 0.0))
+    notes += early
     if len(drawing.nodes) < run.sizes["node"]:
         notes.append(f"{len(drawing.nodes)} of {run.sizes['node']} nodes are drawn")
     found["notes"] = notes
     result: dict[str, Any] = plain(found)
     return result
+
+
+def _ended_early(run: xr.Dataset) -> list[str]:
+    """That a run did not reach its end, in words, if so."""
+    if run.attrs.get("status", "completed") == "completed":
+        return []
+    return [f"the run ended early, at t = {float(run['time'][-1]):.6g} s; its status says why"]
 
 
 def _no_inputs(run: xr.Dataset) -> list[Any] | None:

@@ -13,7 +13,7 @@ from tautflex.analysis import scalogram, spectrum
 from tautflex.analysis.record import counted_from
 from tautflex.analysis.turning import recorded_attitude
 from tautflex.errors import InputError
-from tautflex.motion.rotations import rotation_vector
+from tautflex.motion.rotations import rotation_vectors
 from tautflex.numeric import Array
 from tautflex.pages.encode import packed, quantised
 from tautflex.plot.style import thinned
@@ -36,7 +36,7 @@ def curves_of(run: xr.Dataset, tension: tuple[Array, Array] | None) -> list[dict
         panels.append(_panel("surface", "Film off its best plane", "rms [mm]", lines))
     if np.any(run["angular_velocity"].values) or "attitude" in run:
         some = time[:: max(1, len(time) // 2000)]
-        turns = np.degrees([rotation_vector(row) for row in recorded_attitude(run, some)])
+        turns = np.degrees(rotation_vectors(recorded_attitude(run, some)))
         panels.append(_panel("attitude", "Attitude (rotation vector)", "angle [deg]", _along(some, turns)))
         rates = np.degrees(run["angular_velocity"].transpose("time", "component").values)
         panels.append(_panel("rate", "Angular velocity", "rate [deg/s]", _along(time, rates)))
@@ -88,13 +88,15 @@ def _panel(key: str, title: str, label: str, lines: list[tuple[str, Array, Array
 def frequencies_of(run: xr.Dataset, highest: float) -> dict[str, Any] | None:
     """Spectrum after the maneuver, to ``highest`` [Hz] or where most energy is, and scalogram of the liveliest probe.
 
-    Of the whole record where there is no maneuver or it outlasts the record; None where the record is too short.
+    Of the whole record where there is no maneuver or it outlasts the record; None of a record too short, or zero.
     """
     if not run.sizes.get("probe", 0):
         return None
     w = run["w"].transpose("probe", "time")
     name = str(run["probe"].values[int(np.abs(w.values).max(axis=1).argmax())])
     record = run["w"].sel(probe=name)
+    if not record.any():
+        return None
     try:
         counted = counted_from(run)
         after = None if counted == math.inf else counted
@@ -104,7 +106,7 @@ def frequencies_of(run: xr.Dataset, highest: float) -> dict[str, Any] | None:
         return None
     f, height = found["frequency"].values, 1e3 * found["amplitude"].values
     most = f[min(len(f) - 1, int(np.searchsorted(np.cumsum(height**2), 0.99 * np.sum(height**2))))]
-    some = (f > 0.0) & (f <= max(3.0 * most, 1.5 * highest, f[min(len(f) - 1, 8)]))
+    some = (f > 0.0) & (f <= max(1.2 * most, 1.5 * highest, f[min(len(f) - 1, 8)]))
     x, y = thinned(f[some], height[some], _MOST_POINTS, 0)
     columns = np.unique(np.linspace(0, picture.sizes["time"] - 1, _SCALOGRAM_COLUMNS).round().astype(int))
     picture = picture.isel(time=columns)

@@ -214,7 +214,7 @@ def _hub(hub: FreeHub | None, axis: int, rom: ReducedModel, said: list[str]) -> 
     letter = AXES[axis]
     if hub is None:
         own = 2.0 * _inertia(rom.state, axis)
-        said.append(f"a hub that turns about {letter} with {own:.3g} kg m^2, twice the structure's own")
+        said.append(f"a hub that turns about {letter} with {own:.3g} kg m², twice the structure's own")
         return FreeHub(1.0, np.full(3, own), axes=letter)
     if hub.axes != letter:
         said.append(f"the hub turns about {letter} alone")

@@ -35,7 +35,8 @@ def numbers_of(run: xr.Dataset, modes: Modes | None) -> list[tuple[str, str]]:
         words = [f"{1e3 * film['rms']:.4g} mm at the end"]
         if film["rms_max"] is not None:
             words.append(f"up to {1e3 * film['rms_max']:.4g} mm after the maneuver")
-            words.append("not settled" if settled is None else f"settled {settled:.4g} s after it")
+            if attributes.get("status", "completed") == "completed":
+                words.append("not settled" if settled is None else f"settled {settled:.4g} s after it")
         found.append(("Surface, rms", ", ".join(words)))
     if modes is not None:
         found.append(("Natural frequencies", ", ".join(f"{f:.4g}" for f in modes.frequencies) + " Hz"))

@@ -88,7 +88,8 @@ def report(
         raise InputError(f"names: expected {len(data)} names, got {len(called)}")
     budget = 1e6 * max(0.2, (size - _LIBRARY) / len(data) - _FIXED)
     runs = [content_of(each, name, place, state, budget) for each, name in zip(data, called, strict=False)]
-    title = " and ".join(dict.fromkeys(each["title"] for each in runs))
+    titles = {each["title"] for each in runs}
+    title = titles.pop() if len(titles) == 1 else " and ".join(called)
     text = assembled("report", title, {"title": title, "made": f"tautflex {__version__}", "runs": runs})
     return write_text(target, text)
 

@@ -71,7 +71,8 @@ def plot_time_history(
             point = f"point {probe}" if name == "" or record.sizes["probe"] > 1 else ""
             label = ", ".join(part for part in (name, point) if part)
             line = LINES[(drawn // 7 if len(cases) > 1 else drawn) % 4]
-            axes.plot(*thinned(record["time"].values, scale * record.sel(probe=probe).values), line, label=label)
+            curve = thinned(record["time"].values, scale * record.sel(probe=probe).values)
+            axes.plot(*curve, line, label=label, marker="o" if curve[0].size == 1 else None)
             drawn += 1
     ends = {maneuver_end(run) for run in cases.values()}
     end = ends.pop() if len(ends) == 1 else None

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tautflex.analysis import maneuver_end
-from tautflex.motion.rotations import rotation_vector
+from tautflex.motion.rotations import rotation_vectors
 from tautflex.numeric import Array
 from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, length_unit, new_figure, saving, styled
 from tautflex.solvers.transient.status import Run
@@ -81,7 +81,7 @@ save_loop = saving(plot_loop)
 def _panels(data: xr.Dataset) -> Iterator[_Panel]:
     time, sampled = data["time"].values, data["sample_time"].values
     if "attitude_error" in data:
-        turned = np.array([rotation_vector(one) for one in data["attitude"].values])
+        turned = rotation_vectors(data["attitude"].values)
         yield _against("attitude [rad]", time, turned, data, "attitude")
         yield _against("rate [rad/s]", time, data["angular_velocity"].values, data, "rate")
         level = data.attrs.get("attitude_tolerance")

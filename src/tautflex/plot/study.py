@@ -151,6 +151,15 @@ def _places(study: xr.Dataset, axis: str) -> tuple[np.ndarray, list[str] | None]
     return np.arange(float(len(values))), [str(value) for value in values]
 
 
+def _ticks(places: np.ndarray) -> tuple[list[float], list[str]]:
+    """Values of a map's axis, the first one and what has room after it, and what they are called."""
+    chosen = [float(places[0])]
+    for place in places[1:].tolist():
+        if place - chosen[-1] >= 0.18 * float(places[-1] - places[0]):
+            chosen.append(place)
+    return chosen, [_told(place) for place in chosen]
+
+
 def _lines(panel: Axes, study: xr.Dataset, name: str, axes: list[str]) -> None:
     places, words = _places(study, axes[0])
     order = np.argsort(places, kind="stable")
@@ -184,7 +193,11 @@ def _map(panel: Axes, study: xr.Dataset, name: str, axes: list[str], whole: np.n
     panel.set_title("\n".join([_label(study, name), *fixed]), pad=12)  # above the power of ten of the colour bar
     if names_across is not None:
         panel.set_xticks(across, names_across, rotation=30)
+    else:
+        panel.set_xticks(*_ticks(across))
     if names_down is not None:
         panel.set_yticks(down, names_down)
+    else:
+        panel.set_yticks(*_ticks(down))
     assert panel.figure is not None
     panel.figure.colorbar(shades, ax=panel)

@@ -99,11 +99,12 @@ def plot_scalogram(
 save_scalogram = saving(plot_scalogram)
 
 
-def _levels(magnitude: xr.DataArray, floor: float | None, label: str) -> tuple[Array, tuple[float, float | None], str]:
+def _levels(magnitude: xr.DataArray, floor: float | None, label: str) -> tuple[Array, tuple[float, float], str]:
     """Values to colour, their limits and their label, in a length or in decibels."""
     if floor is None:
         scale, unit = length_unit(magnitude.values)
-        return scale * magnitude.values, (0.0, None), f"{label} [{unit}]"
+        values = scale * magnitude.values
+        return values, (0.0, float(values.max()) or 1.0), f"{label} [{unit}]"
     if not finite("floor", floor) < 0.0:
         raise InputError(f"floor: expected a negative number of decibels, got {floor!r}; -40 shows a hundredth")
     largest = float(magnitude.max()) or 1.0

@@ -8,7 +8,7 @@ from functools import cache
 from docstring_parser import parse
 
 # "[rad/s]" is a unit; "[paper sec. 3]", "[theory.md 4]" and "[Kane, Ryan & Banerjee 1987]" are sources.
-_UNIT = re.compile(r"\[((?!paper|theory)[^\]\d][^\]]{0,15}|1/[^\]]{1,9})\](?!\()")
+_UNIT = re.compile(r"(?<!\[)\[((?!paper|theory)[^\[\]\d][^\]]{0,15}|1/[^\]]{1,9})\](?!\()")
 _SENTENCE_END = re.compile(r"[.;:](?=\s|$)")
 
 

@@ -150,7 +150,13 @@ def _limits_of(hint: Any) -> list[str]:
 
 
 def _limits(metadata: Sequence[Any]) -> list[str]:
-    return [f"{sign} {getattr(one, key):g}" for one in metadata for key, sign in SIGNS.items() if hasattr(one, key)]
+    found: dict[str, float] = {}  # of two limits on one side the narrower one
+    for one in metadata:
+        for key, sign in SIGNS.items():
+            if hasattr(one, key):
+                narrower = max if ">" in sign else min
+                found[sign] = narrower(found.get(sign, getattr(one, key)), getattr(one, key))
+    return [f"{sign} {value:g}" for sign, value in found.items()]
 
 
 def _default(field: FieldInfo) -> str:
@@ -196,9 +202,10 @@ def markdown(entries: list[SectionEntry], *, whole: bool = True) -> str:
     for entry in entries:
         lines += [f"## {entry.title}", "", entry.about, ""]
         if entry.keys:
-            lines += ["| key | value | unit | range | default | meaning |", "|---|---|---|---|---|---|"]
+            lines += ["| key | value | default | meaning |", "|---|---|---|---|"]
         for key in entry.keys:
-            cells = (f"`{key.name}`", key.type, key.unit, key.range, key.default, key.meaning)
+            value = f"{key.type} [{key.unit}]" if key.unit else key.type
+            cells = (f"`{key.name}`", ", ".join(filter(None, (value, key.range))), key.default, key.meaning)
             lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
         lines += [""] if entry.keys else []
     return "\n".join(lines).rstrip() + "\n"

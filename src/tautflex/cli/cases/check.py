@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from tautflex.cli.cards import show_check
 from tautflex.cli.options import Answer, CaseFile, Overrides, about, command, load
@@ -20,26 +21,32 @@ def check(case: CaseFile, /, *, override: Overrides = None) -> Answer:
 
         from tautflex.case.advice import advise
         from tautflex.case.build import build_state
+        from tautflex.solvers.modal.rigid import mass_center
 
         with about(case):
             state = build_state(loaded)
             warnings, notes = advise(loaded, state)
     except InputError as error:
-        nothing = {
+        nothing: dict[str, Any] = {
             "ok": False,
             **dict.fromkeys(("nodes", "dofs", "unknowns"), 0),
             "mass": 0.0,
+            "mass_center": None,
+            "inertia": None,
             "warnings": [],
             "notes": [],
         }
         return Answer(nothing | {"error": str(error)}, list, error=error)
     model = state.model
+    center, inertia = mass_center(state.system.inertia)
     answer = {
         "ok": True,
         "nodes": len(model.nodes),
         "dofs": model.dof_count,
         "unknowns": state.system.size,
         "mass": model.mass,
+        "mass_center": center.tolist(),
+        "inertia": inertia.tolist(),
         "warnings": warnings,
         "notes": notes,
         "prestress": {

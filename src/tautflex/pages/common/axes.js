@@ -4,6 +4,7 @@ import { ink } from "page/colours";
 import { drawnBySoftware } from "page/software";
 
 export const MARGIN = { left: 58, right: 10, top: 6, bottom: 24 };
+const NAME = 13; // pixels that the name of the y axis takes
 
 export function roundTicks(low, high, most) {
   const raw = (high - low) / Math.max(1, most);
@@ -30,15 +31,26 @@ export function written(value) {
   if (value === 0) return "0";
   const size = Math.abs(value);
   const short = Number(value.toPrecision(6));
-  return size >= 1e5 || size < 1e-3 ? short.toExponential().replace("+", "") : String(short);
+  return (size >= 1e5 || size < 1e-3 ? short.toExponential().replace("+", "") : String(short)).replaceAll("-", "−");
+}
+
+// Calls `draw` when the place of a canvas has another size, or other colours.
+export function followed(canvas, draw) {
+  const place = canvas.parentElement;
+  const again = () => {
+    canvas.room = [place.clientWidth, place.clientHeight]; // asked for here, not at every drawing: it lays out the page
+    draw();
+  };
+  new ResizeObserver(again).observe(place);
+  place.addEventListener("dress", again);
 }
 
 // Gives a canvas the size of its place, at the screen's resolution.
 export function sized(canvas) {
-  const { clientWidth: width, clientHeight: height } = canvas.parentElement;
+  const [width, height] = canvas.room || [0, 0];
   const ratio = Math.max(window.devicePixelRatio, 1.5);
-  canvas.width = Math.round(width * ratio);
-  canvas.height = Math.round(height * ratio);
+  const [across, down] = [Math.round(width * ratio), Math.round(height * ratio)];
+  if (canvas.width !== across || canvas.height !== down) [canvas.width, canvas.height] = [across, down];
   // The processor draws lines at once far sooner than as a graphics processor would.
   const context = canvas.getContext("2d", { willReadFrequently: drawnBySoftware });
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -70,7 +82,7 @@ export function drawAxes(context, width, height, x, y, labelX, labelY) {
   context.textBaseline = "middle";
   for (const value of y.ticks(Math.max(2, Math.floor((height - top - bottom) / 24)))) {
     line(context, left, y(value), width - right, y(value));
-    context.fillText(written(value), left - 6, y(value));
+    context.fillText(written(value), left - 6, y(value), left - 6 - NAME); // squeezed to the room beside the name
   }
   context.textAlign = "center";
   context.textBaseline = "top";
@@ -82,14 +94,40 @@ export function drawAxes(context, width, height, x, y, labelX, labelY) {
   context.textAlign = "right";
   context.fillText(labelX, width - right, height - bottom + 6);
   context.save();
-  context.translate(11, (top + height - bottom) / 2);
+  context.translate(NAME / 2, (top + height - bottom) / 2);
   context.rotate(-Math.PI / 2);
   context.textAlign = "center";
   context.textBaseline = "middle";
-  context.fillText(labelY, 0, 0);
+  context.fillText(labelY, 0, 0, height - top);
   context.restore();
   context.strokeStyle = ink("--soft");
   context.strokeRect(left, top, width - left - right, height - top - bottom);
+}
+
+// Adds a curve to the path: of many points in one column of pixels the first, the ends of their span, and the last.
+export function trace(context, xs, ys, x, y) {
+  let [column, low, high, last, count] = [NaN, 0, 0, 0, 0];
+  const leave = () => {
+    if (count > 2) {
+      context.lineTo(column, low);
+      context.lineTo(column, high);
+    }
+    if (count > 1) context.lineTo(column, last);
+  };
+  for (let k = 0; k < xs.length; k++) {
+    const [across, down] = [x(xs[k]), y(ys[k])];
+    if (Math.abs(across - column) < 0.5) {
+      if (down < low) low = down;
+      if (down > high) high = down;
+      last = down;
+      count += 1;
+      continue;
+    }
+    leave();
+    context.lineTo(across, down);
+    [column, low, high, last, count] = [across, down, down, down, 1];
+  }
+  leave();
 }
 
 export function line(context, x0, y0, x1, y1) {

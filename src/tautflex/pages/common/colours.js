@@ -36,6 +36,15 @@ export function colourOf(value, low, high) {
   return place <= 0 ? 0 : place >= STEPS - 1 ? STEPS - 1 : Math.round(place);
 }
 
+const inks = new Map();
+
+// A colour of the style sheet, looked up once.
 export function ink(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  if (!inks.has(name)) inks.set(name, getComputedStyle(document.documentElement).getPropertyValue(name).trim());
+  return inks.get(name);
+}
+
+// The page has turned light or dark.
+export function mixAnew() {
+  inks.clear();
 }

@@ -1,5 +1,7 @@
 // What pages have in common: their controls, light and dark, and how they print.
 
+import { mixAnew } from "page/colours";
+
 const ICONS = { play: "M3 1l13 8-13 8z", pause: "M3 1h4.5v16H3zM10.5 1H15v16h-4.5z" };
 const GREATEST = 1e5; // factor that displacements are drawn with
 
@@ -27,19 +29,39 @@ export function showPlaying(button, playing) {
   button.dataset.icon = icon;
 }
 
-// Calls `dress` when the system turns light or dark, and around printing, which is light.
+// A copy over a scene: what WebGL has just drawn is not yet on the page that is printed.
+function still(canvas) {
+  const copy = Object.assign(document.createElement("canvas"), { className: "still", width: canvas.width, height: canvas.height });
+  copy.getContext("2d").drawImage(canvas, 0, 0);
+  canvas.after(copy);
+}
+
+// Calls `dress` when the system turns light or dark, and around printing, which is light, of its own width, and complete.
 export function watchLook(dress) {
   const dressed = () => {
+    mixAnew();
     dress();
     document.querySelectorAll(".plot .canvas").forEach((place) => place.dispatchEvent(new Event("dress")));
   };
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", dressed);
+  const root = document.documentElement;
+  const folded = new Set();
   window.addEventListener("beforeprint", () => {
-    document.documentElement.dataset.theme = "light";
+    root.dataset.theme = "light";
+    root.classList.add("printing");
+    for (const each of document.querySelectorAll("details:not([open])")) {
+      folded.add(each);
+      each.open = true;
+    }
     dressed();
+    document.querySelectorAll(".stage canvas").forEach(still);
   });
   window.addEventListener("afterprint", () => {
-    delete document.documentElement.dataset.theme;
+    delete root.dataset.theme;
+    root.classList.remove("printing");
+    for (const each of folded) each.open = false;
+    folded.clear();
+    document.querySelectorAll(".still").forEach((each) => each.remove());
     dressed();
   });
 }

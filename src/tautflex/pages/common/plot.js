@@ -1,8 +1,9 @@
 // Panel with curves: over time with a cursor that follows the player and moves it, or over frequency.
 
-import { drawAxes, line, MARGIN, scale, sized, written } from "page/axes";
+import { drawAxes, followed, line, MARGIN, scale, sized, trace, written } from "page/axes";
 import { ink } from "page/colours";
 import { placed } from "page/data";
+import { tell } from "page/look";
 
 const DASHES = [[], [6, 4]];
 
@@ -26,8 +27,7 @@ export class Plot {
     this.cursor.hidden = true;
     this.limits();
     this.listen(seek);
-    new ResizeObserver(() => this.draw()).observe(place);
-    place.addEventListener("dress", () => this.draw());
+    followed(this.canvas, () => this.draw());
   }
 
   keys() {
@@ -104,7 +104,7 @@ export class Plot {
       context.strokeStyle = ink(`--line-${each.colour % 8}`);
       context.setLineDash(DASHES[each.dash || 0]);
       context.beginPath();
-      for (let k = 0; k < each.x.length; k++) context.lineTo(x(each.x[k]), y(logY ? Math.max(each.y[k], this.y[0]) : each.y[k]));
+      trace(context, each.x, each.y, x, logY ? (value) => y(Math.max(value, this.y[0])) : y);
       context.stroke();
     }
     context.restore();
@@ -122,6 +122,6 @@ export class Plot {
       const [k, part] = placed(x, value);
       return written(Number((y[k] + part * ((y[k + 1] ?? y[k]) - y[k])).toPrecision(4)));
     });
-    this.reading.textContent = read.join("  ·  ");
+    tell(this.reading, read.join("  ·  "));
   }
 }

@@ -48,7 +48,7 @@ export class Stage {
     this.supports = new Supports(mesh.held, mesh.nodes, 0.028 * span);
     this.body.add(this.cables.mesh, this.links.mesh, this.beams.mesh, this.supports.mesh);
     // Where the structure stood at first, to see it turn and bend against.
-    const outline = mesh.beams.length ? mesh.beams : mesh.edges;
+    const outline = mesh.beams.length ? mesh.beams : rim(mesh.triangles);
     const ends = new Float32Array(3 * outline.length);
     outline.forEach((node, k) => ends.set(mesh.nodes.subarray(3 * node, 3 * node + 3), 3 * k));
     const shape = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(ends, 3));
@@ -127,7 +127,7 @@ export class Stage {
 
   // Camera so far away that the structure's box stays in the picture at all these attitudes, with room for its motion.
   home(turns, room) {
-    const corners = boxCorners(this.box, room);
+    const corners = boxCorners(this.box, Math.max(room, 0.04 * this.mesh.span)); // supports stand out, too
     const places = turns.flatMap((turn) => corners.map((corner) => corner.clone().applyQuaternion(turn)));
     const target = new THREE.Box3().setFromPoints(places).getCenter(new THREE.Vector3());
     this.camera.position.copy(target).add(HOME);
@@ -239,6 +239,17 @@ function boxCorners({ min, max }, room) {
     for (const y of [min.y, max.y]) for (const z of [min.z - room, max.z + room]) found.push(new THREE.Vector3(x, y, z));
   }
   return found;
+}
+
+// Edges of one triangle only: nodes, two of each.
+function rim(triangles) {
+  const found = new Map();
+  for (let k = 0; k < triangles.length; k++) {
+    const pair = [triangles[k], triangles[k % 3 === 2 ? k - 2 : k + 1]];
+    const name = `${Math.min(...pair)} ${Math.max(...pair)}`;
+    found.set(name, found.has(name) ? [] : pair);
+  }
+  return [...found.values()].flat();
 }
 
 // Colours of vertices are linear in light.

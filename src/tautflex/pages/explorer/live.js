@@ -22,7 +22,7 @@ export class Live {
       ["Torque of the wheel", "T [N m]", [["torque", () => loop.value[torque]]]],
     ];
     if (seen.rms !== undefined) panels[0][2].push(["rms off the plane", read(seen.rms, 1e3)]);
-    if (loop.data.film) panels.splice(1, 0, ["Least tension of the film", "N/m", [["least", () => this.look()], ["zero", () => 0, 1]]]);
+    if (loop.data.film) panels.splice(1, 0, ["Least tension of the film", "tension [N/m]", [["least", () => this.look()], ["zero", () => 0, 1]]]);
     this.plots = panels.filter(([, , lines]) => lines.length).map(([title, labelY, lines]) => {
       const drawn = lines.map(([name, value, dash], colour) => {
         const y = [];

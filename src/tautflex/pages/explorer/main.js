@@ -19,6 +19,7 @@ const BUDGET = 0.6; // part of the time between frames that steps may take
 const CURVES = 250; // milliseconds in which all curves are drawn once where frames are late
 const [LATE, COARSE] = [24, 0.6]; // milliseconds between frames beyond which they are late; part of the pixels then
 const KNOCK = 0.05; // [s]
+const REST = 1e-9; // displacement that is none [m]
 const DEGREES = 180 / Math.PI;
 const OUTGROWN = "The motion has outgrown its steps: gains that are not stable, or a push too strong. Reset, and set them lower.";
 const UNITS = { m: ["mm", 1e3], N: ["N", 1], K: ["K", 1] };
@@ -27,7 +28,7 @@ const data = readPlant();
 const loop = new Loop(data);
 const turn = { ...data.turn };
 // drawn, curves: instants of the last drawing and of that of curves; gap: mean time between drawings [ms].
-const state = { playing: false, speed: 1, owed: 0, before: 0, stale: true, limit: 1e-9, drawn: 0, curves: 0, gap: 16 };
+const state = { playing: false, speed: 1, owed: 0, before: 0, stale: true, limit: REST, drawn: 0, curves: 0, gap: 16 };
 const defaults = [];
 let away = false; // whether the last slew went there
 
@@ -175,7 +176,7 @@ function place() {
     if (Math.abs(moved) > largest) largest = Math.abs(moved);
   }
   // Colours follow the largest displacement of the last seconds.
-  state.limit = Math.max(0.99 * state.limit, largest, 1e-9);
+  state.limit = Math.max(0.99 * state.limit, largest, REST);
   const turned = element("view").value === "inertial" ? loop.plant.angle : 0;
   stage.turn(about(turned));
 }
@@ -209,8 +210,9 @@ function draw() {
     tell(stage.said, `displacements × ${factor()}`);
     hand.draw();
     stage.draw();
-    tell(element("low"), `w = −${short(1e3 * limit)} mm`);
-    tell(element("high"), `+${short(1e3 * limit)} mm`);
+    const moved = state.limit > REST;
+    tell(element("low"), moved ? `w = −${short(1e3 * limit)} mm` : "w = 0");
+    tell(element("high"), moved ? `+${short(1e3 * limit)} mm` : "at rest");
   }
   // Curves that move cost more than the scene where the processor draws: there one panel is drawn at a time.
   const fast = !state.playing || state.gap < 20;
@@ -287,6 +289,7 @@ function listen() {
     }).observe(stage.holder);
   }
   watchLook(() => {
+    if (stage) stage.fit();
     dress();
     draw();
   });

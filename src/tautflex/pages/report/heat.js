@@ -1,6 +1,6 @@
 // Scalogram: amplitude over time and frequency as a picture, its ridge, and the cone inside which it is to be trusted.
 
-import { drawAxes, MARGIN, scale, sized } from "page/axes";
+import { drawAxes, followed, MARGIN, scale, sized } from "page/axes";
 import { colourOf, ink, rising } from "page/colours";
 
 export class Heat {
@@ -21,8 +21,7 @@ export class Heat {
     this.picture = this.paint(largest);
     this.canvas.addEventListener("pointerdown", (event) => this.seek(event, seek));
     this.canvas.addEventListener("pointermove", (event) => event.buttons === 1 && this.seek(event, seek));
-    new ResizeObserver(() => this.draw()).observe(place);
-    place.addEventListener("dress", () => this.draw());
+    followed(this.canvas, () => this.draw());
   }
 
   seek(event, seek) {

@@ -38,7 +38,7 @@ showFrequencies();
 showFacts(element("facts"), runs);
 element("notes").textContent = runs
   .flatMap((run) => run.notes.map((note) => (runs.length > 1 ? `${run.name}: ${note}` : note)))
-  .map((note) => `${note}.`)
+  .map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`)
   .join(" ");
 listen();
 home();
@@ -95,7 +95,7 @@ function showCurves() {
 function showFrequencies() {
   const having = runs.filter((run) => run.frequencies);
   const lines = having.map((run, number) => ({
-    ...run.frequencies.spectrum, colour: number, key: true,
+    ...run.frequencies.spectrum, colour: 0, dash: number, key: true,
     name: `${run.frequencies.probe}${runs.length > 1 ? `, ${run.name}` : ""}`,
   }));
   if (lines.length) {
@@ -124,7 +124,7 @@ function home() {
 
 function limits() {
   if (player.mode !== null) return [0, MODE_SIZE * Math.max(...runs.map((run) => run.mesh.span))];
-  if (element("colour").value !== "tension") return [0, Math.max(...runs.map((run) => run.frames.largest)) || 1];
+  if (element("colour").value !== "tension") return [0, Math.max(...runs.map((run) => run.frames.largest))];
   const found = runs.map((run) => run.frames.tension_limits);
   return [Math.min(...found.map(([low]) => low)), Math.max(...found.map(([, high]) => high))];
 }
@@ -144,6 +144,7 @@ function showLegend(by, [low, high]) {
   }
   const three = (value) => String(Number(value.toPrecision(3)));
   const ends = by === "w" ? [`w = −${three(1e3 * high)} mm`, `+${three(1e3 * high)} mm`] : [`tension ${three(low)} N`, `${three(high)} N`];
+  if (by === "w" && !high) [ends[0], ends[1]] = ["w = 0:", "nothing moves"];
   if (player.mode !== null) [ends[0], ends[1]] = ["mode shape: −1", "+1"];
   const bar = Object.assign(document.createElement("span"), { className: "bar" });
   bar.style.background = by === "w" ? twoSided.gradient : rising.gradient;
@@ -218,6 +219,7 @@ function listen() {
   }
   watchLook(() => {
     for (const stage of stages) {
+      stage.fit();
       stage.dress();
       stage.painted = undefined;
     }

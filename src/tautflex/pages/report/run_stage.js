@@ -56,7 +56,7 @@ export class RunStage extends Stage {
   paint(by, limits) {
     const { mesh, frames } = this.run;
     const offset = this.frame * (mesh.triangles.length / 3);
-    if (by === "w") this.paintDisplacement(limits[1]);
+    if (by === "w") this.paintDisplacement(limits[1] || 1);
     else if (by === "state") this.paintFilm(states, (k) => Math.min(frames.state[offset + Math.floor(k / 3)], 2));
     else this.paintFilm(twoSided.table, () => colourOf(0, -1, 1));
     if (by === "tension") {

@@ -32,3 +32,9 @@ def rigid_mass(inertia: InertiaOperator, point: Array) -> Array:
     )
     turn = cross_matrix(first)
     return np.block([[mass * np.eye(3), -turn], [turn, np.trace(second) * np.eye(3) - second]])
+
+
+def mass_center(inertia: InertiaOperator) -> tuple[Array, Array]:
+    """Centre of mass [m], shape (3,), and inertia tensor about it [kg m^2], shape (3, 3); of no mass the origin."""
+    center = inertia.mass_moment / (inertia.mass or 1.0)
+    return center, rigid_mass(inertia, center)[3:, 3:]
