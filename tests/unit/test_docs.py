@@ -42,6 +42,7 @@ SKIPPED = {
         "another environment, a minute of processor time",
         "takes minutes",
         "takes minutes",
+        "takes minutes",
     ],
     "docs/reduction.md": ["a slew of your own, and minutes; test_reduced_slews.py runs one like it"],
     "docs/reproduction.md": ["a minute of all cores; test_reproduce_command.py runs it"],

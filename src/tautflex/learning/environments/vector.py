@@ -86,7 +86,7 @@ class VectorAntennaEnv(VectorEnv[Array, Array, Array]):
         seeds: Sequence[int | None]
         if seed is None:
             seeds = [None] * self.num_envs
-        elif isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str):
+        elif isinstance(seed, Sequence | np.ndarray):
             seeds = [None if one is None else checks.whole("seed", one, 0) for one in seed]
         else:
             first = checks.whole("seed", seed, 0)
