@@ -1,7 +1,7 @@
 """Examples in docstrings run, and print what stands there; none is left out.
 
 They run in a folder with the files that they read: `m2.toml` of the template `m2-nearest-node` and its run `m2`,
-`slew.toml` of `control`, `scalloped.toml`, `study.toml`, and the mesh `sail.inp`.
+`slew.toml` of `control`, `scalloped.toml`, `task.toml` of `task-slew`, `study.toml`, and the mesh `sail.inp`.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ import tautflex as tf
 from tautflex.case import template, template_files
 
 ROOT = Path(tf.__file__).parent
-FILES = {"m2": "m2-nearest-node", "slew": "control", "scalloped": "scalloped", "study": "study"}
+FILES = {"m2": "m2-nearest-node", "slew": "control", "scalloped": "scalloped", "task": "task-slew", "study": "study"}
 # Beside these every example takes less than 0.9 s of a processor that has nothing else to do.
 SLOW = {"animate", "control_case", "design", "plot_time_history", "reduce", "report", "save", "sweep", "write_vtu"}
-SLOW |= {"Batch"}
+SLOW |= {"Batch", "close_loop", "evaluate", "explore", "tune_law"}
 NEEDED = {"Batch": "jax", "design": "optuna"}
 
 

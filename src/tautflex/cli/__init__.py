@@ -121,7 +121,7 @@ def _usage(error: CycloptsError, arguments: list[str]) -> str:
     known = f"{first} " if first in app else ""
     text = " ".join(str(error).split())
     if isinstance(error, UnusedCliTokensError):
-        text = f"expected no more arguments, got {' '.join(map(repr, error.unused_tokens))}."
+        text = f"expected no more arguments, got {' '.join(map(repr, error.unused_tokens or ()))}."
     elif isinstance(error, UnknownCommandError) and first.startswith("-"):
         text = f"{first}: expected a command before its options, as in `tautflex check m2.toml --json`."
     return f"{text} Try `tautflex {known}--help`."

@@ -67,6 +67,20 @@ def close_loop(
     NotConvergedError
         If a step fails, or the law does: raises, or commands what is no finite number. ``.result`` is the run until
         then.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> rom = tf.reduce(state, tf.ModalBasis(directions=("rx",)))
+    >>> hub = tf.FreeHub(mass=50.0, inertia=(5.0, 5.0, 8.0), axes="x")
+    >>> actuators, damping = {"torque": tf.HubTorque("x", limit=6.0)}, tf.Rayleigh(0.001, 0.001)
+    >>> sensors = {"attitude": tf.Attitude(), "rate": tf.Rate()}
+    >>> plant = tf.Plant(rom, hub, actuators, sensors, interval=0.02, damping=damping)
+    >>> law = tf.PD(stiffness=30.0, damping=22.0, inertia=7.46)
+    >>> run = tf.close_loop(plant, law, tf.Slew(angle=0.5, duration=1.0, profile="bang-bang"), end_time=2.0)
+    >>> run.status.value, run.data.command.sizes["sample_time"]
+    ('completed', 101)
     """
     return kept_loop(plant, law, maneuver, end_time, seed, progress, frames)
 

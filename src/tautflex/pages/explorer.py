@@ -76,6 +76,15 @@ def explore(
         If an argument is wrong, the structure cannot be built or reduced, or the loop is not stable.
     NotWrittenError
         If the file cannot be written.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> rom = tf.reduce(state, tf.ModalBasis(directions=("rx",)))
+    >>> slew, damping = tf.Slew(angle=0.3, duration=1.0), tf.Rayleigh(1e-3, 1e-3)
+    >>> tf.explore(rom, "explorer.html", slew=slew, damping=damping).name
+    'explorer.html'
     """
     target = page_file(path, "explorer.html")
     given = explorable(model, hub, actuators, damping, law, slew)

@@ -76,6 +76,15 @@ def evaluate(
     ------
     InputError
         If an argument is wrong, or a law does not fit the loop.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> case = tf.load_case("task.toml", ["task.duration=0.2"])  # tautflex init task.toml --template task-slew
+    >>> laws = {"none": lambda time, measurement: [0.0, 0.0, 0.0]}
+    >>> judged = tf.evaluate(laws, case, scenarios=[tf.Scenario({"angle": 0.3})], plants=["reduced"], workers=1)
+    >>> dict(judged.cost.sizes)
+    {'law': 1, 'scenario': 1, 'plant': 1}
     """
     checks.instance("laws", laws, Mapping, "a mapping such as {'pd': PD(30.0, 22.0)}")
     if not laws:

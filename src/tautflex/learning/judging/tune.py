@@ -90,6 +90,14 @@ def tune_law(
     ------
     InputError
         If an argument is wrong, or the law as it is does not fit the loop.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> case = tf.load_case("task.toml", ["task.duration=0.2"])  # tautflex init task.toml --template task-slew
+    >>> tuned = tf.tune_law(tf.PD(stiffness=30.0, damping=22.0), case, seconds=5.0)
+    >>> type(tuned.law).__name__
+    'PD'
     """
     chosen, tell = law_of("law", law), checks.teller(progress)
     arena = case if isinstance(case, Arena) else Arena(case)
