@@ -82,7 +82,7 @@ def explore(
     >>> import tautflex as tf
     >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
     >>> rom = tf.reduce(state, tf.ModalBasis(directions=("rx",)))
-    >>> slew, damping = tf.Slew(angle=0.3, duration=1.0), tf.Rayleigh(1e-3, 1e-3)
+    >>> slew, damping = tf.Slew(angle=0.3, duration=2.0), tf.Rayleigh(1e-3, 1e-3)
     >>> tf.explore(rom, "explorer.html", slew=slew, damping=damping).name
     'explorer.html'
     """

@@ -120,7 +120,7 @@ def _sizes(board: Board, turn: Turn, gains: dict[str, float]) -> tuple[float, Ar
     if plant.failed[0]:
         raise InputError(
             f"law: expected a loop that is stable through a slew of {turn.angle:g} rad in {turn.duration:g} s, got one "
-            "whose motion outgrows its steps; lower the gains, or the angle"
+            "whose motion outgrows its steps; lower the gains or the angle, or give it more time"
         )
     readings = labels_of(plant.outputs)
     seen = [k for k, name in enumerate(readings) if name.startswith("w")]
