@@ -74,8 +74,9 @@ def test_a_kill_at_any_moment_loses_nothing_that_was_finished(tmp_path, sign):
 def test_a_terminal_ends_workers_that_are_just_starting_without_a_word(tmp_path, sign):
     command = [sys.executable, "-m", "tautflex", "sweep", str(write_study(tmp_path, 10)), "--workers", "2"]
     # Where tests run in the background of a shell, processes are told to let Ctrl-C pass.
-    heard = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL), "start_new_session": True}
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, cwd=tmp_path, **heard)
+    before = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, cwd=tmp_path, start_new_session=True)
+    signal.signal(signal.SIGINT, before)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
     while len(children.read_text(encoding="ascii").split()) < 2:  # one tracks what they share, the first worker
         time.sleep(0.01)
@@ -107,6 +108,42 @@ def test_a_worker_that_dies_is_one_line_and_finished_points_are_kept(tmp_path):
         with pytest.raises(WorkerLostError, match="finished runs are kept"):
             list(performed)
     assert len(finished(tmp_path / "out")) >= 2
+
+
+STRUCK = """
+import signal
+from concurrent.futures import wait
+from tautflex.study.engines import processes
+
+class Kept:  # as a lock stays when an exception comes inside of wait
+    def __init__(self, lock):
+        self.lock = lock
+    def __enter__(self):
+        return self.lock.__enter__()
+    def __exit__(self, kind, *rest):
+        return None if kind is not None else self.lock.__exit__(kind, *rest)
+
+def striking(pending, *more, **named):
+    with Kept(next(iter(pending))._condition._lock):
+        signal.raise_signal(signal.SIGINT)
+    return wait(pending, *more, **named)
+
+if __name__ == "__main__":
+    processes.wait = striking
+    try:
+        with processes.Processes(1) as pool:
+            list(pool.each(abs, range(-3, 0)))
+    except KeyboardInterrupt:
+        print("interrupted")
+"""
+
+
+@pytest.mark.slow
+def test_a_signal_while_the_pool_holds_its_locks_ends_it(tmp_path):
+    """An exception there would leave one of them held, and the pool's thread wait for it for ever."""
+    (tmp_path / "struck.py").write_text(STRUCK, encoding="utf-8")
+    done = subprocess.run([sys.executable, "struck.py"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.stdout == "interrupted\n", done.stderr
 
 
 @pytest.mark.slow

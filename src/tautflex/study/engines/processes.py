@@ -20,9 +20,11 @@ from multiprocessing.synchronize import Event
 from typing import Any, TypeVar
 
 from tautflex.errors import TautflexError
+from tautflex.interrupts import deferred, meet
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _AHEAD = 2  # calls per process that wait, so that none is idle and the queue stays short
+_LOOK = 0.1  # seconds between two looks for a signal
 _GRACE = 1.0  # seconds in which a worker that was told to stop may end what it does
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -74,11 +76,16 @@ class Processes:
         waiting, pending = deque(jobs), dict[Future[Result], Job]()
         try:
             while waiting or pending:
-                with unheard(), _one_thread_each():  # processes start when they are needed
-                    while waiting and len(pending) < _AHEAD * self._count:
-                        job = waiting.popleft()
-                        pending[self._pool.submit(call, job)] = job
-                for future in wait(pending, return_when=FIRST_COMPLETED).done:
+                with (
+                    deferred()
+                ):  # an exception inside would leave locks of the pool held for ever
+                    with unheard(), _one_thread_each():  # processes start when they are needed
+                        while waiting and len(pending) < _AHEAD * self._count:
+                            job = waiting.popleft()
+                            pending[self._pool.submit(call, job)] = job
+                    done = wait(pending, _LOOK, FIRST_COMPLETED).done
+                    meet()
+                for future in done:
                     yield pending.pop(future), future.result()
         except BrokenProcessPool:
             text = "a worker process died before its run was finished, perhaps for lack of memory"
