@@ -76,9 +76,7 @@ class Processes:
         waiting, pending = deque(jobs), dict[Future[Result], Job]()
         try:
             while waiting or pending:
-                with (
-                    deferred()
-                ):  # an exception inside would leave locks of the pool held for ever
+                with deferred():  # an exception inside would leave locks of the pool held for ever
                     with unheard(), _one_thread_each():  # processes start when they are needed
                         while waiting and len(pending) < _AHEAD * self._count:
                             job = waiting.popleft()
