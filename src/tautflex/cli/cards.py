@@ -192,7 +192,7 @@ def _surface(measures: Mapping[str, Any], tolerance: float) -> str:
 
 def _pointing(tilt: Sequence[float]) -> str:
     # Smaller angles are rounding errors of the nodes' places.
-    angles = [round(1e6 * angle, 8) + 0.0 for angle in tilt]
+    angles = [round(1e6 * angle, 6) + 0.0 for angle in tilt]
     return " and ".join(f"{angle:.3g} µrad about {axis}" for axis, angle in zip("xy", angles, strict=True))
 
 
