@@ -246,6 +246,7 @@ def killed(asked: Asked, kind: str, folder: Path, log: Path, which: signal.Signa
     assert before.items() <= after.items(), f"{kind}: computed twice or lost {before.items() - after.items()}"
     if code == 0:
         equal(asked, place, whole)
+    if code == 0 or (asked.start is None and (place / asked.output).is_file()):  # which was hit on its way out
         shutil.rmtree(place)
     return f"{kind}, {which.name} to {hit}: {code}"
 
