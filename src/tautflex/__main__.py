@@ -9,4 +9,7 @@ if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
 from tautflex.cli import main
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    code = main()
+    # Where Ctrl-C met code that was compiled from a text, Python ends as if nobody had caught it, until more is run.
+    exec("")
+    raise SystemExit(code)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import subprocess
 import sys
 from contextlib import contextmanager
@@ -241,3 +242,20 @@ def test_a_refused_case_waits_for_neither_datasets_nor_figures():
     code = "import sys, tautflex.case; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert {"xarray", "pandas", "matplotlib", "scipy.interpolate"}.isdisjoint(loaded)
+
+
+def test_an_interrupt_that_was_met_inside_of_exec_leaves_the_exit_code(tmp_path):
+    """Python otherwise kills itself by SIGINT in the end, whatever the code is."""
+    text = """
+import tautflex.cli
+def main():
+    try:
+        exec("raise KeyboardInterrupt")
+    except KeyboardInterrupt:
+        return 143
+tautflex.cli.main = main
+"""
+    (tmp_path / "sitecustomize.py").write_text(text, encoding="utf-8")
+    places = os.pathsep.join([str(tmp_path), str(Path(tf.__file__).parents[1])])
+    done = subprocess.run([sys.executable, "-m", "tautflex"], env=os.environ | {"PYTHONPATH": places}, check=False)
+    assert done.returncode == 143
