@@ -11,15 +11,8 @@ import xarray as xr
 import tautflex as tf
 from tautflex.case import parse_case
 from tautflex.files.checkpoints import FOLDER
-from verification.builders import FILM_CASE
+from verification.builders import STOPPED_FILM as FILM
 
-FILM = f"""{FILM_CASE}[maneuver]
-kind = "stop"
-rate = 0.5
-duration = 0.1
-[output]
-fields = [0.1, 0.5, 2.0]
-"""
 VARIANTS = {
     "plain": "",
     "adaptive": 'solver.method="generalized-alpha" solver.adaptive_tolerance=1e-3 solver.max_step=0.02',

@@ -40,6 +40,13 @@ end_time = 0.3
 [output.probes]
 A = [0.2, 0.1]
 """
+STOPPED_FILM = f"""{FILM_CASE}[maneuver]
+kind = "stop"
+rate = 0.5
+duration = 0.1
+[output]
+fields = [0.1, 0.5, 2.0]
+"""
 
 
 def rotation(seed: int) -> Array:

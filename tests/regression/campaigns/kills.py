@@ -30,15 +30,8 @@ import xarray as xr  # noqa: E402
 import tautflex as tf  # noqa: E402
 from tautflex.cli import main  # noqa: E402
 from unit.study_cases import FILM as REDUCED_FILM  # noqa: E402
-from verification.builders import FILM_CASE  # noqa: E402
+from verification.builders import STOPPED_FILM as FILM  # noqa: E402
 
-FILM = f"""{FILM_CASE}[maneuver]
-kind = "stop"
-rate = 0.5
-duration = 0.1
-[output]
-fields = [0.1, 0.5, 2.0]
-"""
 STUDY = """schema = 1
 base = "reduced.toml"
 [axes]
