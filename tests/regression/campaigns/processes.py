@@ -73,6 +73,7 @@ class Asked:
             shutil.copy(first, target)
         more = [] if self.beside is None else [self.beside[0], str(place / self.beside[1])]
         more += ["--force"] * (first is not None)
+        more += ["--resume"] * (self.arguments[0] == "control" and target.exists())  # what was ended left a result
         command = [sys.executable, "-m", "tautflex", *self.arguments, "-o", str(target), *more]
 
         def listen() -> None:
