@@ -26,6 +26,7 @@ sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 
 from kills import SIGNALS, compare, look  # noqa: E402
 
+from tautflex.files.checkpoints import FOLDER  # noqa: E402
 from unit.learning_cases import coarse  # noqa: E402
 from unit.study_cases import FILM  # noqa: E402
 
@@ -73,7 +74,8 @@ class Asked:
             shutil.copy(first, target)
         more = [] if self.beside is None else [self.beside[0], str(place / self.beside[1])]
         more += ["--force"] * (first is not None)
-        more += ["--resume"] * (self.arguments[0] == "control" and target.exists())  # what was ended left a result
+        if self.arguments[0] == "control" and target.exists():  # what was ended left a result, and a checkpoint if late
+            more += ["--resume" if (target / FOLDER).exists() else "--force"]
         command = [sys.executable, "-m", "tautflex", *self.arguments, "-o", str(target), *more]
 
         def listen() -> None:

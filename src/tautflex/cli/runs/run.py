@@ -99,7 +99,10 @@ def performed(
                 seconds=checkpoint,
                 resume=resume,
             )
-    return Answer(summary, partial(_show, case, summary, loaded), ENDED[summary["status"]])
+    from tautflex.files.checkpoints import FOLDER
+
+    goes_on = (directory / FOLDER).exists()
+    return Answer(summary, partial(_show, case, summary, loaded, goes_on), ENDED[summary["status"]])
 
 
 def _ended(loaded: Case, case: Path, directory: Path, *, force: bool, resume: bool) -> Answer | None:
@@ -121,9 +124,9 @@ def _ended(loaded: Case, case: Path, directory: Path, *, force: bool, resume: bo
     return None
 
 
-def _show(case: Path, summary: Mapping[str, Any], loaded: Case) -> None:
+def _show(case: Path, summary: Mapping[str, Any], loaded: Case, goes_on: bool) -> None:
     show_run(case, summary, loaded.output)
-    if summary["status"] == "interrupted":
+    if summary["status"] == "interrupted" and goes_on:  # a loop that was ended early has no checkpoint yet
         say("The same command with --resume goes on from there.")
 
 
