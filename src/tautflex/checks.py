@@ -6,7 +6,7 @@ import contextlib
 import difflib
 import inspect
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from numbers import Real
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -56,6 +56,11 @@ def instance(name: str, value: Any, kind: type[T] | tuple[type[Any], ...], expec
     if isinstance(value, type) and issubclass(value, kind):
         remedy = f"write {value.__name__}(...), an object of that class"
     raise _fail(name, expected, value, remedy, InputError)
+
+
+def mapping(name: str, given: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Copy what was given by name, or nothing; InputError for another object."""
+    return dict(instance(name, {} if given is None else given, Mapping, "a mapping, or None"))
 
 
 def several(name: str, value: Any, kind: type[Any] | tuple[type[Any], ...], example: str) -> tuple[Any, ...]:

@@ -210,7 +210,7 @@ class Plant:
         numpy.ndarray
             Measurement, shape (outputs,).
         """
-        given = dict(checks.instance("options", {} if options is None else options, Mapping, "a mapping, or None"))
+        given = checks.mapping("options", options)
         known = (PlantState, type(None))
         state: PlantState | None = checks.instance("options.state", given.pop("state", None), known, "plant.state")
         self.maneuver = _maneuver(given.pop("maneuver", self.maneuver))

@@ -235,7 +235,7 @@ class Arena:
 
     def draw(self, random: np.random.Generator, options: Mapping[str, Any] | None = None) -> dict[str, float]:
         """Parameters of an episode, those in ``options`` as they are; InputError if one is unknown or out of range."""
-        limits, given = self.task.limits(), mapping("options", options)
+        limits, given = self.task.limits(), checks.mapping("options", options)
         found = {name: float(random.uniform(*limits[name])) for name in self.task.drawn}
         for name, value in given.items():
             if name not in found:
@@ -247,11 +247,6 @@ class Arena:
             reach = high - low if high > low else max(abs(high), 1.0)
             found[name] = checks.between(f"options.{name}", value, low - reach, high + reach)
         return found
-
-
-def mapping(name: str, given: Mapping[str, Any] | None) -> dict[str, Any]:
-    """What was given by name, or nothing; InputError for another object."""
-    return dict(checks.instance(name, {} if given is None else given, Mapping, "a mapping, or None"))
 
 
 def _spread(drive: Drive, channel: Channel) -> Array:

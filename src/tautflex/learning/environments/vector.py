@@ -12,7 +12,7 @@ from tautflex import checks
 from tautflex.case.schema import Case
 from tautflex.control.sensors.sensor import Sensor
 from tautflex.errors import InputError
-from tautflex.learning.arena import Arena, mapping
+from tautflex.learning.arena import Arena
 from tautflex.learning.cases import case_of
 from tautflex.learning.environments.gym import AutoresetMode, VectorEnv, gymnasium
 from tautflex.learning.environments.loops import TERMS, Loops
@@ -74,7 +74,7 @@ class VectorAntennaEnv(VectorEnv[Array, Array, Array]):
         self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
         """Begin episodes: all, or those of ``options["reset_mask"]``; other options set parameters for all of them."""
-        given = mapping("options", options)
+        given = checks.mapping("options", options)
         mask = np.ones(self.num_envs, dtype=bool)
         if "reset_mask" in given:
             mask = np.asarray(given.pop("reset_mask"))
