@@ -20,7 +20,7 @@ ROOT = Path(tf.__file__).parent
 FILES = {"m2": "m2-nearest-node", "slew": "control", "scalloped": "scalloped", "task": "task-slew", "study": "study"}
 # Beside these every example takes less than 0.9 s of a processor that has nothing else to do.
 SLOW = {"animate", "control_case", "design", "plot_time_history", "reduce", "report", "save", "sweep", "write_vtu"}
-SLOW |= {"Batch", "close_loop", "evaluate", "explore", "tune_law"}
+SLOW |= {"Batch", "CompiledPlant", "close_loop", "evaluate", "explore", "tune_law"}
 NEEDED = {"Batch": "jax", "design": "optuna"}
 
 

@@ -146,6 +146,7 @@ def test_progress_and_its_interruption_are_met(state):
 
     run = answer(state, "wilson-theta", end_time=0.5, progress=progress)
     assert run.status is Status.INTERRUPTED
-    assert seen == pytest.approx(np.arange(1, len(seen) + 1) / 100.0)
+    assert 0.4 < seen[-1] < 0.8
+    assert seen == pytest.approx(seen[0] * np.arange(1, len(seen) + 1))
     assert run.reached == pytest.approx(0.5 * seen[-1])
     assert run.data["time"].values[-1] == run.reached

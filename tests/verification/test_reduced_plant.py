@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 import tautflex as tf
 from tautflex import InputError, NotConvergedError, UnsupportedError
@@ -285,6 +286,21 @@ def test_answers_to_tension_are_two_coordinates_each(verification_row):
     for name, value, most in zip(("attitude", "film"), off, (1e-6, 0.01), strict=True):
         verification_row(f"reduced plant, answers to switched tension, {name}, rms", 0.0, float(value), "full plant")
         assert value < most
+
+
+@pytest.mark.parametrize("hub", [None, ABOUT_X], ids=["prescribed", "hub"])
+@pytest.mark.parametrize("kind", [tf.Plant, tf.CompiledPlant])
+def test_the_step_that_is_not_given_is_stable(kind, hub):
+    """At most half of 2 / w, w the fastest of the coordinates; tensions that are switched keep it stable."""
+    c = rom().coefficients
+    fastest = np.sqrt(eigh(c.linear, c.mass, eigvals_only=True)[-1])
+    assert 2.0 / fastest < 5e-3
+    plant = kind(rom(), hub, PULL, {"rate": tf.Rate()}, interval=0.02, damping=DAMPING)
+    assert plant.interval / plant._steps <= 1.0 / fastest
+    plant.reset()
+    for sign in np.tile([1.0, -1.0], 25):
+        plant.step(np.array([0.05 * sign, -0.05 * sign]))
+    assert kind is tf.Plant or not plant.failures.any()
 
 
 def test_bad_plants_are_told():

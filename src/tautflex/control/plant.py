@@ -24,7 +24,7 @@ from tautflex.control.runs.full import FullPlantRun
 from tautflex.control.runs.record import joined
 from tautflex.control.runs.reduced import ReducedPlantRun
 from tautflex.control.runs.run_of_plant import RunOfPlant
-from tautflex.control.runs.timing import steps_of
+from tautflex.control.runs.timing import stable_step_of, steps_of
 from tautflex.control.sensors.sensor import SensedMotion, Sensor, checked_sensors, kept, noise_of, recalled
 from tautflex.control.signals import Channel
 from tautflex.errors import InputError, NotConvergedError
@@ -94,7 +94,8 @@ class Plant:
     interval
         Time between two commands [s]; between them a command acts as it is.
     time_step
-        Step of the integrator [s], a whole part of the interval; None is the largest one up to 5 ms.
+        Step of the integrator [s], a whole part of the interval; None is the largest one up to 5 ms and, of an
+        explicit method, up to half of the step that is stable at the start.
     method
         Integrator; None is `GeneralizedAlpha()`, or `CentralDifference()` of a reduced model.
     damping
@@ -149,7 +150,7 @@ class Plant:
         self._rom = state if isinstance(state, OnBasis) else None
         bare = state.state if isinstance(state, OnBasis) else state
         self.actuators = checked_actuators(actuators, hub, bare.system)
-        self.interval, self._steps = checks.positive("interval", interval), steps_of(interval, time_step)
+        self.interval = checks.positive("interval", interval)
         known = (Method, CentralDifference, type(None)) if reduced else (Method, type(None))
         checks.instance("method", method, known, "an implicit method such as GeneralizedAlpha()")
         given = require_still("in a plant", checks.several("inputs", inputs, TimeInput, "NodalForce(...)"))
@@ -160,13 +161,11 @@ class Plant:
         self._monitor = monitor_of(self.actuators, self.state_of, self.interval, full=not reduced)
         self.sensors, self._prepared = checked_sensors(sensors, self.actuators, self.state_of, hub)
         self._looks = any(p.function is not None or p.rows is None or p.rows.stress for p in self._prepared.values())
-        self._asked: dict[str, Any] = {
-            "time_step": self.interval / self._steps,
-            "method": method or (CentralDifference() if reduced else GeneralizedAlpha()),
-            "damping": damping,
-            "probes": probes,
-            "every": self._steps,
-        }
+        asked = {"method": method or (CentralDifference() if reduced else GeneralizedAlpha()), "damping": damping}
+        moved = self.maneuver if hub is None else hub, {**asked, "inputs": given}
+        self._steps = steps_of(self.interval, time_step, lambda: stable_step_of(state, *moved))
+        step = self.interval / self._steps
+        self._asked: dict[str, Any] = {**asked, "time_step": step, "probes": probes, "every": self._steps}
         self._inputs, self._frames = given, np.zeros(0)
         self._problem([], interval)
         self._run: RunOfPlant | None = None

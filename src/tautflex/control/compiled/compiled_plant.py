@@ -22,7 +22,7 @@ from tautflex.control.law import ControlLaw, law_of
 from tautflex.control.linear import LinearPlant
 from tautflex.control.linearize import linearize
 from tautflex.control.runs.following import references, spec_of
-from tautflex.control.runs.timing import steps_of
+from tautflex.control.runs.timing import stable_step_of, steps_of
 from tautflex.control.sensors.sensor import Sensor, checked_sensors, noise_of
 from tautflex.control.signals import Channel
 from tautflex.errors import NotConvergedError, UnsupportedError
@@ -85,6 +85,17 @@ class CompiledPlant:
     UnsupportedError
         If the model is hyper-reduced, the hub has feedback, a maneuver is no turn about one axis through the origin, or
         a sensor is not linear.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> rom = tf.reduce(state, tf.ModalBasis(directions=("rx",)))
+    >>> hub = tf.FreeHub(mass=50.0, inertia=(5.0, 5.0, 8.0), axes="x")
+    >>> plants = tf.CompiledPlant(rom, hub, {"torque": tf.HubTorque("x")}, {"rate": tf.Rate()}, count=3)
+    >>> y = plants.reset(seed=1)
+    >>> plants.step([[-1.0], [0.0], [1.0]]).shape  # a row per plant [N m]
+    (3, 1)
     """
 
     def __init__(
@@ -112,19 +123,19 @@ class CompiledPlant:
                 "hub: expected constant force and torque, got functions of time and motion; command a HubTorque"
             )
         self.actuators = checked_actuators(actuators, hub, rom.state.system)
-        self.interval, self._steps = checks.positive("interval", interval), steps_of(interval, time_step)
+        self.interval = checks.positive("interval", interval)
         self.count = checks.whole("count", count, 1)
         monitor = monitor_of(self.actuators, rom.state, interval)
         bank = self._bank = Bank(self.actuators, rom.state.system, interval, monitor)
         self.inputs: tuple[Channel, ...] = bank.channels
-        self._effects = bank.effects
-        step = interval / self._steps
-        question: dict[str, Any] = {"time_step": step, "end_time": interval, "method": CentralDifference()}
-        question |= {"damping": damping, "inputs": bank.inputs}
+        question: dict[str, Any] = {"method": CentralDifference(), "damping": damping, "inputs": bank.inputs}
         require_no_motion_of(hub, maneuver)
+        moved = hub or maneuver or AtRest(), question
+        self._steps = steps_of(interval, time_step, lambda: stable_step_of(rom, *moved))
+        step = interval / self._steps
+        question |= {"time_step": step, "end_time": interval}
         self._along = Prescribed(rom, maneuver, question) if hub is None else None
-        ridden = hub if self._along is None else self._along.hub
-        self._run = HubRun(rom, TransientProblem.asked(rom, ridden, question))
+        self._run = HubRun(rom, TransientProblem.asked(rom, self._along.hub if self._along else hub, question))
         if self._along is None:
             self._run.start()
         self.sensors, prepared = checked_sensors(sensors, self.actuators, rom.state, hub)
@@ -142,29 +153,21 @@ class CompiledPlant:
 
     def _make_blocks(self, drives: Drives, sensing: Sensing) -> None:
         """Arrays of every block of plants."""
-        count, c, o = self.count, len(drives.limit), len(sensing.bias)
-        late, old = int(drives.delay.max(initial=0)), int(sensing.kept.max(initial=1))
-        self.measurement, self._command = np.zeros((count, o)), np.zeros((1, count, c))
-        none, zeros = np.zeros((0, 0)), np.zeros
-        target, output, value, offset, work, pull, given, pumped = zeros((8, count, c))
-        loop = self._loop = LoopState(
-            zeros((count, c, late)), target, output, value, np.ones((count, c)), offset, zeros((count, c, 3)),
-            zeros((count, o, old)), work, pull, given, pumped, zeros((count, _DRAWS, o)), zeros((count, c, 4)),
-            zeros((count, 2), dtype=np.int64), zeros(count, dtype=np.int64),
-            zeros((count, 0 if self._along is None else _DRAWS * self._steps, 4)),
-        )  # fmt: skip
-        self.gain, self.offset, self.value, self.work = loop.gain, loop.offset, loop.value, loop.work
-        self.failures = loop.failed
+        count, none = self.count, np.zeros((0, 0))
+        instants = 0 if self._along is None else _DRAWS * self._steps
+        loop = self._loop = LoopState.before_reset(count, drives, sensing, _DRAWS, instants)
+        self.measurement, self._command = np.zeros((count, len(sensing.bias))), np.zeros((1, *loop.value.shape))
+        self.gain, self.offset, self.value = loop.gain, loop.offset, loop.value
+        self.work, self.failures = loop.work, loop.failed
         self._noise: list[dict[str, np.random.Generator]] = [{} for _ in range(count)]
         tables, lanes = [], self._blocks.lanes
         for first in range(0, count, lanes):
             parts: Any = (part[first : first + lanes] for part in loop)
-            block = self._blocks.block(LoopState(*parts))
-            table, kept = table_of(*block)
+            table, kept = table_of(*self._blocks.block(LoopState(*parts)))
             tables.append(table)
             self._kept += kept
         self._own, self._left = np.array(tables), 0
-        self._free, kept = table_of(LinearLoop(none, none, none, none, zeros(0), zeros(0), zeros((count, 0))))
+        self._free, kept = table_of(LinearLoop(none, none, none, none, np.zeros(0), np.zeros(0), np.zeros((count, 0))))
         self._kept += kept
 
     def reset(
@@ -339,7 +342,7 @@ class CompiledPlant:
         if modes not in self._views:
             motion = None if self._along is None else self._along.maneuver.start()
             asked: dict[str, Any] = {"damping": self._run.problem.damping, "motion": motion, "modes": modes}
-            view = linearize(self.rom.state, self._effects, self.sensors, hub=self.hub, **asked)
+            view = linearize(self.rom.state, self._bank.effects, self.sensors, hub=self.hub, **asked)
             self._views[modes] = behind_drives(view, self.actuators, self.inputs, self.sensors, self.outputs)
         return self._views[modes]
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from tautflex.numeric import Array, Indices
 
 # Kinds of what a number of a command acts by; places in `LoopState.counts`.
@@ -184,3 +186,15 @@ class LoopState(NamedTuple):
     counts: Indices
     failed: Indices
     motion: Array
+
+    @classmethod
+    def before_reset(cls, n: int, drives: Drives, sensing: Sensing, draws: int, instants: int) -> LoopState:
+        """What n loops remember before their first reset, for so many draws and instants of a prescribed hub."""
+        c, o, zeros = len(drives.limit), len(sensing.bias), np.zeros
+        late, old = int(drives.delay.max(initial=0)), int(sensing.kept.max(initial=1))
+        target, output, value, offset, work, pull, given, pumped = zeros((8, n, c))
+        return cls(
+            zeros((n, c, late)), target, output, value, np.ones((n, c)), offset, zeros((n, c, 3)), zeros((n, o, old)),
+            work, pull, given, pumped, zeros((n, draws, o)), zeros((n, c, 4)), zeros((n, 2), dtype=np.int64),
+            zeros(n, dtype=np.int64), zeros((n, instants, 4)),
+        )  # fmt: skip

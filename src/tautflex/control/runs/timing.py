@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from typing import Any
+
 import numpy as np
 
 from tautflex import checks
 from tautflex.errors import InputError
+from tautflex.reduction.marching.simulation import new_run
+from tautflex.solvers.transient.methods.central_difference import CentralDifference
+from tautflex.solvers.transient.problem import TransientProblem
 
-# Longest step [s] where none is given.
-_LONGEST = 5e-3
+# Longest step [s] where none is given, and its share of the stable one: forces may stiffen the structure fourfold.
+_LONGEST, _STABLE_SHARE = 5e-3, 0.5
 
 
-def steps_of(interval: float, time_step: float | None) -> int:
-    """Steps of an interval; InputError unless they are whole ones."""
+def steps_of(interval: float, time_step: float | None, stable_step: Callable[[], float] | None = None) -> int:
+    """Steps of an interval; InputError unless they are whole ones.
+
+    Where no step is given it is at most 5 ms and half of the stable one [s], if there is such.
+    """
     if time_step is None:
-        return int(np.ceil(interval / _LONGEST - 1e-9))
+        longest = _LONGEST if stable_step is None else min(_LONGEST, _STABLE_SHARE * stable_step())
+        return int(np.ceil(interval / longest - 1e-9))
     count = interval / checks.positive("time_step", time_step)
     if round(count) < 1 or abs(count - round(count)) > 1e-6:
         whole = interval / max(1, round(count))
@@ -23,3 +33,13 @@ def steps_of(interval: float, time_step: float | None) -> int:
             f"time_step = {whole:.6g}"
         )
     return round(count)
+
+
+def stable_step_of(plant: Any, motion: Any, question: Mapping[str, Any]) -> float:
+    """Longest stable step [s] at the start of a run on a hub or along a maneuver; inf of an implicit method."""
+    if not isinstance(question["method"], CentralDifference):
+        return np.inf
+    short = 1e-9  # stable by itself; no step is taken
+    run = new_run(plant, TransientProblem.asked(plant, motion, {**question, "time_step": short, "end_time": short}))
+    run.start()
+    return run.stable_step()

@@ -154,7 +154,12 @@ class ReducedRun:
         if initial is None:
             self._keep(0)
         if self._explicit:
-            self._check_step(self.problem.time_step)
+            limit, asked, on_hub = self.stable_step(), self.problem.time_step, " on this hub" * self.on_hub
+            if asked > limit:
+                raise InputError(
+                    f"time_step: expected at most the stable step {limit:.3g} s of the explicit method{on_hub}, got "
+                    f"{asked:g}; use a smaller one, or an implicit method"
+                )
 
     def beginning(self, motion: RigidMotion) -> Beginning:
         """Where the coordinates begin under a constant motion."""
@@ -320,15 +325,14 @@ class ReducedRun:
         derivative_forces(self.arrays, frame, 0, work.q, work.v, stress, other)
         internal_force(self.arrays, work.q, work.v, stress, work.forces)
 
-    def _check_step(self, time_step: float) -> None:
-        """Raise InputError if the step [s] of an explicit method is not stable at the start of the run."""
+    def stable_step(self) -> float:
+        """Longest stable step of an explicit method [s] where the steps have come to."""
+        return 2.0 / float(np.sqrt(self._stiffest()))
+
+    def _stiffest(self) -> float:
+        """Largest squared angular frequency of the coordinates at the present state [1/s^2]."""
         stiffness = tangent(self.arrays, self._work.q, np.zeros(len(self.arrays.first)))
-        limit = 2.0 / float(np.sqrt(eigh(stiffness, self.arrays.mass, eigvals_only=True)[-1]))
-        if time_step > limit:
-            raise InputError(
-                f"time_step: expected at most the stable step {limit:.3g} s of the explicit method, got {time_step:g}; "
-                "use a smaller one, or an implicit method"
-            )
+        return float(eigh(stiffness, self.arrays.mass, eigvals_only=True)[-1])
 
     def _jump(self, ended: Segment, begun: Segment, time: float) -> None:
         """Let the rigid motion and inputs jump; the acceleration takes up the change of the forces."""

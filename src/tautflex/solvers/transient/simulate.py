@@ -59,7 +59,7 @@ def simulate(
     state, maneuver
         Prestressed state or reduced model, and its prescribed motion or `FreeHub`.
     progress
-        Called with (fraction done, message) about a hundred times.
+        Called with (fraction done, message), at most some hundred times, at least four times where there are steps.
     throw
         Raise when the run fails; False returns the labelled partial run.
     question
@@ -108,7 +108,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None, keeper: Kee
     with deferred(), one_thread():
         run.start()
         try:
-            part = count - first if progress is None else max(1, (count - first) // 100)
+            part = count - first if progress is None else run.between_calls(count - first)
             for number in [*range(first + part, count, part), count]:
                 if not run.advance(number):
                     status = Status.NOT_CONVERGED
@@ -177,6 +177,10 @@ class FullRun:
         # Work of this run that another process did: factorizations, solutions, seconds.
         self._elsewhere = 0, 0, 0.0
 
+    def between_calls(self, steps: int) -> int:
+        """Steps between two calls of a callback: a hundredth of all, or those of a stretch, which is done in a blink."""
+        return max(1, steps // 100, 0 if self._march is None else min(steps // 4, self._march.most))
+
     def start(self) -> None:
         """Start from the steady equilibrium, or go on from an earlier run."""
         problem, equation = self.problem, self.equation
@@ -242,10 +246,8 @@ class FullRun:
         problem, recorder, final = self.problem, self._recorder, self.checkpoint()
         statistics = self._statistics()
         ended = {"status": status.value, "status_message": status.message, "statistics": statistics.to_json()}
-        data, last = (
-            recorder.to_dataset(problem.attributes | ended | {"warnings": self.said}),
-            self._driver.last or self.at,
-        )
+        data = recorder.to_dataset(problem.attributes | ended | {"warnings": self.said})
+        last = self._driver.last or self.at
         # On a free hub the recorded kinetic energy is that of the whole spacecraft.
         stored, hub = data["strain_energy"].values, isinstance(problem.maneuver, FreeHub)
         energy = stored + (stored if hub else data["kinetic_energy"].values)

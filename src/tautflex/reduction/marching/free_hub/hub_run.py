@@ -7,7 +7,6 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
-from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import earlier
 from tautflex.mechanics.loads.prepared import FollowerForce
 from tautflex.mechanics.loads.signals import Held
@@ -293,16 +292,10 @@ class HubRun(ReducedRun):
         if hub_steps.jump(self.arrays, self.hub, before, 0, after, 0, work, ride, self._explicit):
             self._restress(work.q[None], at, at, np.inf, time)
 
-    def _check_step(self, time_step: float) -> None:
-        """Raise InputError if the step [s] of an explicit method is not stable at the start of the run."""
+    def _stiffest(self) -> float:
+        """Largest squared angular frequency of the coordinates on their hub at the present state [1/s^2]."""
         inputs = self._at(self.time, np.inf, self.ride.rigid)
-        fastest = hub_mobile.stiffest(self.arrays, self.hub, inputs, 0, self._work, self.ride)
-        limit = 2.0 / float(np.sqrt(fastest))
-        if time_step > limit:
-            raise InputError(
-                f"time_step: expected at most the stable step {limit:.3g} s of the explicit method on this hub, got "
-                f"{time_step:g}; use a smaller one, or an implicit method"
-            )
+        return float(hub_mobile.stiffest(self.arrays, self.hub, inputs, 0, self._work, self.ride))
 
     def _energies_now(self) -> Energies:
         """Energies where the steps have come to."""

@@ -41,6 +41,11 @@ class March:
         What was asked.
     equation, stepper, recorder, errors
         Those of the run; ``errors`` is None where the time error is not estimated.
+
+    Attributes
+    ----------
+    most
+        Steps of the longest stretch.
     """
 
     def __init__(
@@ -53,8 +58,8 @@ class March:
         self._numbers: StepNumbers = stepper.numbers(problem.time_step)
         self._left_out = -1
         self._kept = np.array(sorted(problem.field_steps | problem.frame_steps), dtype=np.int64)
-        self._most = max(1, min(_MOST_STEPS, _MOST_UNKNOWNS // equation.system.size))
-        self._length = min(_FIRST_STEPS, self._most)
+        self.most = max(1, min(_MOST_STEPS, _MOST_UNKNOWNS // equation.system.size))
+        self._length = min(_FIRST_STEPS, self.most)
         products, workspace = equation.products, equation.workspace
         self._matrices: Any = (
             products.start, products.column, products.mass, products.damping, products.spread, self._numbers.linear,
@@ -110,7 +115,7 @@ class March:
         )  # fmt: skip
         if self._stepper.took(taken, *tangent[4:]) and taken < steps:
             self._left_out = number + taken
-        self._length = min(max(_FIRST_STEPS, 2 * taken, self._length if taken == steps else 0), self._most)
+        self._length = min(max(_FIRST_STEPS, 2 * taken, self._length if taken == steps else 0), self.most)
         if not taken:
             return number, at
         weighed = self._numbers.scheme.weight < 1.0
