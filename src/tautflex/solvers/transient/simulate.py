@@ -178,7 +178,7 @@ class FullRun:
         self._elsewhere = 0, 0, 0.0
 
     def between_calls(self, steps: int) -> int:
-        """Steps between two calls of a callback: a hundredth of all, or those of a stretch, which is done in a blink."""
+        """Steps between two calls of a callback: a hundredth of all, or those of a stretch, which is soon done."""
         return max(1, steps // 100, 0 if self._march is None else min(steps // 4, self._march.most))
 
     def start(self) -> None:
