@@ -188,7 +188,8 @@ def _validated(values: dict[str, Any], overrides: Sequence[str], source: str) ->
         case = Case(**values)
     except CaseError as error:
         # What a change that failed was meant to change may be wrong without it.
-        problems += (f"{source}: {told}" for told in error.problems if re.split(r"\W", told, maxsplit=1)[0] not in failed)
+        sure = (told for told in error.problems if re.split(r"\W", told, maxsplit=1)[0] not in failed)
+        problems += (f"{source}: {told}" for told in sure)
     if "schema" not in values and not any("did you mean 'schema'" in told for told in problems):
         problems.insert(0, f"{source}: schema: missing, expected 1; add the line `schema = 1` at the top")
     if problems:

@@ -91,8 +91,8 @@ class Section(BaseModel):
         """
         known, replaced = dict(values), (dict[str, Any](), dict[str, Any]())
         while problems:
-            for problem in problems:
-                name, meant = _key_of(problem), re.search(r"; did you mean '(\w+)'\?$", problem)
+            for text in problems:
+                name, meant = _key_of(text), re.search(r"; did you mean '(\w+)'\?$", text)
                 known.pop(name + DEGREES, None)
                 given, field = known.pop(name, None), type(self).model_fields.get(name)
                 example = None if field is None or not field.examples else field.examples[0]

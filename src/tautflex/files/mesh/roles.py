@@ -37,7 +37,7 @@ def role_of_name(name: str) -> str | None:
 def stated_roles(names: Mapping[str, str] | None, present: Sequence[str]) -> tuple[dict[str, str], list[str]]:
     """Roles a user states for groups of a file, by the name in small letters, and what is wrong with them.
 
-    A group whose stated role there is not has the role ``""``: what it is meant to be is not known, and not asked again.
+    A group whose stated role there is not has the role ``""``: what it is meant to be is not asked again.
     """
     stated, problems, there = dict[str, str](), list[str](), {name.strip().casefold() for name in present}
     for name, role in (names or {}).items():
