@@ -11,6 +11,6 @@ Examples
 (1, 1)
 """
 
-from lazy_loader import attach_stub
+from tautflex.public import public_names
 
-__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = public_names(__name__, __file__)

@@ -46,7 +46,7 @@ def within(name: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise type(error)(f"{name}.{error}") from None
+        raise error.behind(f"{name}.") from None
 
 
 def instance(name: str, value: Any, kind: type[T] | tuple[type[Any], ...], expected: str, *, remedy: str = "") -> T:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Self
 
 
 class TautflexError(Exception):
@@ -10,7 +10,21 @@ class TautflexError(Exception):
 
 
 class InputError(TautflexError, ValueError):
-    """An argument, a case file or a mesh is unusable; the message says what was expected and what to try."""
+    """An argument, a case file or a mesh is unusable; the message says what was expected and what to try.
+
+    Parameters
+    ----------
+    problems
+        What is wrong, one line each; several are independent of each other.
+    """
+
+    def __init__(self, *problems: str) -> None:
+        super().__init__("\n".join(problems))
+        self.problems = problems
+
+    def behind(self, place: str) -> Self:
+        """The same error with a place in front of every line."""
+        return type(self)(*(f"{place}{problem}" for problem in self.problems))
 
 
 class CaseError(InputError):

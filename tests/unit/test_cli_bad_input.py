@@ -359,3 +359,17 @@ def test_odd_classes_of_plugins_are_refused(more, words, refuse, tmp_path):
     (tmp_path / f"odd_{len(more)}.py").write_text(odd.format(more=""), encoding="utf-8")
     said = refuse("check", "case.toml", "--plugin", f"odd_{len(more)}.py", "--set", "damping.kind=odd")
     assert words in said
+
+
+def test_every_problem_of_a_case_is_a_line_of_its_own(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "film.toml").write_text(FILM.replace("length = 2.0", "length = -2.0"))
+    assert main(["check", "film.toml", "--set", "broken", "--set", "solver.end_time=x", "--json"]) == 2
+    out, said = capsys.readouterr()
+    lines = said.splitlines()
+    assert [line.split(": expected")[0] for line in lines] == [
+        "tautflex: error: --set",
+        "tautflex: error: film.toml: membrane.length",
+        "tautflex: error: film.toml: solver.end_time",
+    ]
+    assert json.loads(out)["error"].split("\n") == [line.removeprefix("tautflex: error: ") for line in lines]

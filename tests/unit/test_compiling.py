@@ -7,6 +7,7 @@ import sys
 import time
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 
 import numba
 import numpy as np
@@ -134,3 +135,25 @@ def test_check_imports_nothing_that_it_does_not_use(tmp_path):
     done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True)
     unused = {"pandas", "xarray.core", "matplotlib", "scipy.integrate", "scipy.optimize", "scipy.io", "jax"}
     assert not unused & set(done.stderr.split())
+
+
+def test_a_training_says_when_it_compiles_and_when_it_begins(monkeypatch, capsys):
+    training = pytest.importorskip("tautflex.learning.train")
+    monkeypatch.setattr(compiling, "announcing", True)
+    made, told = object.__new__(training._Training), []
+    at = SimpleNamespace(mean=0, best_cost=0.0, _replace=lambda **new: at)
+
+    def heard(answer):
+        told.append(capsys.readouterr().err)
+        return answer
+
+    made._s, made._segments, made._draw = {"judge_every": 2}, 5, lambda number: (0, 0)
+    made._start, made._iterate = lambda: heard((at, 2.5)), lambda at, number: heard((at, 1.0))
+    made._judge, made._result = lambda layers: 3.0, lambda at, judged: judged
+    assert made.train(2, None, None) == [(0, 2.5), (2, 3.0)]
+    started = "tautflex: compiling the training, plant and policy together ...\n"
+    assert told == [started, "", "tautflex: compiled, training from a cost of 2.5 ...\n"]
+    said = []
+    made.train(2, None, lambda fraction, message: said.append((fraction, message.split()[0])))
+    assert said == [(0.0, "compiling"), (0.0, "compiled,"), (1.0, "cost")]
+    assert capsys.readouterr().err == ""  # who follows the progress is told there

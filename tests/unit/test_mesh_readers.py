@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import re
 import stat
 import subprocess
 import sys
@@ -245,9 +246,47 @@ def test_names_of_the_user_come_first(read):
 
 
 @needs_gmsh
-def test_gmsh_group_without_a_meaning_is_named_with_the_remedy(read):
-    with pytest.raises(MeshError, match=r"group 'skin': .*membrane.*names=\{'skin': 'membrane'\}"):
-        read(".msh", MSH)
+@pytest.mark.parametrize(
+    ("renamed", "names", "lines"),
+    [
+        (
+            {},
+            {},
+            ["group 'skin': expected a name .*membrane, film, support.*names=\\{'skin': 'membrane'\\} \\(or 'cla"],
+        ),
+        (
+            {"cable": "rim"},
+            {},
+            [  # a surface is no cable, a line no membrane
+                "group 'rim': (?!.*membrane).*begins with one of cable, beam, frame, .*names=\\{'rim': 'cable'\\}",
+                "group 'skin': (?!.*(cable|beam)).*begins with one of membrane, film, .*names=\\{'skin': 'membrane'\\}",
+            ],
+        ),
+        (
+            {"cable": "rim"},
+            {"skinn": "membrane", "rim": "cabel"},  # what they are meant to be is not asked again
+            ["names: .*'skin'.*got 'skinn'; did you mean 'skin'", "names: .*'rim' one of .*got 'cabel'; did you mean"],
+        ),
+        (
+            {"cable": "film"},
+            {"skin": "beam"},
+            ["group 'film': expected lines to be cable or beam, got mem", "group 'skin': expected triangles to be mem"],
+        ),
+    ],
+)
+def test_all_groups_of_gmsh_without_a_usable_role_are_told_with_remedies_that_fit(read, renamed, names, lines):
+    text = MSH
+    for old, new in renamed.items():
+        text = text.replace(f'"{old}"', f'"{new}"')
+    with pytest.raises(MeshError) as caught:
+        read(".msh", text, names)
+    assert len(caught.value.problems) == len(lines)
+    for told, line in zip(caught.value.problems, lines, strict=True):
+        assert re.search(f"mesh.msh: {line}", told), told
+
+
+@needs_gmsh
+def test_a_stated_role_makes_a_group_of_gmsh_what_it_is(read):
     assert len(read(".msh", MSH, {"skin": "membrane"}).triangles) == 1
 
 

@@ -19,6 +19,7 @@ from tautflex.errors import TautflexError
 from tautflex.mechanics.loads.effects.cable_tension import CableTension
 from tautflex.motion.rotations import exponential, rotation_vectors
 from tautflex.pages.encode import packed, plain, quantised
+from tautflex.pages.numbers import in_words
 from tautflex.pages.rebuilt import Structure, stresses_over_time
 from tautflex.pages.thinning import drawing_of
 from tautflex.plot.style import thinned
@@ -226,3 +227,23 @@ def test_command_takes_folders_and_files(tmp_path, capsys):
     assert [each["name"] for each in data_of(tmp_path / "both.html")["runs"]] == ["one", "two"]
     assert main(["report", str(tmp_path / "none")]) == 2
     assert "tautflex run" in capsys.readouterr().err
+
+
+def test_what_moves_is_told_in_words_with_units():
+    hub = tf.FreeHub(20.0, (4, 5, 6), angular_velocity=(0, 0, 0.1), torque=lambda time, state: np.zeros(3), axes="z")
+    steps = (tf.Stop(rate=0.1, duration=1.0), tf.Slew(angle=np.pi / 6, duration=2.0, axis=(0.0, 1.0, 0.0)))
+    table = tf.Tabulated([0.0, 1.0, 2.0], rates=[0.0, 1.0, 0.0])
+    for given, words in (
+        (steps[0], "stop, rate 0.1 rad/s, duration 1 s, axis x"),
+        (steps[1], "slew, angle 0.5236 rad (30°), duration 2 s, axis y"),
+        (tf.Sequence(steps, (3.0,)), f"{in_words(repr(steps[0]))}, then {in_words(repr(steps[1]))}"),
+        (table, "tabulated: 3 rows of rates from 0 to 2 s"),
+        (tf.AtRest(), "none, the spacecraft stands still"),
+        (tf.Rayleigh(0.01, 0.02), "rayleigh, alpha 0.01 1/s, beta 0.02 s"),
+    ):
+        assert in_words(repr(given)) == words
+    told = (
+        "free hub, mass 20 kg, inertia (4, 5, 6) kg m^2, angular velocity (0, 0, 0.1) rad/s, torque a function, axes z"
+    )
+    assert in_words(repr(hub)) == told
+    assert in_words("what another version wrote") == "what another version wrote"

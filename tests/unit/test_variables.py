@@ -49,9 +49,9 @@ def test_batches(state):
 
 
 def test_modes_spinning_modes_and_appendages(state, modes):
-    check(modes.to_dataset(), variables.MODES, mesh_variables(state.model))
+    check(modes.data, variables.MODES, mesh_variables(state.model))
     spin = (0.1, 0.0, 0.0)
-    check(tf.solve_spinning_modes(state, spin, n=3).to_dataset(), variables.SPINNING_MODES, mesh_variables(state.model))
+    check(tf.solve_spinning_modes(state, spin, n=3).data, variables.SPINNING_MODES, mesh_variables(state.model))
     check(tf.campbell(state, [0.0, 0.1], n=3), variables.CAMPBELL)
     check(tf.appendage_data(modes), variables.APPENDAGE)
 

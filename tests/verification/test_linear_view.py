@@ -243,6 +243,8 @@ def test_heated_film_between_fixed_edges(verification_row):
     verification_row("Stiffness of a film's mode 1 by 0.02 K", expected, float(data["stiffness"][0, 0]), "closed form")
     assert not data["force"].values.any()
     assert np.isnan(data["stroke"].values).all()
+    with pytest.raises(tf.InputError, match="inputs: expected at least one that acts on the structure, got none"):
+        authority(state, {})  # as of a plant whose only actuators are wheels
     assert "heat: no linear column on these modes" in data.attrs["remarks"]
     about = linearize(state, heat, {}, values={"heat": 0.02}, modes=3)
     np.testing.assert_allclose(

@@ -103,7 +103,7 @@ def _made(name: str, kind: str, stated: dict[str, Any]) -> Section:
     try:
         return made(name, kind, None, stated)
     except InputError as error:
-        raise CaseError(str(error)) from None
+        raise CaseError(*error.problems) from None
 
 
 def _bare_model(case: Case) -> Model:
@@ -176,7 +176,7 @@ def _meshed_model(case: Case, file: str) -> Model:
     try:
         model = mesh.model(sections=sections, prestress_mode=case.prestress.mode or "equilibrium", **given)
     except InputError as error:
-        raise type(error)(f"{file}: {error}") from None
+        raise error.behind(f"{file}: ") from None
     for group in model.groups:
         if group.section.kind == "cable" and not (group.initial > 0.0).all():
             row = int(np.argmin(group.initial[:, 0]))

@@ -6,8 +6,8 @@ Own, because pydantic's messages take several lines each, name Python's types an
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from pydantic import BaseModel, ValidationError
 
@@ -19,17 +19,6 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 _LONGEST_VALUE = 60
-
-
-class UnknownKeyError(CaseError):
-    """Keys that do not exist, by their place in a section, each with what to do about it."""
-
-    def __init__(self, text: str, remedies: dict[str, str]) -> None:
-        super().__init__(text)
-        self.remedies = remedies
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (str(self), self.remedies)
 
 
 _KINDS = {
@@ -46,6 +35,7 @@ _KINDS = {
     "model_attributes_type": "a table of keys and values",
 }
 
+_UNKNOWN = "extra_forbidden"
 _BRANCHES = ("float", "int", "str", "bool")
 
 # Limits of numbers, as pydantic and the annotations of fields call them.
@@ -87,40 +77,48 @@ def one_line(text: str) -> str:
 
 
 def case_error(error: ValidationError, model: type[BaseModel]) -> CaseError:
-    """Turn the first problem pydantic found in ``model`` into one line; keys that do not exist are told together.
+    """Turn what pydantic found in ``model`` into one line for every wrong key.
 
     A section reports relative to itself; the case that holds it puts the section's name in front.
     """
-    # A misspelt key explains the missing one; of several readings of a value the furthest one counts.
+    found: dict[str, ErrorDetails] = {}
     details = error.errors(include_url=False)
-    unknown = dict[str, str]()
-    for item in details:
-        inner = _cause(item)
-        if isinstance(inner, UnknownKeyError):
-            unknown |= {".".join([*map(str, _place(item)), name]): told for name, told in inner.remedies.items()}
-        elif item["type"] == "extra_forbidden":
-            unknown[".".join(map(str, _place(item)))] = _remedy(str(item["loc"][0]), *_known(model))
-    if len(unknown) > 1:
-        told = ", ".join(f"{name} ({remedy})" for name, remedy in unknown.items())
-        return UnknownKeyError(one_line(f"{len(unknown)} unknown keys: {told}"), unknown)
-    first = min(details, key=lambda item: (not _is_unknown(item), -len(_place(item))))
-    place, index, inner = _place(first), "", _cause(first)
+    for item in sorted(details, key=lambda item: item["type"] != _UNKNOWN):
+        place, inner = _place(item), _cause(item)
+        key = ".".join(str(part) for part in place if isinstance(inner, CaseError) or isinstance(part, str))
+        if len(place) > len(_place(found.setdefault(key, item))):
+            found[key] = item  # of several readings of a value the furthest one counts
+    explained = _explained([str(item["loc"][0]) for item in details if item["type"] == _UNKNOWN], model)
+    told = [
+        item
+        for key, item in found.items()
+        if not any(other.startswith(f"{key}.") for other in found)
+        and not (item["type"] == "missing" and explained(str(item["loc"][0])))
+    ]
+    return CaseError(*(one_line(line) for item in told for line in _lines(item, model)))
+
+
+def _explained(unknown: Sequence[str], model: type[BaseModel]) -> Callable[[str], bool]:
+    """Whether a key is missing only because one is misspelt, or because its section names the wrong class."""
+    own, others = _known(model)
+    if any(name in others for name in unknown):
+        return lambda name: True
+    remedies = {checks.meant(name, own) for name in unknown}
+    return lambda name: any(repr(name) in remedy for remedy in remedies)
+
+
+def _lines(item: ErrorDetails, model: type[BaseModel]) -> list[str]:
+    place, index, inner = _place(item), "", _cause(item)
     if isinstance(inner, CaseError):
-        text = ".".join([*map(str, place), str(inner)])
-        return UnknownKeyError(text, unknown) if unknown else CaseError(text)
+        return [".".join([*map(str, place), problem]) for problem in inner.problems]
     while place and isinstance(place[-1], int):
         index = f" at index {place.pop()}"
-    text = str(inner) if inner is not None else _sentence(first, model, index)
-    text = one_line(": ".join(filter(None, [".".join(map(str, place)), text])))
-    return UnknownKeyError(text, unknown) if unknown else CaseError(text)
+    text = str(inner) if inner is not None else _sentence(item, model, index)
+    return [": ".join(filter(None, [".".join(map(str, place)), text]))]
 
 
 def _cause(detail: ErrorDetails) -> object:
     return detail.get("ctx", {}).get("error")
-
-
-def _is_unknown(detail: ErrorDetails) -> bool:
-    return detail["type"] == "extra_forbidden" or isinstance(_cause(detail), UnknownKeyError)
 
 
 def _place(detail: ErrorDetails) -> list[int | str]:
@@ -143,17 +141,23 @@ def _remedy(name: str, known: Collection[str], meant: Collection[str] = ()) -> s
     return checks.meant(name, known) or checks.meant(name, meant) or "remove it"
 
 
-def _known(model: type[BaseModel]) -> tuple[Collection[str], Collection[str]]:
-    """Keys of a section, and those of the others of its choice."""
-    return _fields(model), model.homes() if hasattr(model, "homes") else ()
+def _known(model: type[BaseModel]) -> tuple[Collection[str], Mapping[str, str]]:
+    """Keys of a section, and those of the others of its choice with the class that has each."""
+    own = _fields(model)
+    others = model.homes() if hasattr(model, "homes") else {}
+    return own, {name: kind for name, kind in others.items() if name not in own}
 
 
 def _sentence(detail: ErrorDetails, model: type[BaseModel], index: str) -> str:
     kind, context, value = detail["type"], detail.get("ctx", {}), detail["input"]
     name = str(detail["loc"][0]) if detail["loc"] else ""
     field = _fields(model).get(name)
-    if kind == "extra_forbidden":
-        return unknown_key(name, value, *_known(model))
+    if kind == _UNKNOWN:
+        own, others = _known(model)
+        if name in others:
+            remedy = f"remove it or set {getattr(model, 'naming_key', 'kind')} = {others[name]!r}"
+            return f"expected no value with {model.choice()}, got {show(value)}; {remedy}"  # type: ignore[attr-defined]
+        return unknown_key(name, value, own, others)
     if kind == "missing" and len(detail["loc"]) == 1:
         wanted = f"{model.choice()} expects" if hasattr(model, "choice") else "expected"
         return f"missing, {wanted} the {meaning(name, field)}; add it"

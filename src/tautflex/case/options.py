@@ -167,26 +167,21 @@ class Chosen(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _keys_belong_to_the_class(cls, values: Any) -> Any:
+    def _without_harmless_keys(cls, values: Any) -> Any:
         if cls.made_from is None or not isinstance(values, dict):
             return values
-        kept = {}
-        for name, value in values.items():
-            other = None if name in cls.model_fields else cls.homes().get(name)
-            if other is None:
-                kept[name] = value
-            elif name not in cls.harmless_keys or not _is_default(cls.of_kind(other), name, value):
-                text = f"{name}: expected no value with {cls.choice()}, got {show(value)}"
-                raise ValueError(f"{text}; remove it or set {cls.naming_key} = {other!r}")
-        return kept
+        return {name: value for name, value in values.items() if not cls._is_harmless(name, value)}
+
+    @classmethod
+    def _is_harmless(cls, name: str, value: object) -> bool:
+        """Whether a key of another class says what this one takes for granted."""
+        other = None if name in cls.model_fields or name not in cls.harmless_keys else cls.homes().get(name)
+        return other is not None and _is_default(cls.of_kind(other), name, value)
 
     @model_validator(mode="after")
     def _class_takes_the_values(self) -> Self:
         if self.made_from is not None:
-            try:
-                self.check_values()
-            except CaseError as error:
-                raise ValueError(str(error)) from None
+            self.check_values()
         return self
 
     @classmethod
@@ -249,7 +244,7 @@ def within(name: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise CaseError(f"{name}.{error}") from None
+        raise CaseError(*error.problems).behind(f"{name}.") from None
 
 
 def keys_of(
@@ -301,7 +296,7 @@ class Built(Section):
         try:
             self.build()
         except InputError as error:
-            raise ValueError(str(error)) from None
+            raise CaseError(*error.problems) from None
         return self
 
     def build(self) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
@@ -169,17 +170,31 @@ def parse_case(text: str, overrides: Sequence[str] = (), *, source: str = "case"
 
 
 def _validated(values: dict[str, Any], overrides: Sequence[str], source: str) -> Case:
+    problems, failed = list[str](), set[str]()
     for override in sorted(overrides, key=_is_no_choice):
-        _apply(values, override)
+        try:
+            _apply(values, override)
+        except CaseError as error:
+            problems += error.problems
+            failed.add(re.split(r"\W", override.strip(), maxsplit=1)[0])
     _require_shallow(values, source)
     if "base" in values and "maneuver" not in values:
         told = f"{source}: expected a case, got a study of {show(values['base'])}"
         raise CaseError(f"{told}; `tautflex sweep` and `tautflex design` take it")
-    _require_schema(values, source)
+    if values.get("schema", 1) != 1 or isinstance(values.get("schema"), bool | float):
+        text = f"{source}: schema: expected 1, the format this release reads, got {show(values['schema'])}"
+        raise CaseError(f"{text}; write the case anew with `tautflex init`")
     try:
-        return Case(**values)
+        case = Case(**values)
     except CaseError as error:
-        raise CaseError(f"{source}: {error}") from None
+        # What a change that failed was meant to change may be wrong without it.
+        sure = (told for told in error.problems if re.split(r"\W", told, maxsplit=1)[0] not in failed)
+        problems += (f"{source}: {told}" for told in sure)
+    if "schema" not in values and not any("did you mean 'schema'" in told for told in problems):
+        problems.insert(0, f"{source}: schema: missing, expected 1; add the line `schema = 1` at the top")
+    if problems:
+        raise CaseError(*problems)
+    return case
 
 
 def _parsed(text: str, source: str, start: str) -> dict[str, Any]:
@@ -231,14 +246,6 @@ def _place_files(values: Any, place: Callable[[str], str]) -> None:
                     values[key] = place(value)
             else:
                 _place_files(value, place)
-
-
-def _require_schema(values: dict[str, Any], source: str) -> None:
-    if "schema" not in values:
-        raise CaseError(f"{source}: schema: missing, expected 1; add the line `schema = 1` at the top")
-    if values["schema"] != 1 or isinstance(values["schema"], bool | float):
-        text = f"{source}: schema: expected 1, the format this release reads, got {show(values['schema'])}"
-        raise CaseError(f"{text}; write the case anew with `tautflex init`")
 
 
 def _is_no_choice(override: str) -> bool:

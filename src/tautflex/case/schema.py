@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from typing import Annotated, Any, Literal, Self
 
 import tomli_w
@@ -17,6 +18,7 @@ from tautflex.case.sections.links import Damper, Link, Spring
 from tautflex.case.sections.loop_rules import loop_contradictions
 from tautflex.case.sections.maneuver import Maneuver
 from tautflex.case.sections.structural import Cables, EdgeCords, Frame, Mass, Membrane, Mesh, Prestress
+from tautflex.errors import CaseError
 from tautflex.structure.shapes import SHAPES
 from tautflex.text import card, shown
 
@@ -147,74 +149,6 @@ class Case(Section):
         return value
 
     @model_validator(mode="after")
-    def _geometry_is_stated_once(self) -> Self:
-        file = self.mesh.file
-        for name, names in _GEOMETRY.items():
-            section = getattr(self, name)
-            for one in (*names, *_SECTIONS[name]) if section is not None else ():
-                value, field = getattr(section, one), type(section).model_fields[one]
-                if file is None and value is None:
-                    raise ValueError(f"{name}.{one}: missing, expected the {meaning(one, field)}; add it")
-                if file is not None and one in names and value != field.default:
-                    text = f"{name}.{one}: expected no value beside mesh.file = {show(file)}, got {show(value)}"
-                    raise ValueError(f"{text}; remove one of the two")
-        return self
-
-    @model_validator(mode="after")
-    def _edges_have_what_they_need(self) -> Self:
-        edges, has_file = self.membrane.edges, self.mesh.file is not None
-        for name in ("cables", "frame", "edge_cords"):
-            section, needed = getattr(self, name), edges == "scalloped" or (edges == "cables" and name != "edge_cords")
-            if name == "frame" and has_file:
-                continue  # whether there is one is the file's to say
-            if needed and section is None and not has_file:
-                text = f"{name}: missing, membrane.edges = {edges!r} expects a [{name}] section"
-                raise ValueError(f"{text}; add it, or set membrane.edges = 'fixed' for a plain film")
-            if not needed and section is not None:
-                text = f"{name}: expected no such section with membrane.edges = {edges!r}, got [{name}]"
-                other = "scalloped" if name == "edge_cords" else "cables"
-                raise ValueError(f"{text}; remove it, or set membrane.edges = {other!r}")
-        if edges == "scalloped" and has_file:
-            text = f"membrane.edges: expected 'cables' or 'fixed' beside mesh.file = {show(self.mesh.file)}"
-            raise ValueError(f"{text}, got 'scalloped'; cords of a mesh file are cables of it, remove one of the two")
-        return self
-
-    @model_validator(mode="after")
-    def _tensions_are_stated_once(self) -> Self:
-        """Tensions of cables are given, but those beside scalloped edges follow from the film's stress."""
-        if self.cables is None:
-            return self
-        scalloped = self.membrane.edges == "scalloped"
-        for name in ("pretension_x", "pretension_y", "distribution"):
-            value, field = getattr(self.cables, name), Cables.model_fields[name]
-            if scalloped and value != field.default:
-                text = f"cables.{name}: expected no value with membrane.edges = 'scalloped', got {show(value)}"
-                raise ValueError(f"{text}; remove it, tensions follow from membrane.stress_x, stress_y and the cut")
-            if not scalloped and value is None and self.mesh.file is None:
-                raise ValueError(f"cables.{name}: missing, expected the {meaning(name, field)}; add it")
-        return self
-
-    @model_validator(mode="after")
-    def _frame_surrounds_membrane(self) -> Self:
-        for side in ("length", "width") if self.mesh.file is None else ():
-            inner = getattr(self.membrane, side)
-            if self.frame is not None and getattr(self.frame, side) <= inner:
-                text = f"frame.{side}: expected more than membrane.{side} = {inner:g} m"
-                raise ValueError(f"{text}, got {getattr(self.frame, side):g}; the cables span the gap, enlarge it")
-        return self
-
-    @model_validator(mode="after")
-    def _mesh_has_a_node_per_cable(self) -> Self:
-        if self.cables is not None:
-            counts = (self.cables.per_long_edge, self.cables.per_short_edge)
-            for axis, count, have in zip("xy", counts, self.mesh.divisions, strict=True):
-                least = 0 if count is None else SHAPES[self.mesh.element].least_divisions(count - 1)
-                if have < least:
-                    text = f"mesh.divisions: expected at least {least} cells along {axis} for {count} cables"
-                    raise ValueError(f"{text}, got {_pair(self.mesh.divisions)}; refine the mesh or remove cables")
-        return self
-
-    @model_validator(mode="after")
     def _prestress_is_stated_once(self) -> Self:
         default = "uniform" if self.membrane.edges == "fixed" else "equilibrium"
         if self.prestress.mode is None:
@@ -223,87 +157,150 @@ class Case(Section):
         return self
 
     @model_validator(mode="after")
-    def _stress_has_one_source(self) -> Self:
+    def _sections_go_together(self) -> Self:
+        """All that contradicts itself in one answer, but for rules whose ground another problem takes away."""
+        problems = list[str]()
+
+        def ask(*rules: Callable[[Case], Iterator[str]]) -> None:
+            for rule in rules:
+                whole = {text.partition(":")[0] for text in problems}  # of a section that should not be there
+                problems.extend(text for text in rule(self) if text.partition(".")[0] not in whole)
+
+        ask(Case._edges_have_what_they_need, Case._geometry_is_stated_once, Case._tensions_are_stated_once)
+        if not problems:
+            ask(Case._frame_surrounds_membrane, Case._mesh_has_a_node_per_cable, Case._stress_has_one_source)
+        ask(Case._probes_are_on_the_film, Case._reduction_fits_the_case, loop_contradictions, Case._fits_in_memory)
+        if problems:
+            raise CaseError(*problems)
+        return self
+
+    def _geometry_is_stated_once(self) -> Iterator[str]:
+        file = self.mesh.file
+        for name, names in _GEOMETRY.items():
+            section = getattr(self, name)
+            for one in (*names, *_SECTIONS[name]) if section is not None else ():
+                value, field = getattr(section, one), type(section).model_fields[one]
+                if file is None and value is None:
+                    yield f"{name}.{one}: missing, expected the {meaning(one, field)}; add it"
+                if file is not None and one in names and value != field.default:
+                    text = f"{name}.{one}: expected no value beside mesh.file = {show(file)}, got {show(value)}"
+                    yield f"{text}; remove one of the two"
+
+    def _edges_have_what_they_need(self) -> Iterator[str]:
+        edges, has_file = self.membrane.edges, self.mesh.file is not None
+        for name in ("cables", "frame", "edge_cords"):
+            section, needed = getattr(self, name), edges == "scalloped" or (edges == "cables" and name != "edge_cords")
+            if name == "frame" and has_file:
+                continue  # whether there is one is the file's to say
+            if needed and section is None and not has_file:
+                text = f"{name}: missing, membrane.edges = {edges!r} expects a [{name}] section"
+                yield f"{text}; add it, or set membrane.edges = 'fixed' for a plain film"
+            if not needed and section is not None:
+                text = f"{name}: expected no such section with membrane.edges = {edges!r}, got [{name}]"
+                other = "scalloped" if name == "edge_cords" else "cables"
+                yield f"{text}; remove it, or set membrane.edges = {other!r}"
+        if edges == "scalloped" and has_file:
+            text = f"membrane.edges: expected 'cables' or 'fixed' beside mesh.file = {show(self.mesh.file)}"
+            yield f"{text}, got 'scalloped'; cords of a mesh file are cables of it, remove one of the two"
+
+    def _tensions_are_stated_once(self) -> Iterator[str]:
+        """Tensions of cables are given, but those beside scalloped edges follow from the film's stress."""
+        if self.cables is None:
+            return
+        scalloped = self.membrane.edges == "scalloped"
+        for name in ("pretension_x", "pretension_y", "distribution"):
+            value, field = getattr(self.cables, name), Cables.model_fields[name]
+            if scalloped and value != field.default:
+                text = f"cables.{name}: expected no value with membrane.edges = 'scalloped', got {show(value)}"
+                yield f"{text}; remove it, tensions follow from membrane.stress_x, stress_y and the cut"
+            if not scalloped and value is None and self.mesh.file is None:
+                yield f"cables.{name}: missing, expected the {meaning(name, field)}; add it"
+
+    def _frame_surrounds_membrane(self) -> Iterator[str]:
+        for side in ("length", "width") if self.mesh.file is None else ():
+            inner = getattr(self.membrane, side)
+            if self.frame is not None and getattr(self.frame, side) <= inner:
+                text = f"frame.{side}: expected more than membrane.{side} = {inner:g} m"
+                yield f"{text}, got {getattr(self.frame, side):g}; the cables span the gap, enlarge it"
+
+    def _mesh_has_a_node_per_cable(self) -> Iterator[str]:
+        if self.cables is not None:
+            counts = (self.cables.per_long_edge, self.cables.per_short_edge)
+            for axis, count, have in zip("xy", counts, self.mesh.divisions, strict=True):
+                least = 0 if count is None else SHAPES[self.mesh.element].least_divisions(count - 1)
+                if have < least:
+                    text = f"mesh.divisions: expected at least {least} cells along {axis} for {count} cables"
+                    yield f"{text}, got {_pair(self.mesh.divisions)}; refine the mesh or remove cables"
+
+    def _stress_has_one_source(self) -> Iterator[str]:
         """Exactly one source of the membrane's stress: equilibrium, stress_x and stress_y, or resultants."""
         mode, stress = self.prestress.mode, self.membrane.stress_x
         ratios = self.prestress.resultant_per_pretension
         if self.membrane.edges == "fixed":
             if mode != "uniform":
                 text = f"prestress.mode: expected 'uniform' with membrane.edges = 'fixed', got {mode!r}"
-                raise ValueError(f"{text}; remove it and give membrane.stress_x and stress_y")
+                yield f"{text}; remove it and give membrane.stress_x and stress_y"
             if ratios is not None:
                 text = "prestress.resultant_per_pretension: expected no value with membrane.edges = 'fixed'"
-                raise ValueError(f"{text}, got {list(ratios)}; remove it, there are no cables")
+                yield f"{text}, got {list(ratios)}; remove it, there are no cables"
             if stress is None and self.mesh.file is None:
                 text = "membrane.stress_x: missing, membrane.edges = 'fixed' expects stress_x and stress_y [Pa]"
-                raise ValueError(f"{text}; add them under [membrane], for example 4000.0")
-            return self
+                yield f"{text}; add them under [membrane], for example 4000.0"
+            return
         if self.membrane.edges == "scalloped":
             if mode != "equilibrium" or ratios is not None:
                 stated = f"mode = {mode!r}" if ratios is None else f"resultant_per_pretension = {list(ratios)}"
                 text = f"prestress: expected nothing stated with membrane.edges = 'scalloped', got {stated}"
-                raise ValueError(f"{text}; remove it, the edges are cut to carry membrane.stress_x and stress_y")
+                yield f"{text}; remove it, the edges are cut to carry membrane.stress_x and stress_y"
             if stress is None:
                 text = "membrane.stress_x: missing, membrane.edges = 'scalloped' expects stress_x and stress_y [Pa]"
-                raise ValueError(f"{text}; add them under [membrane], for example 2e5")
-            return self
+                yield f"{text}; add them under [membrane], for example 2e5"
+            return
         if mode == "uniform" and stress is None and ratios is None and self.mesh.file is None:
             text = "prestress.resultant_per_pretension: missing, mode = 'uniform' expects the membrane's tension"
-            raise ValueError(f"{text}; add it, or give membrane.stress_x and stress_y [Pa]")
+            yield f"{text}; add it, or give membrane.stress_x and stress_y [Pa]"
         if mode == "uniform" and ratios is not None and self.membrane.thickness is None:
             text = (
                 f"prestress.resultant_per_pretension: expected it beside membrane.thickness, got {list(ratios)} alone"
             )
-            raise ValueError(f"{text}; add the thickness, or give membrane.stress_x and stress_y [Pa]")
+            yield f"{text}; add the thickness, or give membrane.stress_x and stress_y [Pa]"
         if mode == "uniform" and stress is not None and ratios is not None:
             text = f"prestress.resultant_per_pretension: expected no value beside membrane.stress_x = {stress:g}"
-            raise ValueError(f"{text}, got {list(ratios)}; keep one of the two")
+            yield f"{text}, got {list(ratios)}; keep one of the two"
         if mode != "uniform" and stress is not None:
             text = f"membrane.stress_x: expected no value with prestress.mode = {mode!r}, got {stress:g}"
-            raise ValueError(f"{text}; remove it, or set prestress.mode = 'uniform'")
-        return self
+            yield f"{text}; remove it, or set prestress.mode = 'uniform'"
 
-    @model_validator(mode="after")
-    def _probes_are_on_the_film(self) -> Self:
+    def _probes_are_on_the_film(self) -> Iterator[str]:
         if self.membrane.length is None or self.membrane.width is None:
-            return self  # of a mesh file, which is not read here
+            return  # of a mesh file, which is not read here
         half = (self.membrane.length / 2, self.membrane.width / 2)
         for name, point in self.output.probes.items():
             if len(point) == 2 and (abs(point[0]) > half[0] or abs(point[1]) > half[1]):
                 film = f"|x| <= {half[0]:g} and |y| <= {half[1]:g} m"
                 text = f"output.probes.{name}: expected a point on the film, {film}"
                 remedy = "the origin is the film's centre, move the probe, or give x, y and z of a node of the frame"
-                raise ValueError(f"{text}, got {list(point)}; {remedy}")
-        return self
+                yield f"{text}, got {list(point)}; {remedy}"
 
-    @model_validator(mode="after")
-    def _reduction_fits_the_case(self) -> Self:
+    def _reduction_fits_the_case(self) -> Iterator[str]:
         """A reduced model has elastic laws and fixed steps."""
         if self.reduction is None:
-            return self
+            return
         if self.membrane.law != "elastic":
             text = f"reduction: expected membrane.law = 'elastic' with a [reduction], got {self.membrane.law!r}"
-            raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")
+            yield f"{text}; remove [reduction], or use hyper_reduce from Python"
         for name, section in (self.mesh.sections or {}).items():
             if section.slack or section.law not in (None, "elastic"):
                 text = f"reduction: expected elastic laws with a [reduction], got another in mesh.sections.{name}"
-                raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")
+                yield f"{text}; remove [reduction], or use hyper_reduce from Python"
         if self.cables is not None and self.cables.slack:
             text = "reduction: expected cables.slack = false with a [reduction], got true"
-            raise ValueError(f"{text}; remove [reduction], or use hyper_reduce from Python")
+            yield f"{text}; remove [reduction], or use hyper_reduce from Python"
         if self.solver.adaptive_tolerance is not None:
             text = f"reduction: expected no solver.adaptive_tolerance with it, got {self.solver.adaptive_tolerance:g}"
-            raise ValueError(f"{text}; remove it, steps of a reduced model cost next to nothing")
-        return self
+            yield f"{text}; remove it, steps of a reduced model cost next to nothing"
 
-    @model_validator(mode="after")
-    def _loop_fits_the_case(self) -> Self:
-        for text in loop_contradictions(self):
-            raise ValueError(text)
-        return self
-
-    @model_validator(mode="after")
-    def _fits_in_memory(self) -> Self:
+    def _fits_in_memory(self) -> Iterator[str]:
         available = memory.available_bytes()
         limit = f"fits in the {available / 1e9:.3g} GB of memory available"
         divisions = self.mesh.node_spaces if self.mesh.file is None else (1, 1)
@@ -311,7 +308,8 @@ class Case(Section):
         if needed > available:
             text = f"mesh.divisions: expected a mesh that {limit}"
             size = f"about {min(needed, _LARGEST) / 1e9:.3g} GB"
-            raise ValueError(f"{text}, got {_pair(divisions)} which needs {size}; use fewer divisions")
+            yield f"{text}, got {_pair(divisions)} which needs {size}; use fewer divisions"
+            return
         steps = min(self.solver.end_time / self.solver.time_step, _LARGEST)
         stored = steps / min(self.output.every, _LARGEST)
         keeps_all = self.output.fields == "all"
@@ -320,8 +318,7 @@ class Case(Section):
             text = f"output.every: expected a history that {limit}"
             size = f"{stored:.3g} stored steps which need about {needed / 1e9:.3g} GB"
             remedy = "raise every, enlarge solver.time_step, or store fields at fewer instants"
-            raise ValueError(f"{text}, got {self.output.every} giving {size}; {remedy}")
-        return self
+            yield f"{text}, got {self.output.every} giving {size}; {remedy}"
 
 
 def _pair(divisions: tuple[int, int]) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Annotated, Any, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError
@@ -69,15 +70,53 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
     def __init__(self, /, **values: Any) -> None:
+        problems = self._problems(values)
+        if problems:
+            raise CaseError(*problems, *self._further(values, problems))
+
+    def _problems(self, values: dict[str, Any]) -> tuple[str, ...]:
+        """Take the keys; what is wrong with them, as far as it is found at once."""
         try:
             super().__init__(**_in_radians(values, type(self)))
         except ValidationError as error:
-            raise case_error(error, type(self)) from None
+            return case_error(error, type(self)).problems
+        except CaseError as error:
+            return error.problems
+        return ()
+
+    def _further(self, values: dict[str, Any], problems: Sequence[str]) -> Iterator[str]:
+        """What keys that are wrong keep from being asked: it is asked twice, with other values in their places.
+
+        Told is what is the same both times, so that it is about nothing but the other keys.
+        """
+        known, replaced = dict(values), (dict[str, Any](), dict[str, Any]())
+        while problems:
+            for text in problems:
+                name, meant = _key_of(text), re.search(r"; did you mean '(\w+)'\?$", text)
+                known.pop(name + DEGREES, None)
+                given, field = known.pop(name, None), type(self).model_fields.get(name)
+                example = None if field is None or not field.examples else field.examples[0]
+                if field is None:  # no key; what it may be meant for is asked as that
+                    known |= {} if meant is None else {meant[1]: values.get(meant[1], given)}
+                elif example is None or (field.is_required() and not isinstance(example, float | int | str)):
+                    return
+                else:
+                    replaced[0][name] = example
+                    if field.is_required():
+                        replaced[1][name] = example / 2 if isinstance(example, float) else example
+            first, second = (self._problems(known | others) for others in replaced)
+            problems = [text for text in first if text in second and _key_of(text) in known]
+            yield from (text for text in problems if _key_of(text) in values)
 
     @classmethod
     def from_table(cls, values: Any) -> Any:
         """Make the section from a table of keys; anything else is left to pydantic to take or refuse."""
         return cls(**values) if isinstance(values, dict) else values
+
+
+def _key_of(problem: str) -> str:
+    """First key that a problem of a section is about."""
+    return re.split("[.:]", problem, maxsplit=1)[0]
 
 
 def section_of_field(field: FieldInfo) -> type[Section] | None:

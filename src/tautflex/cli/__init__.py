@@ -91,7 +91,9 @@ def _outcome(arguments: list[str]) -> int:
         return _report(_usage(error, arguments), BAD_INPUT)
     except NotWrittenError as error:
         return _report(str(error), FAILED)
-    except (InputError, MissingExtraError) as error:
+    except InputError as error:
+        return max(_report(problem, BAD_INPUT) for problem in error.problems)
+    except MissingExtraError as error:
         return _report(str(error), BAD_INPUT)
     except TautflexError as error:
         return _report(str(error), FAILED)

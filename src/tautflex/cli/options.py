@@ -116,7 +116,7 @@ def about(case: Path) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise type(error)(f"{case}: {error}") from None
+        raise error.behind(f"{case}: ") from None
 
 
 def stored_run(path: Path) -> Path:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from tautflex import checks
 from tautflex.control.columns import InputColumns, by_name, columns_of, loads_of, stiffness_changes, without_round_off
 from tautflex.control.steady import steady_state
+from tautflex.errors import InputError
 from tautflex.mechanics.system import StructuralSystem
 from tautflex.motion.kinematics import RigidMotion
 from tautflex.numeric import Array, within_arithmetic
@@ -62,7 +63,7 @@ def authority(
     Raises
     ------
     InputError
-        If an argument is wrong, or an input has no linear form.
+        If an argument is wrong, an input has no linear form, or none acts on the structure.
     UnsupportedError
         If the structure can drift away.
 
@@ -79,6 +80,11 @@ def authority(
     state = plant.state if isinstance(plant, OnBasis) else plant
     checks.instance("plant", state, PrestressedState, "a prestressed state or a reduced model")
     effects = columns_of(inputs, state.system)
+    if not effects:
+        text = "inputs: expected at least one that acts on the structure, got none"
+        raise InputError(
+            f"{text}; torques on a hub act on no mode of a structure that it holds, `linearize` tells theirs"
+        )
     largest_inputs = by_name("limits", limits, effects)
     about = steady_state(state, effects, values, None, motion, None)
     system = about.state.system
@@ -102,8 +108,7 @@ def authority(
         remarks += [
             text for k in range(effect.count) if (text := _remark(effect, k, force[k], stiffness[k], float(stroke[k])))
         ]
-    empty = {name: np.zeros((0, count) if name in ("stiffness", "force", "deflection") else 0) for name in _NAMES}
-    data = {name: np.concatenate(parts[name]) if name in parts else none for name, none in empty.items()}
+    data = {name: np.concatenate(part) for name, part in parts.items()}
     data["frequency"] = np.sign(squares) * np.sqrt(np.abs(squares)) / (2.0 * np.pi)
     labels = [label for effect in effects for label in effect.labels]
     return xr.Dataset(
@@ -111,9 +116,6 @@ def authority(
         coords={"input": labels, "mode": np.arange(1, count + 1)},
         attrs={"title": "what each input at its limit does to each mode", "remarks": "\n".join(remarks)},
     )
-
-
-_NAMES = ("stiffness", "force", "deflection", "stroke", "limit")
 
 
 def _reeled(given: InputColumns, system: StructuralSystem, answers: Array, size: Array) -> Array:

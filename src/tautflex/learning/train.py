@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tautflex import checks
+from tautflex import checks, compiling
 from tautflex.batch.library import jax, jnp, threadpool_limits
 from tautflex.case.schema import Case
 from tautflex.control.law import ControlLaw
@@ -223,6 +223,14 @@ def train(
             return training.train(iterations, place, progress, seconds)
 
 
+def _say(progress: Progress | None, text: str) -> None:
+    """Tell whoever follows, or the standard error of a command that no terminal follows."""
+    if progress is None:
+        compiling.tell(text)
+    else:
+        progress(0.0, text)
+
+
 class _Training:
     """One training: its compiled iterations and what it keeps."""
 
@@ -283,6 +291,7 @@ class _Training:
     ) -> Trained:
         """All iterations that there is time for, from a checkpoint where there is one."""
         end = np.inf if seconds is None else clock.monotonic() + seconds
+        _say(progress, "compiling the training, plant and policy together ...")
         at, start = self._start()
         first, judged = 0, [(0, start)]
         if place is not None and place.exists():
@@ -294,6 +303,8 @@ class _Training:
                 params, course = self._draw(number)
                 at = at._replace(params=params, course=course)
             at, mean = self._iterate(at, number)
+            if number == first:
+                _say(progress, f"compiled, training from a cost of {judged[-1][1]:.4g} ...")
             done = number + 1
             late = seconds is not None and clock.monotonic() > end
             if done % every == 0 or done == iterations or late:

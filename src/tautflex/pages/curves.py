@@ -52,8 +52,10 @@ def curves_of(run: xr.Dataset, tension: tuple[Array, Array] | None) -> list[dict
     energies = [(name, time, 1e3 * run[f"{name}_energy"].values) for name in ("kinetic", "strain")]
     panels.append(_panel("energy", "Energy", "energy [mJ]", energies))
     resultant = run["min_principal_resultant"].values
-    if np.isfinite(resultant).sum() > 1:
-        lines = [("smallest principal", time, resultant)]
+    known = np.isfinite(resultant)
+    if known.sum() > 1:  # a reduced run looks at its field at a few instants; between them nothing is known
+        few = "" if known.all() else f", at {known.sum()} of {known.size} instants"
+        lines = [(f"smallest principal{few}", time[known], resultant[known])]
         panels.append(_panel("resultant", "Resultants of the film", "force per length [N/m]", lines))
     return [panel for panel in panels if panel["lines"]]
 

@@ -48,7 +48,7 @@ def load_study(path: str | os.PathLike[str]) -> Study:
         study = Study(**values)
         base_values(study)
     except CaseError as error:
-        raise CaseError(f"{name}: {error}") from None
+        raise error.behind(f"{name}: ") from None
     return study
 
 
@@ -66,4 +66,4 @@ def base_values(study: Study) -> dict[str, Any]:
         load_case(study.base)
         return case_values(Path(study.base))
     except CaseError as error:
-        raise CaseError(f"base: {error}") from None
+        raise error.behind("base: ") from None

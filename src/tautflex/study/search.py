@@ -159,7 +159,7 @@ class Search:
 
     def _try_variables(self) -> None:
         """Raise CaseError for a key that no case has, and if neither end of the ranges is a valid case."""
-        problems = []
+        problems = list[CaseError]()
         for last in (False, True):
             keys: dict[str, Any] = {}
             for name, variable in self._design.variables.items():
@@ -168,9 +168,9 @@ class Search:
             try:
                 self._case(keys)
             except CaseError as error:
-                problems.append(str(error))
-        if len(problems) == 2 or any("unknown key" in text for text in problems):
-            raise CaseError(f"design.variables.{problems[0]}")
+                problems.append(error)
+        if len(problems) == 2 or any("unknown key" in str(error) for error in problems):
+            raise problems[0].behind("design.variables.")
 
     def _opened(self, path: Path) -> Any:
         """Study in the journal, which a kill may have left with half a line at its end."""

@@ -198,8 +198,8 @@ def make_plan(
             case = points.case(number)
         except CaseError as error:
             if "unknown key" in str(error):
-                raise CaseError(f"axes.{error}") from None
-            invalid[number] = str(error)
+                raise error.behind("axes.") from None
+            invalid[number] = "; ".join(error.problems)
             keys.append("")
             continue
         keys.append(case_key(case))

@@ -103,7 +103,7 @@ def perform_point(task: Task, number: int, stopped: Callable[[], bool] = lambda:
     try:
         case = task.points.case(number)
     except CaseError as error:
-        return Outcome(number, INVALID, str(error), new=False)
+        return Outcome(number, INVALID, "; ".join(error.problems), new=False)
     key = case_key(case)
     kept = task.store.read(key)
     if kept is not None:

@@ -38,10 +38,7 @@ class Actuator(section_of(Drive), Placed):  # type: ignore[misc] # beside the ke
     @model_validator(mode="after")
     def _drive_takes_the_values(self) -> Self:
         """Its numbers are checked where the effect cannot be made without a structure, too."""
-        try:
-            self._behind(Drive)
-        except CaseError as error:
-            raise ValueError(str(error)) from None
+        self._behind(Drive)
         return self
 
     def _behind(self, drive: type[Drive], **known: Any) -> Drive:

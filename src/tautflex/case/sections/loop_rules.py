@@ -26,17 +26,14 @@ def loop_contradictions(case: Any) -> Iterator[str]:
             yield f"sensors.{name}: expected a name of its own, got that of an actuator; choose another one"
     if case.controller is None:
         return
-    unused: list[str] = []
     for section, names in _UNUSED.items():
         values = getattr(case, section)
         for name in names:
             value, default = getattr(values, name), type(values).model_fields[name].get_default()
             if value != default:
                 text = "no value" if default is None else show(default)
-                unused.append(f"{section}.{name}: expected {text} beside a [controller], got {show(value)}")
-    if unused:
-        these = "it" if len(unused) == 1 else "them"
-        yield f"{'; '.join(unused)}; remove {these}, a loop runs and is stored interval by interval"
+                text = f"{section}.{name}: expected {text} beside a [controller], got {show(value)}"
+                yield f"{text}; remove it, a loop runs and is stored interval by interval"
     if not issubclass(METHODS[case.solver.method], METHODS.bases[: 1 if case.reduction is None else 2]):
         text = f"solver.method: expected an implicit method beside a [controller], got {show(case.solver.method)}"
         yield f"{text}; take for example 'generalized-alpha'"

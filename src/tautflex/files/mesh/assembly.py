@@ -24,7 +24,6 @@ from tautflex.structure.shapes import LINE2, QUAD4, TRIANGLE3, TRIANGLE6
 from tautflex.structure.springs import Damper, Spring
 
 DEFAULT_ORIENTATION = (0.0, 0.0, 1.0)  # that of Model.from_mesh
-_CHOICES = {"triangles": ("membrane",), "quads": ("membrane",), "lines": ("cable", "beam")}
 # Elements of a structure: where they come from, and the role that makes them such.
 _PARTS = {
     "triangles": ("triangles", "membrane"),
@@ -49,14 +48,20 @@ def assemble(
     MeshError
         If a group has no role, an element two, or what remains is no mesh.
     """
-    stated = roles.stated_roles(names, [group.name for group in raw.groups])
-    _require_no_doubt(raw, stated)
+    stated, problems = roles.stated_roles(names, [group.name for group in raw.groups])
+    problems += _doubts(raw, stated)
     role = {kind: np.full(len(raw.elements[kind]), "", dtype="<U8") for kind in KINDS}
     held: list[tuple[str, Indices, tuple[str, ...]]] = []
     left_out, skew = [], list[RawLink]()
     for group in raw.groups:
         own = stated.get(group.name.strip().casefold())
-        found = own or _role(raw, group)
+        if own == "":
+            continue
+        try:
+            found = own or _role(raw, group)
+        except MeshError as error:
+            problems += error.problems
+            continue
         if group.links and not own:
             skew += group.links
         elif found in roles.SUPPORTS:
@@ -67,8 +72,10 @@ def assemble(
         elif found == "ignore":
             left_out.append(group)
         elif found is not None:
-            for kind in KINDS:
-                _assign(role[kind], group.of(kind), found, kind, group.name)
+            for kind in _kinds(group):
+                problems += _assigned(role[kind], group, found, kind)
+    if problems:
+        raise MeshError(*dict.fromkeys(problems))
     _fill(raw, role)
     for group in left_out:  # last, because left out is left out, whatever other groups say
         for kind in KINDS:
@@ -76,15 +83,13 @@ def assemble(
     return _collect(raw, role, held, skew, unit_length, unit_mass)
 
 
-def _require_no_doubt(raw: RawMesh, stated: Mapping[str, str]) -> None:
-    """Raise MeshError if several groups are left of which the file does not tell which one holds."""
+def _doubts(raw: RawMesh, stated: Mapping[str, str]) -> Iterator[str]:
+    """What is wrong if several groups are left of which the file does not tell which one holds."""
     doubtful = {g.name: g.doubt for g in raw.groups if g.doubt and g.name.strip().casefold() not in stated}
     if len(doubtful) > 1:
         first, *others = doubtful
-        raise MeshError(
-            f"groups {', '.join(doubtful)}: expected {doubtful[first]}, got none; state it, or leave out all but one "
-            f"with names = {{{others[0]} = 'ignore'}}"
-        )
+        text = f"groups {', '.join(doubtful)}: expected {doubtful[first]}, got none; state it"
+        yield f"{text}, or leave out all but one with names = {{{others[0]} = 'ignore'}}"
 
 
 def _role(raw: RawMesh, group: RawGroup) -> str | None:
@@ -92,29 +97,32 @@ def _role(raw: RawMesh, group: RawGroup) -> str | None:
     if group.directions or group.role:
         return group.role or "clamped"
     named = roles.role_of_name(group.name.rpartition(".")[2] if raw.typed else group.name)
-    has_elements = any(len(group.of(kind)) for kind in KINDS)
+    has_elements = bool(_kinds(group))
     if raw.typed and named == "membrane" and _all_shells(raw, group):
         return named
     if not has_elements or raw.typed:  # other node sets and, where types decide, element sets are mere selections
         return named if named in roles.SUPPORTS and (len(group.of("nodes")) or has_elements) else None
     if named is None:
-        raise roles.unknown_role(group.name)
+        raise MeshError(roles.no_role(group.name, _kinds(group)))
     return named
 
 
-def _assign(role: NDArray[np.str_], rows: Indices, new: str, kind: str, name: str) -> None:
-    if not len(rows):
+def _kinds(group: RawGroup) -> list[str]:
+    """Kinds of the elements of a group."""
+    return [kind for kind in KINDS if len(group.of(kind))]
+
+
+def _assigned(role: NDArray[np.str_], group: RawGroup, new: str, kind: str) -> Iterator[str]:
+    """Give the elements of a kind in a group their role; what is wrong with it."""
+    rows, wrong = group.of(kind), roles.wrong_role(group.name, kind, new, _kinds(group))
+    if wrong is not None:
+        yield wrong
         return
-    if new not in _CHOICES[kind]:
-        choices = " or ".join(_CHOICES[kind])
-        raise MeshError(f"group {shorten(name)}: expected {kind} to be {choices}, got {new}; rename the group")
     clash = (role[rows] != "") & (role[rows] != new)
     if clash.any():
         other = role[rows][clash][0]
-        raise MeshError(
-            f"group {shorten(name)}: {int(clash.sum())} of its {kind} are {new} here and {other} by another group; "
-            "an element has one role, separate the groups"
-        )
+        text = f"group {shorten(group.name)}: {int(clash.sum())} of its {kind} are {new} here and {other} by another"
+        yield f"{text} group; an element has one role, separate the groups"
     role[rows] = new
 
 

@@ -103,4 +103,4 @@ def read_mesh(
     try:
         return assemble(reader(content, Folder(source), step), names, unit_length, unit_mass)
     except MeshError as error:
-        raise MeshError(f"{shown}: {error}") from None
+        raise error.behind(f"{shown}: ") from None

@@ -96,6 +96,10 @@ def _dataset(run: ReducedRun, samples: Readout) -> xr.Dataset:
     attributes = problem.attributes | {"reduced_model": repr(rom), "warnings": said}
     attributes["title"] += ", reduced model"
     data = run_dataset(rom.model, problem.placed, record, attributes)
+    for name in checked.scalars:
+        data[name].attrs["comment"] = (
+            f"at the {checked.samples.size} instants check_time, NaN between; no peaks of the run"
+        )
     arrays = {"coordinate": samples.coordinate, "truncated_energy": checked.truncated}
     instants = described(REDUCED_RUN, {"check_time": samples.times[checked.samples]})
     return run.complete(data.assign(described(REDUCED_RUN, arrays)).assign_coords(instants), samples.place)

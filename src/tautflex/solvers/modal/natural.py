@@ -69,6 +69,11 @@ class Modes:
         """Translations of all nodes [kg^-1/2], shape (mode, node, 3)."""
         return self.state.system.translations(self.vectors)
 
+    @property
+    def data(self) -> xr.Dataset:
+        """Modes and mesh as a Dataset, by the name that it has of a run."""
+        return self.to_dataset()
+
     def to_dataset(self) -> xr.Dataset:
         """Modes and mesh as a Dataset with units on every variable."""
         import xarray as xr  # half a second, which a case that is refused need not wait for

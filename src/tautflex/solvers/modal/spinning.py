@@ -111,6 +111,11 @@ class SpinningModes:
         system = self.state.system
         return system.translations(self.vectors.real) + 1j * system.translations(self.vectors.imag)
 
+    @property
+    def data(self) -> xr.Dataset:
+        """Modes and mesh as a Dataset, by the name that it has of a run."""
+        return self.to_dataset()
+
     def to_dataset(self) -> xr.Dataset:
         """Modes and mesh as a Dataset; ``shape`` at t = 0, ``shape_quadrature`` a quarter of a period earlier."""
         shapes = self.shapes

@@ -36,10 +36,12 @@ def chosen_cables(owner: str, system: StructuralSystem, cables: Sequence[int] | 
     if cables is None:
         return np.arange(count)
     if isinstance(cables, str):
-        chosen = np.flatnonzero(cables_along(system.model, AXES.index(checks.one_of("cables", cables, AXES))))
-        if not chosen.size:
-            raise InputError(f"cables: expected cables along {cables}, got none; give their numbers")
-        return chosen
+        along = {axis: np.flatnonzero(cables_along(system.model, number)) for number, axis in enumerate(AXES)}
+        there = ", ".join(f"{axis!r} ({rows.size})" for axis, rows in along.items() if rows.size)
+        if cables not in AXES or not along[cables].size:
+            text = f"cables: expected the axis of some, {there} here, or their numbers, got {cables!r}"
+            raise InputError(f"{text}; leave it out for all {count}")
+        return along[cables]
     chosen = checks.indices("cables", cables, count, "cable")
     if not chosen.size or len(np.unique(chosen)) < chosen.size:
         raise InputError(f"cables: expected at least one cable, every one once, got {chosen.tolist()}")
