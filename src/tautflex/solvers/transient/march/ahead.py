@@ -74,30 +74,38 @@ class Outlook:
 
     def at(self, instants: Array, before: float) -> Ahead:
         """What acts at instants [s], a jump not met yet; wrenches as far as they are known."""
-        equation, inputs = self._equation, self._equation.inputs
-        hub = equation if isinstance(equation, HubEquation) else None
-        loads, outside, wrenches = list[Array](), list[Array](), list[Array]()
-        which, last, then = np.zeros(len(instants), dtype=np.int64), None, np.nan
+        equation, inputs, none = self._equation, self._equation.inputs, np.zeros((0, 6))
+        if isinstance(equation, HubEquation):
+            return self._on_hub(equation, instants, before)
+        loads, which, last = list[Array](), np.zeros(len(instants), dtype=np.int64), b""
+        if not inputs:
+            return Ahead(found := equation.at_rest.load[None], found, which, none)
         for number, instant in enumerate(instants.tolist()):
-            values = inputs.each_value(earlier(instant, before)) if inputs and instant != then else []
-            key = b"".join(value.tobytes() for value in values) if instant != then else last
-            changed, same = key != last, instant == then or not (hub and hub.hub.feedback)
-            last, then = key, instant
-            if changed and hub is not None:
-                equation.set_time(instant, before)
-                loads.append(equation.input_load)
-                outside.append(hub.outside)
-            elif changed:
-                loads.append(inputs.load_of(values) if inputs else equation.at_rest.load)
+            values = inputs.each_value(earlier(instant, before))
+            key = b"".join(value.tobytes() for value in values)
+            if key != last:
+                last = key
+                loads.append(inputs.load_of(values))
             which[number] = len(loads) - 1
-            if hub is not None:
-                wrench = wrenches[-1] if same and not changed else self._wrench(hub, earlier(instant, before))
-                if wrench is None:
-                    break
-                wrenches.append(wrench)
-        found = np.array(loads)
-        pushing = np.array(outside) if inputs and inputs.internal else found
-        return Ahead(found, pushing, which, np.array(wrenches).reshape(-1, 6))
+        return Ahead(found := np.array(loads), found, which, none)
+
+    def _on_hub(self, equation: HubEquation, instants: Array, before: float) -> Ahead:
+        """The same on a free hub."""
+        loads, outside, wrenches = list[Array](), list[Array](), list[Array]()
+        which, then = np.zeros(len(instants), dtype=np.int64), np.nan
+        for number, instant in enumerate(instants.tolist()):
+            again, then = instant == then, instant
+            changed = (not again and equation.set_time(instant, before)) or not loads
+            if changed:
+                loads.append(equation.input_load)
+                outside.append(equation.outside)
+            which[number] = len(loads) - 1
+            known = not changed and (again or not equation.hub.feedback)
+            wrench = wrenches[-1] if known else self._wrench(equation, earlier(instant, before))
+            if wrench is None:
+                break
+            wrenches.append(wrench)
+        return Ahead(np.array(loads), np.array(outside), which, np.array(wrenches).reshape(-1, 6))
 
     def _wrench(self, hub: HubEquation, time: float) -> Array | None:
         """Wrench of an instant, whose inputs are set; None where the motion has to be known, or a function fails."""
