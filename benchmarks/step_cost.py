@@ -119,13 +119,15 @@ def measure_growth(largest: int) -> None:
 
 
 @jit
-def many_residuals(times: int, x: Array, q: Array, elements, matrices, turning: Array, weight: float, rows: Array):
+def many_residuals(
+    times: int, x: Array, q: Array, elements, matrices, turning: Array, weight: float, rows: Array, part: float
+):  # fmt: skip
     """The same residual over and over."""
     start, column, _, _, _, linear, pairs, reference, _, _, _ = matrices
     for _ in range(times):
         step_residual(
-            x, q, elements[0], elements[1], elements[2], start, column, linear, pairs, turning, weight, reference, rows,
-            False,
+            x, q, elements[0], elements[1], elements[2], start, column, linear[0], pairs, turning, weight, reference,
+            rows, False, part,
         )  # fmt: skip
 
 
@@ -146,11 +148,12 @@ def seconds(function, *arguments) -> float:
 def own_arithmetic(run: FullRun, times: int) -> tuple[float, float]:
     """Processor times of a residual and of a substitution of a run [s]."""
     march, size = run._march, run.at.q.size
-    numbers, motion = march._numbers, run.motion()
+    numbers, motion = march._numbers[0], run.motion()
     terms = run.equation.motion_terms(motion)
     turning = numbers.scheme.weight * (numbers.scheme.velocity.d * terms.velocity + terms.displacement)
     forces = 1e-3 * run.at.v, run.at.q, march._elements, march._matrices, turning, numbers.scheme.weight
-    both = (many_residuals, *forces, np.zeros((6, size))), (many_substitutions, *run._stepper.factor.parts, run.at.v)
+    solved = *march._stepper.factor.parts, run.at.v
+    both = (many_residuals, *forces, np.zeros((6, size)), numbers.part), (many_substitutions, *solved)
     return tuple(seconds(function, times, *given) / times for function, *given in both)
 
 
@@ -196,11 +199,24 @@ def stretch_cases():
     yield "10x5, modal damping", small, maneuver, asked | {"damping": tf.Modal(0.01, modes=6)}
     hub = tf.FreeHub(50.0, (20.0, 25.0, 30.0), torque=(2.0, 0.5, 0.0))
     yield "10x5, free hub", small, hub, asked | {"method": tf.GeneralizedAlpha(0.8)}
+    turned = tf.FreeHub(50.0, (20.0, 25.0, 30.0), torque=lambda time, state: [2.0 * np.cos(3.0 * time), 0.5, 0.0])
+    yield "10x5, free hub, torque in time", small, turned, asked | {"method": tf.GeneralizedAlpha(0.8)}
+    both = {"method": tf.GeneralizedAlpha(0.8), "inputs": [push]}
+    yield "10x5, free hub, torque and force in time", small, turned, asked | both
+    yield "10x5, Bathe", small, maneuver, asked | {"method": tf.Bathe()}
+    yield "10x5, energy-conserving", small, maneuver, asked | {"method": tf.EnergyConserving(), "tolerance": 1e-9}
     yield "20x10", tf.solve_prestress(antenna("M2", (20, 10))), maneuver, asked
     yield "40x20", tf.solve_prestress(antenna("M2", (40, 20))), maneuver, asked
     for elements in (4, 16, 64):
+        spin = tf.SpinUp(6.0, 15.0, axis=(0.0, 0.0, 1.0))
         question = {"method": tf.GeneralizedAlpha(0.8), "time_step": 0.02}
-        yield f"beam of {elements}", beam(elements), tf.SpinUp(6.0, 15.0, axis=(0.0, 0.0, 1.0)), question
+        yield f"beam of {elements}", beam(elements), spin, question
+        if elements > 4:
+            continue
+        for method in (tf.Bathe(), tf.EnergyConserving()):
+            yield f"beam of {elements}, {method.name}", beam(elements), spin, question | {"method": method}
+        turned = tf.FreeHub(100.0, (50.0, 50.0, 50.0), torque=lambda time, state: [0.0, 0.0, 2.0 * np.cos(3.0 * time)])
+        yield f"beam of {elements}, free hub, torque in time", beam(elements), turned, question
 
 
 def beam(elements: int):

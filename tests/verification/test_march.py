@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.transient.driver import GridDriver
 from tautflex.solvers.transient.march.stretch import March
 from tautflex.solvers.transient.status import Status
+from tautflex.solvers.transient.step_kernel import recalled
 from verification.dynamic_cases import small_antenna
 
 STOP, SPIN = tf.Stop(rate=2.0, duration=0.03), tf.SpinUp(rate=3.0, duration=0.04)
@@ -25,6 +28,15 @@ def push(time):
     return [0.0, 0.0, 0.001 * np.sin(60.0 * time) if time < 0.06 else 0.0]
 
 
+FORCED = [tf.NodalForce([7], push, breaks=(0.06,)), tf.NodalForce([0, 8], [0.0, 0.001, 0.001])]
+
+
+def turning(time, hub):
+    """Torque [N m] in time alone."""
+    return [0.2 * np.sin(40.0 * hub.time), 0.05 if time < 0.05 else 0.1, 0.1]
+
+
+DRIVEN = tf.FreeHub(20.0, (4.0, 5.0, 6.0), torque=turning, force=(0.1, 0.0, 0.3), breaks=(0.05,))
 RUNS = {
     "wilson-theta": (STOP, {"method": tf.WilsonTheta()}),
     "newmark, every third": (SPIN, {"method": tf.Newmark(), "every": 3}),
@@ -38,10 +50,21 @@ RUNS = {
     ),
     "free hub, a torque": (HUB, {"method": tf.Newmark()}),
     "free hub, wilson-theta, every third": (FREE, {"method": tf.WilsonTheta(), "every": 3}),
+    "free hub, a torque and forces in time": (DRIVEN, {"method": tf.Newmark(), "inputs": FORCED}),
+    "free hub, the same, wilson-theta": (DRIVEN, {"method": tf.WilsonTheta(), "inputs": FORCED}),
+    "free hub, the same, generalized-alpha": (DRIVEN, {"method": tf.GeneralizedAlpha(0.6), "inputs": FORCED}),
+    "bathe, forces in time": (STOP, {"method": tf.Bathe(), "inputs": FORCED, "every": 3, "damping": MODAL}),
+    "bathe, free hub": (DRIVEN, {"method": tf.Bathe(), "inputs": FORCED}),
+    "energy-conserving": (STOP, {"method": tf.EnergyConserving(), "inputs": FORCED}),
+    "energy-conserving, free hub": (DRIVEN, {"method": tf.EnergyConserving()}),
     "hub about a line, generalized-alpha": (LINE, {"method": tf.GeneralizedAlpha(0.6), "damping": MODAL}),
     "turn about another line": (
         tf.Slew(0.2, 0.06, origin=(0.0, 0.3, 0.0)),
         {"coupling": tf.Coupling(inertial_load=0.5)},
+    ),
+    "bathe, large motion, hard steps": (
+        None,
+        {"initial_velocity": lambda x, y: 4.0 * np.cos(2.0 * x), "time_step": 2e-3, "method": tf.Bathe()},
     ),
     "large motion, hard steps": (None, {"initial_velocity": lambda x, y: 4.0 * np.cos(2.0 * x), "time_step": 2e-3}),
 }
@@ -126,7 +149,57 @@ def test_a_tangent_that_cannot_be_factorized_is_the_drivers(state, monkeypatch):
     assert together.status is Status.COMPLETED
 
 
-@pytest.mark.parametrize("name", ["wilson-theta", "hub about a line, generalized-alpha"])
+@pytest.mark.parametrize("cost", [2, 4])
+def test_a_tangent_that_grows_old_between_stages_leaves_the_step_to_the_driver(state, one_by_one, monkeypatch, cost):
+    monkeypatch.setattr("tautflex.solvers.transient.implicit._REFRESH_COST", cost)
+    together = answer(state, "bathe, large motion, hard steps")
+    assert together.stats.factorizations > 5
+    one_by_one()
+    assert_same(together, answer(state, "bathe, large motion, hard steps"))
+
+
+@pytest.mark.parametrize("end", [0.0, 0.03, 1.0])
+def test_a_torque_that_looks_at_the_motion_is_the_drivers(state, one_by_one, monkeypatch, end):
+    """From 0.03 s on, or always, or never within the run."""
+
+    def torque(time, hub):
+        return [0.2 - (0.5 * hub.angular_velocity[0] if time >= end else 0.0), 0.05, 0.1]
+
+    taken, take = [], March.take
+
+    def counted(march, at, number, last, segment):
+        reached, there = take(march, at, number, last, segment)
+        taken.append(reached - number)
+        return reached, there
+
+    monkeypatch.setattr(March, "take", counted)
+    hub = tf.FreeHub(20.0, (4.0, 5.0, 6.0), torque=torque)
+    asked = {"method": tf.Newmark(), "time_step": 1e-3, "end_time": 0.06}
+    together = tf.simulate(state, hub, **asked)
+    assert sum(taken) == pytest.approx(min(60, round(end / 1e-3)), abs=3)
+    one_by_one()
+    assert_same(together, tf.simulate(state, hub, **asked))
+
+
+def test_a_torque_that_fails_ahead_fails_where_it_is_met(state):
+    def torque(time, hub):
+        return [0.2, 0.05, 0.1] if time < 0.0405 else [0.2, 0.05]
+
+    with pytest.raises(tf.NotConvergedError, match="torque") as failed:
+        tf.simulate(state, tf.FreeHub(20.0, (4.0, 5.0, 6.0), torque=torque), time_step=1e-3, end_time=0.06)
+    assert failed.value.result.reached == pytest.approx(0.04)
+
+
+def test_what_a_stage_recalls():
+    states = np.random.default_rng(0).standard_normal((2, 3, 5))
+    stage = tf.Bathe(0.4).stages(0.1)[1]
+    passed = [SimpleNamespace(q=q, v=v, a=a) for q, v, a in states]
+    np.testing.assert_allclose(recalled(stage.factors, states), stage.recalled(passed), rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    "name", ["wilson-theta", "hub about a line, generalized-alpha", "bathe, free hub", "energy-conserving"]
+)
 def test_a_run_that_is_cut_goes_on_in_stretches(state, name):
     whole = answer(state, name)
     for cut in (0.013, 0.0301, 0.067):

@@ -103,6 +103,12 @@ def rotation_operator(system: StructuralSystem, nodes: Indices) -> csr_array:
     return operator
 
 
+def still(size: int) -> tuple[Any, ...]:
+    """What `Corotation.parts` are where no node turns."""
+    none, places, nobody = np.zeros(0), np.zeros((0, 3), dtype=np.uint32), np.zeros(0, dtype=np.uint32)
+    return np.zeros(1, dtype=np.int64), nobody, none, places, nobody, np.zeros(size)
+
+
 class Corotation(Remembering):
     """Rotation of a structure's nodes since its tangent was factorized.
 

@@ -15,6 +15,7 @@ from tautflex.solvers.transient.explicit import ExplicitStepper
 from tautflex.solvers.transient.implicit import Stepper
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.state import MotionState, Resolved
+from tautflex.solvers.transient.step_kernel import recalled
 
 
 class StagedStepper(Remembering):
@@ -36,14 +37,21 @@ class StagedStepper(Remembering):
 
     def step(self, at: MotionState, size: float, segment: Segment) -> tuple[MotionState, NewtonOutcome]:
         """Advance by all stages of a step; the outcome is that of the last one that was tried."""
-        passed = [at]
-        for place, (stage, number) in enumerate(zip(self.method.stages(size), self._numbers, strict=True)):
-            recalled = stage.recalled(passed) if stage.velocity else None
-            reached, outcome = self._steppers[number].step(passed[-1], size, segment, place, recalled)
-            passed.append(reached)
+        passed, reached = list[tuple[Array, ...]](), at
+        for place, number in enumerate(self._numbers):
+            stepper = self._steppers[number]
+            passed.append((reached.q, reached.v, reached.a))
+            factors = stepper.numbers(size, place).recalled
+            known = recalled(factors, np.array(passed)) if factors.size else None
+            reached, outcome = stepper.step(reached, size, segment, place, known)
             if not outcome.converged:
                 break
         return reached, outcome
+
+    @property
+    def only(self) -> Stepper | None:
+        """The stepper whose tangent serves all stages, if one does."""
+        return self._steppers[0] if len(self._steppers) == 1 else None
 
     def prepare(self, at: MotionState, size: float, segment: Segment) -> None:
         """Factorize the last stage's tangent at a state unless there is one."""

@@ -27,7 +27,7 @@ from tautflex.solvers.transient.methods.scheme import Stage, StepScheme
 from tautflex.solvers.transient.moved_supports import MovedSupports
 from tautflex.solvers.transient.state import MotionState, MotionTerms, Resolved, hermite
 from tautflex.solvers.transient.status import Statistics
-from tautflex.solvers.transient.step_kernel import assemble_residual, begin_step, end_of_step, step_residual
+from tautflex.solvers.transient.step_kernel import begin_step, end_of_step, step_residual
 
 _NONE = np.zeros(0)
 
@@ -284,8 +284,10 @@ class StepNumbers:
     """Stage of one step size as compiled code reads it."""
 
     def __init__(self, stage: Stage, equation: EquationOfMotion) -> None:
-        self.scheme, self.share = stage.scheme, stage.share
+        self.scheme, self.share, self.recalled = stage.scheme, stage.share, stage.factors
         scheme = stage.scheme
+        # What `step_residual` asks for.
+        self.part = scheme.evaluation if scheme.average_stress else 0.0
         # Damping in proportion to stiffness resists in the axes of the reference: it does not turn with the structure.
         self.turning_share = 1.0 / (1.0 + scheme.velocity.d * equation.products.matrix.stiffness)
         inertia, velocity = scheme.inertia, scheme.velocity
@@ -344,14 +346,8 @@ class StepForces:
 
     def residual(self, x: Array) -> tuple[Array, float, float, float]:
         """Residual of an increment [N], its norm, the norm of the forces it is measured against, that of inertia."""
-        if self._scheme.average_stress:
-            start = self.at.q
-            force = self.equation.workspace.average_force(start, start + x / self._scheme.evaluation)
-            residual, norm, internal, inertia = assemble_residual(x, force, *self._fixed)
-        else:
-            found = step_residual(x, self.at.q, *self._elements, *self._fixed, False)
-            force, residual, norm, internal, inertia, _ = found
-        self._internal = force
+        found = step_residual(x, self.at.q, *self._elements, *self._fixed, False, self.numbers.part)
+        self._internal, residual, norm, internal, inertia, _ = found
         products, scale = self.equation.products, max(internal, self._load_norm)
         if products.matrix.rank:
             products.add_low_rank(self._scheme.weight * self._scheme.velocity.d, x, residual)

@@ -14,7 +14,7 @@ from tautflex.solvers.linear.low_rank import LowRankUpdate
 from tautflex.solvers.nonlinear.anderson import AndersonAcceleration
 from tautflex.solvers.nonlinear.newton import NewtonOutcome, relative_error, solve_newton
 from tautflex.solvers.remembering import Memory, Remembering
-from tautflex.solvers.transient.corotation import Corotation
+from tautflex.solvers.transient.corotation import Corotation, still
 from tautflex.solvers.transient.equation import EquationOfMotion, StepForces, StepNumbers
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.state import MotionState, Resolved
@@ -78,7 +78,7 @@ class Stepper(Remembering):
         size: float,
         segment: Segment,
         place: int = 0,
-        recalled: tuple[Array, Array] | None = None,
+        recalled: Array | None = None,
     ) -> tuple[MotionState, NewtonOutcome]:
         """Advance by one stage of a step inside one smooth segment; a method of one stage is done then.
 
@@ -93,7 +93,8 @@ class Stepper(Remembering):
         place
             Number of the stage.
         recalled
-            What the stage takes for velocity and acceleration at its start, see `Stage`; None: those of ``at``.
+            What the stage takes for velocity and acceleration at its start, shape (2, size), see `Stage`; None: those
+            of ``at``.
 
         Returns
         -------
@@ -174,6 +175,11 @@ class Stepper(Remembering):
         """Whether the last factors belong to this step size."""
         return self.factor.ready and self._factor_size == size
 
+    @property
+    def only(self) -> Stepper:
+        """The stepper itself, see `StagedStepper`."""
+        return self
+
     def tangent(self, at: MotionState, size: float, segment: Segment) -> tuple[Any, ...] | None:
         """Tangent, axes, pairs, limits, counts and scales of `take_steps`, a new one if the step from here begins so.
 
@@ -183,24 +189,28 @@ class Stepper(Remembering):
         if not self.usable_factor(size) and self.factor.ready and self.factor.parts is not None:
             self._renew(at, size, segment)
         factors = self.factor.parts if self.usable_factor(size) else None
-        if factors is None or self._corotation is None:
+        if factors is None:
             self._undo()
             return None
+        unknowns = len(self._diagonal)
+        pairs = self._memory.parts(unknowns)
+        axes = still(unknowns) if self._corotation is None else self._corotation.parts
         round_off = _ROUND_OFF / self.tolerance
         limits = self.tolerance, self._max_iterations, round_off, self._met_forces, _SCALE_FLOOR, self._refresh_cost
         counts = np.array([self._memory.learned, self._fewest_iterations, self._lost_iterations, 0, 0, 0])
         diagonals = np.array([before[0], self._diagonal])
         return (
-            (*factors, diagonals, self._factor_inertia, *self.solver.parts), self._corotation.parts,
-            self._memory.parts(len(self._diagonal)), limits, counts, np.array([self._largest_scale, before[1]]),
+            (*factors, diagonals, self._factor_inertia, *self.solver.parts), axes, pairs, limits, counts,
+            np.array([self._largest_scale, before[1]]),
         )  # fmt: skip
 
     def _renew(self, at: MotionState, size: float, segment: Segment) -> None:
         """Factorize at the first guess of a step if that is not balanced, as the step would."""
         numbers, factor = self.numbers(size), self.factor
-        guess = first_guess(numbers.scheme.evaluation * size, at.v, at.a, _NONE if at.jerk is None else at.jerk)
+        part = numbers.share * size
+        guess = first_guess(numbers.scheme.evaluation * part, at.v, at.a, _NONE if at.jerk is None else at.jerk)
         try:
-            problem = _StepProblem(self, self.equation.step_forces(numbers, at, size, segment, self._diagonal), size)
+            problem = _StepProblem(self, self.equation.step_forces(numbers, at, part, segment, self._diagonal), size)
             if self.tolerance < problem.residual(guess)[1] < np.inf:
                 self._renewed = self._diagonal, self._met_forces, self._judged, factor.factorizations, factor.solves
                 problem.refresh(guess)

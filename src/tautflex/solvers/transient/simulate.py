@@ -342,7 +342,7 @@ class FullRun:
 
     def _marching(self) -> March | None:
         problem, equation, stepper = self.problem, self.equation, self._stepper
-        if not (isinstance(stepper, Stepper) and March.serves(problem, equation, stepper)):
+        if isinstance(stepper, ExplicitStepper) or not March.serves(problem, equation, stepper):
             return None
         return March(problem, equation, stepper, self._recorder, self._errors)
 

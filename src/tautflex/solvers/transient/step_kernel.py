@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tautflex.mechanics.kernel import add_forces
+from tautflex.mechanics.kernel import add_average_forces, add_forces
 from tautflex.mechanics.products import add_low_rank, add_pair_products, add_two_pair_products, inner
 from tautflex.numeric import Array, Indices, Places, jit
 from tautflex.solvers.transient.accuracy.books import DAMPING, FRAME, INERTIA, write_books
@@ -83,22 +83,47 @@ def assemble_residual(
 @jit
 def step_residual(
     x: Array, q: Array, store: Any, stresses: Array, held: Array, start: Indices, column: Places, linear: Array,
-    pairs: Any, turning: Array, weight: float, reference: Array, rows: Array, energies: bool,
+    pairs: Any, turning: Array, weight: float, reference: Array, rows: Array, energies: bool, part: float,
 ) -> tuple[Array, Array, float, float, float, float]:  # fmt: skip
     """Internal force and residual of the increment ``x`` from ``q``, the norms of `assemble_residual`, strain energy.
 
-    ``held`` is where moved unknowns are; ``energies`` tells whether stresses and energy are wanted, see `add_forces`.
+    ``held`` is where moved unknowns are; ``energies`` tells whether stresses and energy are wanted, see `add_forces`;
+    of the average stress of a stage ``part`` is the share of it that the increment is, and nothing else is known; 0: of
+    the stress at the increment.
     """
-    size = x.size
+    size, energy = x.size, 0.0
     extended, force = np.zeros(size + held.size + 1), np.zeros(size + held.size + 1)
-    for i in range(size):
-        extended[i] = q[i] + x[i]
     extended[size : size + held.size] = held
-    energy = add_forces(store, extended, force, stresses, True, energies, False)
+    if part != 0.0:
+        before = extended.copy()
+        for i in range(size):
+            before[i], extended[i] = q[i], q[i] + x[i] / part
+        add_average_forces(store, before, extended, force)
+    else:
+        for i in range(size):
+            extended[i] = q[i] + x[i]
+        energy = add_forces(store, extended, force, stresses, True, energies, False)
     residual, norm, internal, inertia = assemble_residual(
         x, force, start, column, linear, pairs, turning, weight, reference, rows
     )
     return force, residual, norm, internal, inertia, energy
+
+
+@jit
+def recalled(factors: Array, passed: Array) -> Array:
+    """Velocity and acceleration that a stage takes at its start, shape (2, size), see `Stage`.
+
+    ``factors`` are those of `Stage.factors`; ``passed`` holds displacement, velocity and acceleration of all states
+    that the step has passed, the start of the stage last, shape (state, 3, size).
+    """
+    found, (count, _, size) = np.zeros((2, passed.shape[2])), passed.shape
+    start = passed[count - 1]
+    for k in range(2):
+        for n in range(count):
+            d, v, a = factors[k, n]
+            for i in range(size):
+                found[k, i] += d * (passed[n, 0, i] - start[0, i]) + v * passed[n, 1, i] + a * passed[n, 2, i]
+    return found
 
 
 @jit

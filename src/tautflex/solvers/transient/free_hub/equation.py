@@ -52,6 +52,7 @@ from tautflex.solvers.transient.free_hub.balance import (
 )
 from tautflex.solvers.transient.free_hub.momentum import Body, carried_energy, momenta_of, rigid_blocks
 from tautflex.solvers.transient.free_hub.motion import HubMotion, slopes
+from tautflex.solvers.transient.free_hub.outside import points_of, power_of, wrench_of
 from tautflex.solvers.transient.methods.scheme import StepScheme
 from tautflex.solvers.transient.probes import ProbeSet
 from tautflex.solvers.transient.state import MotionState, Resolved, hermite
@@ -81,44 +82,38 @@ class HubEquation(EquationOfMotion):
         self.body: tuple[Any, ...] = tuple(Body.of(self.inertia, self.hub))
         self._mobile = LowRankUpdate(self._mass_factor)
         self._constant = None if self.hub.feedback else self.hub.wrench()
-        self._held, self._outside = np.zeros(6), self.input_load
+        self._held, self.outside = np.zeros(6), self.input_load
         self.commanded = np.zeros(6)
-        model = self.system.model
-        dofs, turning = model.translation_dofs, np.flatnonzero(np.diff(model.dof_offset) == 6)
-        self._moves = self.system.place[dofs]
-        self._turns = self.system.place[model.dof_offset[turning][:, None] + np.arange(3, 6)]
+        self.points = points_of(self.system)
 
     def set_time(self, time: float, before: float = np.inf) -> bool:
         """Apply the inputs of an instant, those on held nodes too; a jump at ``before`` is not met yet."""
         changed = super().set_time(time, before)
         if changed and self.inputs:
             instant = earlier(time, before)
-            self._held, self._outside = self.inputs.held_wrench(instant), self.input_load
+            self._held, self.outside = self.inputs.held_wrench(instant), self.input_load
             if self.inputs.internal:
-                self._outside = self.inputs.outside_load(instant)
+                self.outside = self.inputs.outside_load(instant)
         return changed
-
-    def nodal_wrench(self, q: Array) -> Array:
-        """Force, and torque about O, of the inputs at the instant that is set, hub axes, shape (6,)."""
-        held = sum((item.wrench(q) for item in self.followers), self._held + self.commanded)
-        return held + self.wrench_of(self._outside, q) if self._outside.any() else held
 
     def wrench_of(self, load: Array, q: Array) -> Array:
         """Force, and torque about O, of forces on the free unknowns, hub axes, shape (6,)."""
-        load, moved = np.append(load, 0.0), np.append(q, 0.0)
-        forces, arms = load[self._moves], self.system.model.nodes + moved[self._moves]
-        torque = np.cross(arms, forces).sum(axis=0) + load[self._turns].sum(axis=0)
-        return np.concatenate([forces.sum(axis=0), torque])
+        wrench: Array = wrench_of(self.points, load, q)
+        return wrench
+
+    def rigid_wrench(self, state: HubState | None) -> Array:
+        """That of the hub and its supports, at the instant that is set and a state (None where it asks for none)."""
+        return (self.hub.wrench(state) if self._constant is None else self._constant) + (self._held + self.commanded)
 
     def wrench(self, time: float, rigid: Array, q: Array, v: Array) -> Array:
         """Force, and torque about O, of everything outside at an instant, hub axes, shape (6,)."""
-        nodal = self.nodal_wrench(q)
-        if self._constant is not None:
-            return self._constant + nodal
-        attitude, position, twist = rigid_parts(rigid)[:3]
-        velocity = rotations.matrix(attitude) @ twist[:3]
-        reading = self.probes.read(q), self.probes.read(v)
-        return self.hub.wrench(HubState(time, attitude, twist[3:], position, velocity, *reading)) + nodal
+        state = None
+        if self.hub.feedback:
+            attitude, position, twist = rigid_parts(rigid)[:3]
+            velocity = rotations.matrix(attitude) @ twist[:3]
+            state = HubState(time, attitude, twist[3:], position, velocity, self.probes.read(q), self.probes.read(v))
+        found = sum((item.wrench(q) for item in self.followers), self.rigid_wrench(state))
+        return found + self.wrench_of(self.outside, q)
 
     def blocks(self, q: Array) -> tuple[Array, Array]:
         """R(q), shape (6, 6), and B(q), shape (6, size)."""
@@ -236,7 +231,7 @@ class HubEquation(EquationOfMotion):
     def power(self, rigid: Array, q: Array, v: Array) -> float:
         """Power of all external forces [W]."""
         hub = rigid_parts(rigid)
-        return float(inner(hub.wrench, hub.twist) + self.applied(q) @ v)
+        return float(power_of(hub.wrench, hub.twist, self.applied(q), v))
 
     def step_forces(
         self, numbers: StepNumbers, at: MotionState, size: float, segment: Segment, diagonal: Array

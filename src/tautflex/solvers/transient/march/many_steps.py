@@ -1,4 +1,4 @@
-"""Compiled march of a method of one stage: whole steps of a fixed size, one after the other.
+"""Compiled march of a method whose stages share one tangent: whole steps of a fixed size, one after the other.
 
 They are those of `Stepper`, number by number: the same compiled parts in the same order. What a step meets beside the
 plain course of things (a tangent that has to be renewed, an iteration that does not converge) it leaves undone, as if
@@ -11,16 +11,17 @@ group     what
 ========= ==================================================================================================
 matrices  start, column, mass, damping, whether there is damping, ``linear`` of `StepNumbers`, pair products, force
           of the reference; vectors of damping beside the matrix, their coefficients, and these times the weight that
-          the increment's velocity has
+          the increment's velocity has; ``linear`` and the last for every stage
 elements  store and stresses of a `Workspace`
-scheme    ``known`` and ``end`` of `StepNumbers`, weight, evaluation instant after the start [s], size [s], share of
-          the stiffness that turns; whether the stresses of a step's last evaluation are those of its end
+scheme    for every stage ``known``, ``end`` and ``recalled`` of `StepNumbers`, whether it recalls states, and weight,
+          evaluation instant after its start [s], size [s], share of the stiffness that turns, ``part`` of
+          `StepNumbers`; whether the stresses of a step's last evaluation are those of its end
 tangent   pattern, values and reciprocal pivots of L D L', see `substitute`; diagonal of the stiffness for the first
           step, and for the others; share of the mass; parts of a `LowRankUpdate`
 axes      operator, places, owner of a `Corotation` and where the tangent was factorized
 pairs     changes, shifts, Gram matrix and last step of `AndersonAcceleration`
 frame     motion of the frame at the evaluation instants, see `Segment.rows`, and what `frame_of` gives; loads of
-          inputs, and which one every step has
+          inputs, and which one every stage has at its evaluation instant
 hub       of a free hub what `on_hub` tells; None under a prescribed motion
 limits    Newton tolerance, iterations allowed, round-off over tolerance, sizes of the elements' forces at the tangent,
           floor of the force scale over its largest value, iterations that pay for a new tangent
@@ -47,7 +48,7 @@ from tautflex.solvers.transient.free_hub.momentum import carried_energy
 from tautflex.solvers.transient.march.frame import frame_terms
 from tautflex.solvers.transient.march.on_hub import add_reaction, end_of_hub, foretold
 from tautflex.solvers.transient.recorder import record
-from tautflex.solvers.transient.step_kernel import begin_step, end_of_step, first_guess, step_residual
+from tautflex.solvers.transient.step_kernel import begin_step, end_of_step, first_guess, recalled, step_residual
 
 # Of `counts`: pairs learned, fewest iterations with this tangent, iterations lost to its age; iterations,
 # evaluations and substitutions of all steps.
@@ -56,21 +57,22 @@ LEARNED, FEWEST, LOST, ITERATIONS, EVALUATIONS, SOLVES = range(6)
 
 @jit
 def _left(
-    x: Array, q: Array, matrices: Any, elements: Any, weight: float, begun: Any, round_off: float, lost: float,
-    met: float, floor: float, energies: bool, reach: float, hub: Any, motion: Any, guess: Array,
+    x: Array, q: Array, matrices: Any, elements: Any, stage: int, sizes: Array, begun: Any, round_off: float,
+    lost: float, met: float, floor: float, energies: bool, hub: Any, motion: Any, guess: Array,
 ) -> tuple[Array, Array, float, float, float, Array, Array]:  # fmt: skip
     """Internal force of an increment, what it leaves unbalanced, that over the force scale, the scale, and energy.
 
-    Then what `add_reaction` adds and the hub, from ``motion`` at the start of the step and a guess, of a free one.
+    Then what `add_reaction` adds and the hub, from ``motion`` at the start of the stage and a guess, of a free one.
     """
     start, column, _, _, _, linear, pairs, reference, vectors, _, losses = matrices
     rows, turning, _, load_norm, _ = begun
+    weight, reach, part = sizes[0], sizes[1], sizes[4]
     force, residual, norm, internal, inertia, energy = step_residual(
-        x, q, elements[0], elements[1], elements[2], start, column, linear, pairs, turning, weight, reference, rows,
-        energies,
+        x, q, elements[0], elements[1], elements[2], start, column, linear[stage], pairs, turning, weight, reference,
+        rows, energies, part,
     )  # fmt: skip
     if losses.size:
-        add_low_rank(vectors, losses, 1.0, x, residual)
+        add_low_rank(vectors, losses[stage], 1.0, x, residual)
         norm = np.sqrt(inner(residual, residual))
     scale, frame = max(internal, load_norm), guess
     if hub is not None:
@@ -112,17 +114,20 @@ def _restore(pairs: Any, kept: Any, first: int, count: int) -> None:
 
 @jit
 def _solve(
-    x: Array, q: Array, matrices: Any, elements: Any, weight: float, begun: Any, tangent: Any, axes: Any, pairs: Any,
-    kept: Any, limits: Any, lost: float, counts: Indices, scales: Array, energies: bool, reach: float,
+    x: Array, q: Array, matrices: Any, elements: Any, stage: int, sizes: Array, begun: Any, tangent: Any, axes: Any,
+    pairs: Any, kept: Any, first: int, limits: Any, lost: float, counts: Indices, scales: Array, energies: bool,
     hub: Any, motion: Any, guess: Array,
 ) -> tuple[bool, Array, Array, Array, float, Array, Array]:  # fmt: skip
-    """Whether the iteration converges with the tangent at hand; increment, residual, and the rest of `_left`."""
+    """Whether the iteration converges with the tangent at hand; increment, residual, and the rest of `_left`.
+
+    ``kept`` is for pairs that give way to ones learned after the ``first`` of the step.
+    """
     tolerance, depth, floor = limits[0], pairs[0].shape[0], limits[4] * scales[0]
     places, owner, angle = axes
-    learned = first = counts[LEARNED]
+    learned = counts[LEARNED]
     iterations, evaluations, known = 0, 1, False
     force, residual, error, scale, energy, frame, rigid = _left(
-        x, q, matrices, elements, weight, begun, limits[2], lost, scales[1], floor, energies, reach, hub, motion, guess
+        x, q, matrices, elements, stage, sizes, begun, limits[2], lost, scales[1], floor, energies, hub, motion, guess
     )
     good = True
     while good and error > tolerance and iterations < limits[1] and np.isfinite(error):
@@ -138,16 +143,14 @@ def _solve(
         iterations, evaluations, known, before = iterations + 1, evaluations + 1, True, error
         x = x + step
         force, residual, error, scale, energy, frame, rigid = _left(
-            x, q, matrices, elements, weight, begun, limits[2], lost, limits[3], floor, energies, reach, hub, motion,
+            x, q, matrices, elements, stage, sizes, begun, limits[2], lost, limits[3], floor, energies, hub, motion,
             rigid,
         )  # fmt: skip
         good = error <= tolerance or abs(inner(step, residual)) <= SLOPE_ACCEPTED * abs(slope)
         good = good and not _given_up(before, error, tolerance, iterations)
-    if not good or not error <= tolerance:
-        if learned > first:
-            _restore(pairs, kept, first, learned)
-        return False, x, residual, force, energy, frame, rigid
     counts[LEARNED] = learned
+    if not good or not error <= tolerance:
+        return False, x, residual, force, energy, frame, rigid
     counts[LOST] += max(iterations - counts[FEWEST], 0)
     counts[FEWEST] = min(iterations, counts[FEWEST])
     counts[ITERATIONS] += iterations
@@ -158,10 +161,77 @@ def _solve(
 
 
 @jit
+def _stage(
+    stage: int, row: int, at: Any, own: Any, passed: Array, matrices: Any, elements: Any, scheme: Any, tangent: Any,
+    axes: Any, pairs: Any, kept: Any, first: int, frame: Any, terms: Any, hub: Any, limits: Any, counts: Indices,
+    scales: Array, energies: bool,
+) -> tuple[bool, float, Any, Any]:  # fmt: skip
+    """Whether a stage converges; strain energy, and state and hub at its end.
+
+    It is the ``row``-th of the stretch; ``passed`` holds the states that the step has passed, see `recalled`, and
+    ``terms`` the frame's at the evaluation instant.
+    """
+    start, column, mass, damping, damped, _, products, reference, vectors, strengths, _ = matrices
+    known, ends, factors, recalls, sizes, _ = scheme
+    q, speed, pace, jerk, forces, work, before, now, late = at
+    (rigid, true, power), (velocity, displacement, load) = own, terms
+    known, (weight, reach, size) = known[stage], sizes[stage, :3]
+    pushes, push = frame[2], frame[3]
+    v, a = speed, pace
+    if recalls[stage]:
+        both = recalled(factors[stage], passed)
+        v, a = both[0], both[1]
+    begun = begin_step(
+        start, column, mass, damping, damped, products, known, velocity, displacement, load - pushes[push[row]],
+        tangent[3][min(row, 1)], q, v, a,
+    )  # fmt: skip
+    parts, known_norm = begun[0], begun[2]
+    if strengths.size:
+        add_low_rank(vectors, strengths, weight, known[3] * v + known[4] * a, parts[0])
+        known_norm = np.sqrt(inner(parts[0], parts[0]))
+    if weight < 1.0:
+        for i in range(q.size):
+            parts[0, i] += (1.0 - weight) * forces[i]
+        known_norm = np.sqrt(inner(parts[0], parts[0]))
+    lost = limits[2] * (known_norm + 0.1 * begun[4])
+    guess = first_guess(reach, speed, pace, jerk)
+    angle = node_angles(axes[0], axes[1], axes[2], q + guess, axes[5], sizes[stage, 3])
+    turned, motion = rigid, ((v, a, true, rigid), stage, row)
+    if hub is not None:
+        turned = foretold(rigid, reach)
+    converged, x, residual, force, energy, added, turned = _solve(
+        guess, q, matrices, elements, stage, sizes[stage], begun, tangent, (axes[3], axes[4], angle), pairs, kept,
+        first, limits, lost, counts, scales, energies, hub, motion, turned,
+    )  # fmt: skip
+    if not converged:
+        return False, energy, at, own
+    reaction = load
+    if hub is not None:
+        reaction = added
+    end, done = end_of_step(
+        ends[stage], size, weight * reach, late, start, column, mass, damped, vectors, strengths, weight, parts,
+        force, reference, reaction, pushes[push[row]], now, before, work, x, q, v, a,
+    )  # fmt: skip
+    left = forces
+    if weight < 1.0:
+        left = np.empty(q.size)
+        for i in range(q.size):
+            left[i] = (residual[i] - end[9 + INERTIA, i] - (1.0 - weight) * forces[i]) / weight
+        now = end[9:]
+    if recalls[stage]:
+        for i in range(q.size):
+            end[3, i] = (end[2, i] - pace[i]) / size
+    if hub is not None:
+        rigid, true, power = end_of_hub(hub, motion, turned, x, q, end, reach, size, weight, power, done)
+    reached = end[0], end[1], end[2], end[3], left, done, end[4:9], now, weight * reach - size
+    return True, energy, reached, (rigid, true, power)
+
+
+@jit
 def take_steps(
     times: Array, matrices: Any, elements: Any, scheme: Any, tangent: Any, axes: Any, pairs: Any, frame: Any,
     hub: Any, limits: Any, counts: Indices, scales: Array, begin: Any, watched: bool, watch: Any, samples: Any,
-) -> tuple[int, Array, Array, Array, float, Array, Array]:  # fmt: skip
+) -> tuple[int, Any, Any]:  # fmt: skip
     """Take steps between instants, shape (steps + 1,), until one is left undone or the tangent is to be renewed.
 
     ``scales`` holds the largest force scale of the run, and sizes of the elements' forces by which the first guess is
@@ -170,82 +240,61 @@ def take_steps(
     those of a `TimeError`, if the run is ``watched``; ``samples`` what `record` writes to and where, for every step,
     then an array for displacements and the row of every step; -1: nowhere.
 
-    Returns the number of steps taken, then of the last one rows as `end_of_step` has them, all forces but inertia,
-    the work since the start of the run, and the lateness; of a free hub its balanced acceleration, power and work.
+    Returns the number of steps taken, then the parts of the state that they end in, as in ``begin``; of a free hub the
+    hub there, its balanced acceleration, power and work.
     """
-    start, column, mass, damping, damped, _, products, reference, vectors, strengths, _ = matrices
-    known, ends, weight, reach, size, share, there = scheme
-    operator, columns, values, _, _, then = axes
-    (motions, fixed, pushes, push), (recorded, rows, fields, places) = frame, samples
-    velocity, displacement, load = frame_terms(motions[0], fixed)
-    q, v, a, jerk, forces, work, own, now, late = begin
-    end, taken, depth = np.zeros((0, q.size)), 0, pairs[0].shape[0]
-    kept = np.empty((depth, q.size)), np.empty((depth, q.size)), np.empty((depth, depth))
-    unseen = rigid = true = np.zeros(0)
-    power = np.zeros(2)
+    start, column, mass, size = matrices[0], matrices[1], matrices[2], begin[0].size
+    (motions, fixed, _, _), (recorded, rows, fields, places) = frame, samples
+    sizes, there, stages = scheme[4], scheme[5], scheme[4].shape[0]
+    terms, passed = frame_terms(motions[0], fixed), np.empty((stages, 3, size))
+    taken, depth, unseen = 0, pairs[0].shape[0], np.zeros(0)
+    kept = np.empty((depth, size)), np.empty((depth, size)), np.empty((depth, depth))
+    at, own = begin, (unseen, unseen, np.zeros(2))
     if hub is not None:
-        rigid, true, power = hub[3], hub[4], hub[5]
+        own = hub[7], hub[8], hub[9]
     for k in range(times.size - 1):
-        if k and not np.array_equal(motions[k], motions[k - 1]):
-            velocity, displacement, load = frame_terms(motions[k], fixed)
-        begun = begin_step(
-            start, column, mass, damping, damped, products, known, velocity, displacement, load - pushes[push[k]],
-            tangent[3][min(k, 1)], q, v, a,
-        )  # fmt: skip
-        parts, known_norm = begun[0], begun[2]
-        if strengths.size:
-            add_low_rank(vectors, strengths, weight, known[3] * v + known[4] * a, parts[0])
-            known_norm = np.sqrt(inner(parts[0], parts[0]))
-        if weight < 1.0:
-            for i in range(q.size):
-                parts[0, i] += (1.0 - weight) * forces[i]
-            known_norm = np.sqrt(inner(parts[0], parts[0]))
-        lost = limits[2] * (known_norm + 0.1 * begun[4])
-        guess = first_guess(reach, v, a, jerk)
-        angle = node_angles(operator, columns, values, q + guess, then, share)
-        reaction, turned, motion = load, rigid, (v, a, true, rigid)
-        if hub is not None:
-            turned = foretold(rigid, reach)
-        converged, x, residual, force, energy, added, turned = _solve(
-            guess, q, matrices, elements, weight, begun, tangent, (axes[3], axes[4], angle), pairs, kept, limits, lost,
-            counts, scales, there and rows[k] >= 0, reach, hub, motion, turned,
-        )  # fmt: skip
-        if not converged:
+        first, counted, scaled = counts[LEARNED], counts.copy(), scales.copy()
+        now, new, energy, time, good = at, own, 0.0, times[k], True
+        for stage in range(stages):
+            row = stages * k + stage
+            if row and not np.array_equal(motions[row], motions[row - 1]):
+                terms = frame_terms(motions[row], fixed)
+            passed[stage, 0], passed[stage, 1], passed[stage, 2] = now[0], now[1], now[2]
+            good, energy, now, new = _stage(
+                stage, row, now, new, passed[: stage + 1], matrices, elements, scheme, tangent, axes, pairs, kept,
+                first, frame, terms, hub, limits, counts, scales, there and rows[k] >= 0 and stage == stages - 1,
+            )  # fmt: skip
+            time += sizes[stage, 2]
+            # Within a step a tangent that is too old leaves the whole step to the driver.
+            good = good and (stage == stages - 1 or counts[LOST] <= limits[5])
+            if not good:
+                break
+        if not good:
+            if counts[LEARNED] > first:
+                _restore(pairs, kept, first, counts[LEARNED])
+            counts[:], scales[:] = counted, scaled
             break
-        if hub is not None:
-            reaction = added
-        end, work = end_of_step(
-            ends, size, weight * reach, late, start, column, mass, damped, vectors, strengths, weight, parts,
-            force, reference, reaction, pushes[push[k]], now, own, work, x, q, v, a,
-        )  # fmt: skip
-        late = weight * reach - size
-        if weight < 1.0:
-            before, forces = forces, np.empty(q.size)
-            for i in range(q.size):
-                forces[i] = (residual[i] - end[9 + INERTIA, i] - (1.0 - weight) * before[i]) / weight
-            now = end[9:]
         if watched:
-            time, error = times[k] + size, unseen
+            error = unseen
             if is_sampled(watch[1][0]):
-                moved = end[2] - a
+                moved = now[2] - at[2]
                 if hub is None:
                     moved = product(start, column, mass, moved)
                 else:
-                    moved = mobile_product(hub[0], start, column, mass, end[0], moved)
+                    moved = mobile_product(hub[0], start, column, mass, now[0], moved)
                 error = _solution(tangent, tangent[4] * moved)
                 counts[SOLVES] += 1
-            see_step(watch, end[0], end[1], end[2], a, error, time, time - times[k])
+            see_step(watch, now[0], now[1], now[2], at[2], error, time, time - times[k])
+        at, own = now, new
         if hub is not None:
-            rigid, true, power = end_of_hub(hub, motion, turned, x, q, end, reach, size, weight, power, work)
-            hub[6][k, :31], hub[6][k, 31] = rigid, power[1]
-        q, v, a, jerk, own = end[0], end[1], end[2], end[3], end[4:9]
+            hub[10][k, :31], hub[10][k, 31] = own[0], own[2][1]
         if rows[k] >= 0:
-            record(recorded, q, v, times[k + 1], rows[k], energy if there else np.nan)
+            record(recorded, at[0], at[1], times[k + 1], rows[k], energy if there else np.nan)
             if hub is not None:
-                recorded[5][1][rows[k], 0] += carried_energy(hub[0], q, v, rigid[7:13])
+                recorded[5][1][rows[k], 0] += carried_energy(hub[0], at[0], at[1], own[0][7:13])
         if places[k] >= 0:
-            fields[places[k]] = q
+            fields[places[k]] = at[0]
         taken += 1
         if counts[LOST] > limits[5]:
             break
-    return taken, end, forces, work, late, true, power
+    return taken, at, own

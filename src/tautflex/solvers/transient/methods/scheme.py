@@ -104,6 +104,12 @@ class Stage:
 
         return mixed(self.velocity), mixed(self.acceleration)
 
+    @property
+    def factors(self) -> Array:
+        """The factors that make V and A, shape (2, state, 3); without any state those of the start itself."""
+        rows = [[(c.d, c.v, c.a) for c in row] for row in (self.velocity, self.acceleration)]
+        return np.array(rows).reshape(2, len(self.velocity), 3)
+
 
 class Method(ABC):
     """Implicit time-integration method; a frozen dataclass whose fields are its options."""

@@ -1,0 +1,119 @@
+"""What acts in the steps of a stretch beside the structure and its frame, evaluated before they are taken.
+
+Forces in time need no state. The force and torque of a hub may be functions of time and of its motion: they are called
+with a state of which the time alone is known, and whoever looks at the rest has steps that are the driver's.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tautflex.mechanics.loads.inputs import earlier
+from tautflex.motion.hub import HubState
+from tautflex.numeric import Array, Indices
+from tautflex.solvers.transient.equation import EquationOfMotion
+from tautflex.solvers.transient.free_hub.equation import HubEquation
+
+
+class Ahead(NamedTuple):
+    """Loads and wrenches of a stretch.
+
+    Parameters
+    ----------
+    loads, outside
+        Different loads of the inputs, and what of each pushes the spacecraft, shape (load, size).
+    which
+        The load of every instant, shape (instant,).
+    wrenches
+        Of a free hub those on the hub and on its supports, shape (instant, 6).
+    """
+
+    loads: Array
+    outside: Array
+    which: Indices
+    wrenches: Array
+
+    @property
+    def known(self) -> int:
+        """Number of instants whose wrench is known."""
+        return len(self.wrenches)
+
+
+class _TimeAlone(HubState):
+    """Hub of which the time alone is known."""
+
+    def __init__(self, time: float) -> None:
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "looked", False)
+
+    def __getattribute__(self, name: str) -> object:
+        if name not in {"time", "__class__"}:
+            object.__setattr__(self, "looked", True)
+            raise AttributeError(f"{name} of the hub is not known yet")
+        return object.__getattribute__(self, name)
+
+
+class Outlook:
+    """Evaluates what acts at instants ahead.
+
+    Parameters
+    ----------
+    equation
+        Equation of motion whose inputs are forces of fixed patterns.
+
+    Attributes
+    ----------
+    follows_motion
+        Whether a function of the hub has looked at more than the time.
+    """
+
+    def __init__(self, equation: EquationOfMotion) -> None:
+        self._equation, self.follows_motion = equation, False
+
+    def at(self, instants: Array, before: float) -> Ahead:
+        """What acts at instants [s], a jump not met yet; wrenches as far as they are known."""
+        equation, inputs, none = self._equation, self._equation.inputs, np.zeros((0, 6))
+        if isinstance(equation, HubEquation):
+            return self._on_hub(equation, instants, before)
+        loads, which, last = list[Array](), np.zeros(len(instants), dtype=np.int64), b""
+        if not inputs:
+            return Ahead(found := equation.at_rest.load[None], found, which, none)
+        for number, instant in enumerate(instants.tolist()):
+            values = inputs.each_value(earlier(instant, before))
+            key = b"".join(value.tobytes() for value in values)
+            if key != last:
+                last = key
+                loads.append(inputs.load_of(values))
+            which[number] = len(loads) - 1
+        return Ahead(found := np.array(loads), found, which, none)
+
+    def _on_hub(self, equation: HubEquation, instants: Array, before: float) -> Ahead:
+        """The same on a free hub."""
+        loads, outside, wrenches = list[Array](), list[Array](), list[Array]()
+        which, then = np.zeros(len(instants), dtype=np.int64), np.nan
+        for number, instant in enumerate(instants.tolist()):
+            again, then = instant == then, instant
+            changed = (not again and equation.set_time(instant, before)) or not loads
+            if changed:
+                loads.append(equation.input_load)
+                outside.append(equation.outside)
+            which[number] = len(loads) - 1
+            known = not changed and (again or not equation.hub.feedback)
+            wrench = wrenches[-1] if known else self._wrench(equation, earlier(instant, before))
+            if wrench is None:
+                break
+            wrenches.append(wrench)
+        return Ahead(np.array(loads), np.array(outside), which, np.array(wrenches).reshape(-1, 6))
+
+    def _wrench(self, hub: HubEquation, time: float) -> Array | None:
+        """Wrench of an instant, whose inputs are set; None where the motion has to be known, or a function fails."""
+        state = _TimeAlone(time)
+        try:
+            wrench = hub.rigid_wrench(state)
+        except Exception:  # the driver meets it where it is, with the motion
+            wrench = None
+        if object.__getattribute__(state, "looked"):
+            self.follows_motion, wrench = True, None
+        return wrench
