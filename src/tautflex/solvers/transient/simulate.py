@@ -78,14 +78,6 @@ def simulate(
         If the structure could drift away as a rigid body under a maneuver, or the plant has no answer to the question.
     NotConvergedError
         If a step fails and ``throw`` is set; ``.result`` holds the partial run.
-
-    Examples
-    --------
-    >>> import tautflex as tf
-    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
-    >>> run = tf.simulate(state, tf.Stop(0.628, 0.1), time_step=0.01, end_time=0.2, probes={"A": (0.7036, 0.4267)})
-    >>> run.status.value, dict(run.data.w.sizes)
-    ('completed', {'time': 21, 'probe': 1})
     """
     if progress is not None:
         checks.function("progress", progress, "fraction", "message")
