@@ -77,6 +77,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = f"tautflex {release}"
 html_static_path = ["_static"]
 html_sidebars = {name: [] for name in ("faq", "quickstart")}  # pages without others beside them
+html_context = {"default_mode": "auto"}  # light or dark as the reader's system; without it the page complains
 html_css_files = ["tautflex.css"]
 html_show_sourcelink = False
 html_copy_source = False

@@ -45,6 +45,11 @@ def test_the_style_can_be_entered_again_and_within_itself(antenna_modes):
     assert matplotlib.rcParams["font.size"] == before
 
 
+def test_a_notebook_shows_a_figure_as_a_picture(antenna_modes):
+    """Also where pyplot was never imported, as in a cell that ends with ``tf.plot.plot_modes(modes)``."""
+    assert plot.plot_modes(antenna_modes, count=1)._repr_png_().startswith(b"\x89PNG")
+
+
 def test_modes(antenna_modes):
     texts = drawn(plot.plot_modes(antenna_modes, count=4))
     assert "mode 4   1.99 Hz   (1,2) SA" in texts

@@ -56,7 +56,8 @@ def plot_campbell(table: xr.Dataset, orders: Sequence[int] = (1, 2, 3), highest:
     top = highest or 1.06 * float(frequency.max(initial=0.0)) or 1.0
     about = f"angular rate about {_direction(np.asarray(table.attrs.get('axis', (np.nan,) * 3), dtype=float))} [rad/s]"
     figure, axes = new_axes(DOUBLE_COLUMN * 0.8, _HEIGHT, about, "frequency in the rotating frame [Hz]")
-    axes.set_xlim(float(rate.min()), float(rate.max()) if len(rate) > 1 else float(rate.min()) + 1.0)
+    around = 0.5 if len(rate) == 1 else 0.0
+    axes.set_xlim(float(rate.min()) - around, float(rate.max()) + around)
     axes.set_ylim(0.0, top)
     _draw_orders(axes, orders, top)
     growth = _growing(table)

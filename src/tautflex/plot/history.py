@@ -11,7 +11,17 @@ from matplotlib.figure import Figure
 from tautflex import checks
 from tautflex.analysis import maneuver_end
 from tautflex.errors import InputError
-from tautflex.plot.style import DOUBLE_COLUMN, GREY, LINES, length_unit, new_axes, saving, styled, thinned
+from tautflex.plot.style import (
+    DOUBLE_COLUMN,
+    GREY,
+    LINES,
+    explain,
+    length_unit,
+    new_axes,
+    saving,
+    styled,
+    thinned,
+)
 from tautflex.solvers.transient.status import Run
 from tautflex.solvers.variables import RUN, dataset_of
 
@@ -81,11 +91,9 @@ def plot_time_history(
         axes.axvspan(max(first, 0.0), end, color="#eeeeee", zorder=0)
         axes.axvline(end, color=GREY, linewidth=0.8, linestyle=(0, (4, 2)), label=f"maneuver ends at {end:.4g} s")
     axes.axhline(0.0, color=GREY, linewidth=0.5)
-    axes.set_xlim(first, last)
+    axes.set_xlim(first, last if last > first else first + 1.0)
     if many or end is not None:
-        low, high = axes.get_ylim()
-        axes.set_ylim(low, high + 0.16 * (high - low))  # keeps the legend's line free of curves
-        axes.legend(loc="upper right", ncols=min(drawn + 1, 3))
+        explain(axes)
     else:
         axes.set_title(f"point {next(iter(records.values()))['probe'].values[0]}")
     return figure

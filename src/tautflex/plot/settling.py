@@ -42,7 +42,7 @@ def plot_surface(run: xr.Dataset | Run, tolerance: float | None = None) -> Figur
     rms, time = film["rms"].values, film["time"].values
     scale, unit = length_unit(rms)
     figure, axes = new_axes(DOUBLE_COLUMN * 0.75, 2.4, "time $t$ [s]", f"rms about the best plane [{unit}]")
-    axes.plot(*thinned(time, scale * rms))
+    axes.plot(*thinned(time, scale * rms), marker="o" if time.size == 1 else None, clip_on=time.size > 1)
     end = maneuver_end(run)
     if end is not None and time[0] < end < time[-1]:
         axes.axvspan(max(float(time[0]), 0.0), end, color="#eeeeee", zorder=0)

@@ -16,7 +16,18 @@ from tautflex.analysis.record import counted_from
 from tautflex.checks import float_array, positive
 from tautflex.numeric import Array
 from tautflex.plot.history import probe_records
-from tautflex.plot.style import COLORS, DOUBLE_COLUMN, GREY, LINES, length_unit, new_axes, saving, styled, thinned
+from tautflex.plot.style import (
+    COLORS,
+    DOUBLE_COLUMN,
+    GREY,
+    LINES,
+    explain,
+    length_unit,
+    new_axes,
+    saving,
+    styled,
+    thinned,
+)
 from tautflex.solvers.modal.natural import Modes
 from tautflex.solvers.transient.status import Run
 
@@ -80,12 +91,12 @@ def plot_spectrum(
         axes.plot(*thinned(frequency[seen], height[seen]), LINES[k % 4], color=color, label=name)
         top = max(top, float(height.max()))
     axes.set_xlim(0.0, limit)
-    axes.set_ylim(0.0, (1.1 + 0.11 * len(lines)) * top or 1.0)
+    axes.set_ylim(-0.02 if top == 0.0 else 0.0, 1.1 * top or 1.0)  # a line of zeros is seen
     if natural_frequencies is not None:
         values = natural_frequencies.frequencies if isinstance(natural_frequencies, Modes) else natural_frequencies
         _mark(axes, float_array("natural_frequencies", values, (None,)), limit)
     title = "during the maneuver" if goes_on else None if after is None else f"motion after t = {after:g} s"
-    axes.legend(loc="upper right", title=title)
+    explain(axes, title, columns=1 if len(lines) < 3 else 2)
     return figure
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 from collections.abc import Sequence
 from itertools import product
 from typing import Any
@@ -21,6 +22,9 @@ from tautflex.text import shown
 
 _COLUMNS, _MOST = 3, 12  # panels beside each other, and altogether
 _HEIGHT = 2.0  # [inch] of a row of panels
+_LINE, _LETTER = 0.14, 0.065  # [inch] of height and of width that words take
+_FEW = 26  # letters that have room above or beside a panel
+_SLOPING: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"}  # words under a panel
 
 
 @styled
@@ -62,9 +66,10 @@ def plot_study(study: xr.Dataset, measures: Sequence[str] | None = None) -> Figu
     if not measures:
         raise InputError("measures: expected at least one, got none; every point failed, or the study keeps none")
     slices = _slices(study, axes[:-2], max(1, _MOST // len(measures)))
-    columns = min(_COLUMNS, len(measures) * len(slices))
+    beside, high = _room(study, measures, axes)
+    columns = min(beside, len(measures) * len(slices))
     rows = math.ceil(len(measures) * len(slices) / columns)
-    figure = new_figure(DOUBLE_COLUMN * columns / _COLUMNS, _HEIGHT * rows)
+    figure = new_figure(DOUBLE_COLUMN * columns / beside, high * rows)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for panel, (name, one) in zip(panels, product(measures, slices), strict=False):
         if len(axes) == 1:
@@ -122,6 +127,13 @@ def plot_design(design: xr.Dataset) -> Figure:
 save_design = saving(plot_design)
 
 
+def _room(study: xr.Dataset, measures: Sequence[str], axes: list[str]) -> tuple[int, float]:
+    """Panels beside each other and height of a row [inch], with room for titles and for values that are words."""
+    down, across = (max(map(len, _places(study, axis)[1] or [""])) for axis in (axes[-2:][0], axes[-1]))
+    lines = max(_folded(_label(study, name)).count("\n") for name in measures) + len(axes[:-2])
+    return _COLUMNS - (len(axes) > 1 and 3 * down > _FEW), _HEIGHT + _LINE * lines + 0.5 * _LETTER * across
+
+
 def _slices(study: xr.Dataset, others: list[str], most: int) -> list[xr.Dataset]:
     """Studies at values of all axes but the last two; of more than ``most`` some are left out, evenly."""
     places = list(np.ndindex(*(study.sizes[name] for name in others)))
@@ -151,13 +163,43 @@ def _places(study: xr.Dataset, axis: str) -> tuple[np.ndarray, list[str] | None]
     return np.arange(float(len(values))), [str(value) for value in values]
 
 
-def _ticks(places: np.ndarray) -> tuple[list[float], list[str]]:
+def _folded(label: str) -> str:
+    """A label in lines that have room beside a panel, broken behind blanks and within names."""
+    lines = [""]
+    for part in re.split(r"(?<=[._])(?=[a-z])|(?<= )", label):
+        if lines[-1] and len(lines[-1] + part) > _FEW:
+            lines.append("")
+        lines[-1] += part
+    return "\n".join(lines)
+
+
+def _decades(places: np.ndarray) -> bool:
+    """Whether values are so far apart that most of them would share one end of an even axis."""
+    return len(places) > 2 and places[0] > 0.0 and places[-2] - places[0] < 0.25 * (places[-1] - places[0])
+
+
+def _edges(places: np.ndarray, decades: bool) -> np.ndarray:
+    """Where the cells of a map's axis begin and end: halfway between values."""
+    even = np.log(places) if decades else places
+    if len(even) == 1:
+        even = even[0] + np.array([-1.0, 0.0, 1.0])
+    middle = 0.5 * (even[1:] + even[:-1])
+    if len(places) > 1:
+        middle = np.array([1.5 * even[0] - 0.5 * even[1], *middle, 1.5 * even[-1] - 0.5 * even[-2]])
+    return np.exp(middle) if decades else middle
+
+
+def _ticks(places: np.ndarray, decades: bool, upright: bool) -> tuple[list[float], list[str]]:
     """Values of a map's axis, the first one and what has room after it, and what they are called."""
-    chosen = [float(places[0])]
-    for place in places[1:].tolist():
-        if place - chosen[-1] >= 0.18 * float(places[-1] - places[0]):
-            chosen.append(place)
-    return chosen, [_told(place) for place in chosen]
+    at = (np.log(places) if decades else places).tolist()
+    inch = (len(at) - 1) / len(at) / (at[-1] - at[0]) if len(at) > 1 else 1.0  # of a panel's, about one
+    words = [_told(place) for place in places]
+    chosen = [0]
+    for k in range(1, len(at)):
+        room = 1.2 * _LINE if upright else _LETTER * (0.5 * len(words[k] + words[chosen[-1]]) + 1.0)
+        if (at[k] - at[chosen[-1]]) * inch >= room:
+            chosen.append(k)
+    return places[chosen].tolist(), [words[k] for k in chosen]
 
 
 def _lines(panel: Axes, study: xr.Dataset, name: str, axes: list[str]) -> None:
@@ -168,9 +210,9 @@ def _lines(panel: Axes, study: xr.Dataset, name: str, axes: list[str]) -> None:
     if failed.any():  # a line without points would stand at zero, far outside the panel
         panel.plot(places[order][failed], np.zeros(failed.sum()), "x", color=GREY, clip_on=False,
                    transform=panel.get_xaxis_transform())  # fmt: skip
-    panel.set(xlabel=_label(study, axes[0]), ylabel=_label(study, name))
+    panel.set(xlabel=_folded(_label(study, axes[0])), ylabel=_folded(_label(study, name)))
     if words is not None:
-        panel.set_xticks(places, words, rotation=30)
+        panel.set_xticks(places, words, **_SLOPING)
 
 
 def _map(panel: Axes, study: xr.Dataset, name: str, axes: list[str], whole: np.ndarray) -> None:
@@ -181,23 +223,24 @@ def _map(panel: Axes, study: xr.Dataset, name: str, axes: list[str], whole: np.n
     values = study[name].transpose(*axes).values[np.ix_(down_order, across_order)]
     finite = whole[np.isfinite(whole)]
     low, high = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
-    shades = panel.pcolormesh(across, down, np.ma.masked_invalid(values), cmap=SEQUENTIAL, shading="nearest",
-                              vmin=low, vmax=high)  # fmt: skip
+    scales = [names is None and _decades(places) for places, names in ((across, names_across), (down, names_down))]
+    shades = panel.pcolormesh(_edges(across, scales[0]), _edges(down, scales[1]), np.ma.masked_invalid(values),
+                              cmap=SEQUENTIAL, vmin=low, vmax=high)  # fmt: skip
     failed = (study["status"].transpose(*axes).values != "completed")[np.ix_(down_order, across_order)]
     rows, columns = np.nonzero(failed)
     panel.plot(across[columns], down[rows], "x", color=GREY)
     panel.grid(visible=False)
-    panel.set(xlabel=_label(study, axes[1]), ylabel=_label(study, axes[0]))
+    panel.set(xlabel=_folded(_label(study, axes[1])), ylabel=_folded(_label(study, axes[0])))
     fixed = [f"{_label(study, axis)} = {_told(study[axis].values[()])}" for axis in map(str, study.coords)
              if study[axis].ndim == 0]  # fmt: skip
-    panel.set_title("\n".join([_label(study, name), *fixed]), pad=12)  # above the power of ten of the colour bar
+    panel.set_title("\n".join(map(_folded, [_label(study, name), *fixed])), pad=12)  # above the bar's power of ten
+    panel.set(**{f"{axis}scale": "log" for axis, decades in zip("xy", scales, strict=True) if decades})
+    panel.minorticks_off()
     if names_across is not None:
-        panel.set_xticks(across, names_across, rotation=30)
+        panel.set_xticks(across, names_across, **_SLOPING)
     else:
-        panel.set_xticks(*_ticks(across))
-    if names_down is not None:
-        panel.set_yticks(down, names_down)
-    else:
-        panel.set_yticks(*_ticks(down))
-    assert panel.figure is not None
-    panel.figure.colorbar(shades, ax=panel)
+        panel.set_xticks(*_ticks(across, scales[0], upright=False))
+    panel.set_yticks(*(_ticks(down, scales[1], upright=True) if names_down is None else (down, names_down)))
+    if finite.size:
+        assert panel.figure is not None
+        panel.figure.colorbar(shades, ax=panel)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import os
+import textwrap
 from collections.abc import Callable, Sequence
 from contextlib import ContextDecorator
 from pathlib import Path
@@ -29,6 +31,7 @@ GREY = "#5a5a5a"
 SUPPORT = "#c2571a"
 DIVERGING = "RdBu_r"
 SEQUENTIAL = "viridis"
+_LETTER, _ROW = 0.068, 0.18  # [inch] that words of a legend take: width of a letter, height of a row
 
 _STYLE: Any = {
     "font.family": "DejaVu Sans",
@@ -88,9 +91,18 @@ def saving(plot: Callable[..., Figure]) -> Callable[..., list[Path]]:
     return save
 
 
+class _Shown(Figure):
+    """A figure that notebooks show: without pyplot, which would tell them how, they print a line in its place."""
+
+    def _repr_png_(self) -> bytes:
+        picture = io.BytesIO()
+        self.savefig(picture, format="png", dpi=144)
+        return picture.getvalue()
+
+
 def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
     """Return an empty figure of the given size [inch] that no global state of pyplot knows."""
-    figure = Figure(figsize=(width, height), layout="constrained" if constrained else None)
+    figure = _Shown(figsize=(width, height), layout="constrained" if constrained else None)
     FigureCanvasAgg(figure)
     return figure
 
@@ -138,6 +150,30 @@ def save_figure(figure: Figure, stem: str | os.PathLike[str], formats: Sequence[
             with written(path) as place:
                 figure.savefig(place, dpi=200, metadata=undated[kind], format=kind)
     return files
+
+
+def explain(axes: Axes, title: str | None = None, columns: int = 3) -> None:
+    """Name the curves along the top of linear axes, which are raised for it, or below where that takes much room."""
+    figure, (handles, names) = axes.get_figure(root=True), axes.get_legend_handles_labels()
+    assert figure is not None
+    width, height = figure.get_size_inches()
+    room = width - 1.0  # beside the words of the axes [inch]
+    names = [textwrap.fill(name, int(room / _LETTER) - 8) for name in names]
+    letters = [8 + max(map(len, name.split("\n"))) for name in names]  # with a piece of the curve
+    columns = min(columns, len(names))
+    while columns > 1 and sum(max(part) for part in np.array_split(letters, columns)) * _LETTER > room:
+        columns -= 1
+    rows = max(sum(1 + name.count("\n") for name in part) for part in np.array_split(np.array(names), columns))
+    rows += title is not None
+    look: dict[str, Any] = {"handles": handles, "labels": names, "ncols": columns, "title": title}
+    if rows > 3:
+        figure.set_size_inches(width, height + _ROW * (rows + 0.5))
+        figure.legend(loc="outside lower center", **look)
+        return
+    low, high = axes.get_ylim()
+    part = _ROW * (rows + 0.5) / (height - 0.6)
+    axes.set_ylim(low, low + (high - low) / (1.0 - part))
+    axes.legend(loc="upper right", **look)
 
 
 def thinned(x: Array, y: Array, most: int = 3000, as_it_is: int = 20_000) -> tuple[Array, Array]:

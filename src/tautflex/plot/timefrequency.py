@@ -76,7 +76,7 @@ def plot_scalogram(
     outline = [withStroke(linewidth=2.2, foreground="black")]
     axes.plot(time, ridge, ":", color="white", linewidth=1.2, path_effects=outline)
     ridge[~free] = np.nan
-    axes.plot(time, ridge, color="white", linewidth=1.2, path_effects=outline, label="ridge")
+    axes.plot(time, ridge, color="white", linewidth=1.2, path_effects=outline, label="ridge" if visible.any() else None)
     cone = np.minimum(shown["cone_of_influence"].values, frequency[-1])
     axes.fill_between(
         time, frequency[0], cone, facecolor="none", edgecolor="white", linewidth=0.0, hatch="////", alpha=0.35
@@ -92,7 +92,8 @@ def plot_scalogram(
     axes.set_ylim(frequency[0], frequency[-1])
     axes.set_xlim(time[0], time[-1])
     figure.colorbar(image, ax=axes, pad=0.02).set_label(label)
-    axes.legend(loc="upper right", facecolor="#333333", labelcolor="white", framealpha=0.7)
+    if end is not None or visible.any():
+        axes.legend(loc="upper right", facecolor="#333333", labelcolor="white", framealpha=0.7)
     return figure
 
 

@@ -109,6 +109,8 @@ def _stacked(labels: Mapping[str, str], title: str, runs: Runs, records: Mapping
     for k, (axes, (run, record)) in enumerate(zip(panels, records.items(), strict=True)):
         axes.plot(record["time"], scale * record, color=COLORS[k], linewidth=0.9)
         axes.axhline(0.0, color=GREY, linewidth=0.5, zorder=1)
+        if k == 0:  # words stand above a stop so short that the largest peak is beside them
+            axes.margins(y=0.25)
         _mark_ends(axes, [maneuver_end(runs[run])], words=k == 0)
         axes.yaxis.set_major_locator(MaxNLocator(4))
         place: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}

@@ -205,6 +205,15 @@ def hyper_reduce(
         the structure.
     UnsupportedError
         If the structure can drift away as a rigid body, or an input is not linear in few numbers.
+
+    Examples
+    --------
+    >>> import tautflex as tf
+    >>> state = tf.solve_prestress(tf.build_model(tf.load_case("m2.toml")))
+    >>> run = tf.simulate(state, tf.Stop(0.628, 0.1), time_step=0.01, end_time=0.2, fields="all")
+    >>> rom = tf.hyper_reduce(state, run.data, transverse=3, in_plane=2)
+    >>> rom.size
+    5
     """
     began = clock.perf_counter()
     for name, count in (("transverse", transverse), ("in_plane", in_plane)):
