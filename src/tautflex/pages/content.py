@@ -55,7 +55,9 @@ def content_of(
     early = _ended_early(run)
     found["warnings"] = early + list(run.attrs.get("warnings", ()))
     found["versions"] = json.loads(run.attrs.get("versions", "{}"))
-    found["case"] = _LISTS.sub(lambda some: f"[{', '.join(some[1].replace(',', ' ').split())}]", str(run.attrs.get("case", "")))
+    found["case"] = _LISTS.sub(
+        lambda some: f"[{', '.join(some[1].replace(',', ' ').split())}]", str(run.attrs.get("case", ""))
+    )
     found["maneuver_end"] = float(run.attrs.get("maneuver_end", 0.0))
     notes += early
     if len(drawing.nodes) < run.sizes["node"]:

@@ -63,7 +63,13 @@ def _surface(run: xr.Dataset, end: float | None, tolerance: float) -> list[tuple
         settled, limit = film["settling_time"], f"{1e3 * tolerance:.3g} mm"
         words.append(f"up to {1e3 * film['rms_max']:.4g} mm" + (" after the maneuver" if end else ""))
         if run.attrs.get("status", "completed") == "completed":
-            since = f" from {settled:.4g} s {'after it' if end else 'on'}" if settled else " from its end on" if end else " throughout"
+            since = (
+                f" from {settled:.4g} s {'after it' if end else 'on'}"
+                if settled
+                else " from its end on"
+                if end
+                else " throughout"
+            )
             words.append(f"not settled to {limit}" if settled is None else f"within {limit}{since}")
     return [("Surface, rms", ", ".join(words))]
 

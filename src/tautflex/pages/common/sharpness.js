@@ -1,6 +1,8 @@
 // How many of the screen's pixels a scene is drawn with: fewer, step by step, while frames are late; all when it stands still.
 
-const PARTS = [1, 0.8, 0.6, 0.45]; // of the pixels along each side
+import { drawnBySoftware } from "page/software";
+
+const PARTS = [1, 0.8, 0.6]; // of the pixels along each side
 const FRAME = 1000 / 60; // [ms]
 const LATE = 1.2 * FRAME; // a clock of 60 frames a second is not exact
 const COUNT = 9; // frames that are looked at
@@ -10,6 +12,7 @@ export class Sharpness {
   constructor() {
     this.level = 0;
     this.gap = FRAME; // between frames, median of the last ones [ms]
+    this.sure = drawnBySoftware; // that fewer pixels take less time
     this.rest();
   }
 
@@ -37,7 +40,7 @@ export class Sharpness {
 
   // Frames that are late for another reason than their pixels get them back.
   judge() {
-    if (this.coarser !== null && this.gap > 0.97 * this.coarser) {
+    if (!this.sure && this.coarser !== null && this.gap > 0.95 * this.coarser) {
       this.level -= 1;
       this.helps = false;
     }

@@ -30,7 +30,7 @@ const state = { playing: false, speed: 1, owed: 0, before: 0, stale: true, limit
 const defaults = [];
 let away = false; // whether the last slew went there
 
-element("made").textContent = data.made;
+element("made").textContent = `A reduced antenna that this page steps; made by ${data.made}`;
 document.title = data.title;
 let stage = null;
 let hand = null;

@@ -146,7 +146,7 @@ function showLegend(by, [low, high]) {
     }
     return;
   }
-  const three = (value) => String(Number(value.toPrecision(3)));
+  const three = (value) => String(Number(value.toPrecision(3))).replace("-", "−");
   const ends = by === "w" ? [`w = −${three(1e3 * high)} mm`, `+${three(1e3 * high)} mm`] : [`tension ${three(low)} N`, `${three(high)} N`];
   if (by === "w" && !high) [ends[0], ends[1]] = ["w = 0", "all the time"];
   if (player.mode !== null) [ends[0], ends[1]] = ["mode shape: −1", "+1"];
