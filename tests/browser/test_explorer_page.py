@@ -231,6 +231,52 @@ def test_slow_frames_do_not_slow_the_plant(opened, page):
     assert stepped == pytest.approx(asked, abs=1e-9)
 
 
+def test_late_frames_have_fewer_pixels_until_it_stands_still(opened, page):
+    """Step by step, not where frames keep up, and not for long where pixels are not what takes the time."""
+    page = opened(page).page
+    parts = page.evaluate(
+        """() => {
+          const { sharpness } = window.explorer.stage;
+          let now = 0;
+          const moved = (gaps, sure) => {
+            sharpness.sure = sure;
+            const found = [];
+            for (const gap of gaps) {
+              for (let k = 0; k < 9; k++) found.push(sharpness.moving((now += gap)));
+            }
+            return [Math.max(...found), Math.min(...found), found[found.length - 1]];
+          };
+          const kept = moved([16.7, 17, 16.5], true);
+          const late = moved([40, 35, 30, 25, 16], true);
+          sharpness.rest();
+          const again = moved([16.7], true);
+          for (let k = 0; k < 4; k++) { sharpness.rest(); moved([16.7], true); }
+          const whole = moved([16.7], true);
+          return { kept, late, again, whole, vain: moved([40, 40, 40, 40, 40], false) };
+        }"""
+    )
+    assert parts["kept"] == [1, 1, 1]
+    assert parts["late"][2] == min(parts["late"]) == 0.6
+    assert 0.6 < parts["again"][2] < 1, "one step sharper"
+    assert parts["whole"] == [1, 1, 1]
+    assert parts["vain"][1] < 1 == parts["vain"][2]
+    drawn = page.evaluate(
+        """() => {
+          const { stage, state, draw } = window.explorer;
+          const wide = () => stage.renderer.domElement.width;
+          const [still, at] = [wide(), stage.sharpness];
+          [at.level, state.playing] = [2, true];
+          draw();
+          const moving = wide();
+          state.playing = false;
+          draw();
+          return [moving / still, wide() / still];
+        }"""
+    )
+    assert drawn[0] == pytest.approx(0.6, abs=0.01)
+    assert drawn[1] == 1.0
+
+
 def test_what_outgrows_its_steps_is_told(opened, page):
     page = opened(page).page
     page.evaluate("Object.assign(window.explorer.loop.gains, { stiffness: 1e9, damping: 1e9 })")

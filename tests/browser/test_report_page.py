@@ -183,7 +183,7 @@ def test_a_film_without_a_frame_is_outlined(opened, tmp_path):
     ends = np.array(places).reshape(-1, 2, 3)
     assert len(ends) == 4 * 3
     assert np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum() == pytest.approx(4.0)
-    assert page.locator("#legend").text_content() == "w = 0:nothing moves"
+    assert page.locator("#legend").text_content() == "w = 0all the time"
 
 
 @pytest.mark.parametrize(("width", "dark"), [(1280, False), (1280, True), (390, False), (390, True)])

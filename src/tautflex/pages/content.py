@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,8 @@ from tautflex.plot.surface import Wireframe
 from tautflex.solvers.modal.natural import Modes
 from tautflex.solvers.static.prestress import PrestressedState
 
+# Lists of numbers in the text of a case, an entry a line.
+_LISTS = re.compile(r"\[\n((?: +[-+.\w]+,\n)+) *\]")
 # Bytes of base64 text per byte.
 _TEXT = 4.0 / 3.0
 
@@ -52,7 +55,9 @@ def content_of(
     early = _ended_early(run)
     found["warnings"] = early + list(run.attrs.get("warnings", ()))
     found["versions"] = json.loads(run.attrs.get("versions", "{}"))
-    found["case"] = str(run.attrs.get("case", ""))
+    found["case"] = _LISTS.sub(
+        lambda some: f"[{', '.join(some[1].replace(',', ' ').split())}]", str(run.attrs.get("case", ""))
+    )
     found["maneuver_end"] = float(run.attrs.get("maneuver_end", 0.0))
     notes += early
     if len(drawing.nodes) < run.sizes["node"]:

@@ -49,14 +49,15 @@ def curves_of(run: xr.Dataset, tension: tuple[Array, Array] | None) -> list[dict
         lines = [(name, at, reduce(pull, axis=1)) for name, reduce in (("largest", np.max), ("mean", np.mean))]
         lines.append(("smallest", at, pull.min(axis=1)))
         panels.append(_panel("tension", "Tension of the cables", "force [N]", lines))
-    energies = [(name, time, 1e3 * run[f"{name}_energy"].values) for name in ("kinetic", "strain")]
+    stored = [run[f"{name}_energy"] for name in ("kinetic", "strain")]
+    energies = [(each.attrs["long_name"].replace(" energy", ""), time, 1e3 * each.values) for each in stored]
     panels.append(_panel("energy", "Energy", "energy [mJ]", energies))
     resultant = run["min_principal_resultant"].values
     known = np.isfinite(resultant)
     if known.sum() > 1:  # a reduced run looks at its field at a few instants; between them nothing is known
         few = "" if known.all() else f", at {known.sum()} of {known.size} instants"
         lines = [(f"smallest principal{few}", time[known], resultant[known])]
-        panels.append(_panel("resultant", "Resultants of the film", "force per length [N/m]", lines))
+        panels.append(_panel("resultant", "Resultants of the film", "resultant [N/m]", lines))
     return [panel for panel in panels if panel["lines"]]
 
 

@@ -34,17 +34,9 @@ def numbers_of(run: xr.Dataset, modes: Modes | None) -> list[tuple[str, str]]:
         if frequency is not None and width is not None:
             words.append(f"then {frequency:.4g} ± {0.5 * width:.2g} Hz")
         found.append((f"Probe {name}", ", ".join(words)))
-    film = read_surface(run, end, float(attributes.get("surface_tolerance", 2e-5)))
-    if film["rms"] is not None:
-        settled = film["settling_time"]
-        words = [f"{1e3 * film['rms']:.4g} mm at the end"]
-        if film["rms_max"] is not None:
-            words.append(f"up to {1e3 * film['rms_max']:.4g} mm after the maneuver")
-            if attributes.get("status", "completed") == "completed":
-                words.append("not settled" if settled is None else f"settled {settled:.4g} s after it")
-        found.append(("Surface, rms", ", ".join(words)))
+    found += _surface(run, end, float(attributes.get("surface_tolerance", 2e-5)))
     if modes is not None:
-        found.append(("Natural frequencies", ", ".join(f"{f:.4g}" for f in modes.frequencies) + " Hz"))
+        found.append(("Natural frequencies at rest", ", ".join(f"{f:.4g}" for f in modes.frequencies) + " Hz"))
     error = attributes.get("time_error")
     if error is not None and math.isfinite(error):
         found.append(("Time error", f"about {error:.2g} of the largest displacement"))
@@ -121,12 +113,34 @@ def _sizes(run: xr.Dataset, counts: dict[str, str]) -> list[tuple[str, str]]:
     return [(word, key) for word, key in keys.items() if key in run and len(run[key])]
 
 
+def _surface(run: xr.Dataset, end: float | None, tolerance: float) -> list[tuple[str, str]]:
+    """How far the film stands off its best plane, of a run without a maneuver from its start."""
+    film = read_surface(run, end, tolerance)
+    if film["rms"] is None:
+        return []
+    words = [f"{1e3 * film['rms']:.4g} mm at the end"]
+    if film["rms_max"] is not None:
+        settled, limit = film["settling_time"], f"{1e3 * tolerance:.3g} mm"
+        words.append(f"up to {1e3 * film['rms_max']:.4g} mm" + (" after the maneuver" if end else ""))
+        if run.attrs.get("status", "completed") == "completed":
+            since = (
+                f" from {settled:.4g} s {'after it' if end else 'on'}"
+                if settled
+                else " from its end on"
+                if end
+                else " throughout"
+            )
+            words.append(f"not settled to {limit}" if settled is None else f"within {limit}{since}")
+    return [("Surface, rms", ", ".join(words))]
+
+
 def _energy(given: Any) -> list[tuple[str, str]]:
     balance = json.loads(given) if isinstance(given, str) else given
     if not balance:
         return []
-    left, lost = balance["kinetic"] + balance["strain"], balance["damping"]
-    return [("Energy", f"{left:.3g} J left, {lost:.3g} J by damping, {balance['residual']:.2g} J unaccounted for")]
+    kinetic, strain, lost, rest = (balance[name] for name in ("kinetic", "strain", "damping", "residual"))
+    stored = f"at the end {kinetic:.3g} J kinetic in space and {strain:.3g} J of strain"
+    return [("Energy", f"{stored}; {lost:.3g} J lost by damping, {rest:.2g} J unaccounted for")]
 
 
 def _work(given: Any) -> list[tuple[str, str]]:

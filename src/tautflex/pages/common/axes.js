@@ -86,10 +86,11 @@ export function drawAxes(context, width, height, x, y, labelX, labelY) {
   }
   context.textAlign = "center";
   context.textBaseline = "top";
-  const room = width - right - context.measureText(labelX).width - 8;
-  for (const value of x.ticks(Math.max(2, Math.floor((width - left - right) / 70)))) {
+  const room = width - right - context.measureText(labelX).width - 5;
+  for (const value of x.ticks(Math.max(2, Math.floor((width - left - right) / 60)))) {
     line(context, x(value), top, x(value), height - bottom);
-    if (x(value) < room - 12) context.fillText(written(value), x(value), height - bottom + 6);
+    const text = written(value);
+    if (x(value) + 0.5 * context.measureText(text).width < room) context.fillText(text, x(value), height - bottom + 6);
   }
   context.textAlign = "right";
   context.fillText(labelX, width - right, height - bottom + 6);

@@ -1,7 +1,9 @@
 // Beams and cables as thin tubes, supports as small cones, drawn many at once.
 
 import * as THREE from "three";
+import { drawnBySoftware } from "page/software";
 
+const SIDES = drawnBySoftware ? 4 : 6; // of a tube
 const UP = new THREE.Vector3(0, 1, 0);
 const from = new THREE.Vector3();
 const to = new THREE.Vector3();
@@ -15,7 +17,7 @@ export class Tubes {
     this.lines = lines;
     this.radius = radius;
     this.count = lines.length / 2;
-    const shape = new THREE.CylinderGeometry(1, 1, 1, 6, 1, true);
+    const shape = new THREE.CylinderGeometry(1, 1, 1, SIDES, 1, true);
     this.mesh = new THREE.InstancedMesh(shape, new THREE.MeshLambertMaterial({ color: colour }), this.count);
     this.mesh.frustumCulled = false;
   }

@@ -8,10 +8,10 @@ import { tell } from "page/look";
 const DASHES = [[], [6, 4]];
 
 export class Plot {
-  // lines: {name, x, y, colour (number), dash (number)}; seek: called with a place on the x axis.
-  constructor(holder, { title, labelX, labelY, lines, logX, logY, seek, tall, marks, until }) {
+  // lines: {name, x, y, colour (number), dash (number)}; seek: called with a place on the x axis; span: ends of that axis.
+  constructor(holder, { title, labelX, labelY, lines, logX, logY, seek, tall, marks, until, span }) {
     this.lines = lines;
-    this.options = { labelX, labelY, logX, logY, marks: marks || [], until };
+    this.options = { labelX, labelY, logX, logY, marks: marks || [], until, span };
     this.element = holder.appendChild(document.createElement("div"));
     this.element.className = `plot card${tall ? " tall" : ""}`;
     const heading = this.element.appendChild(document.createElement("h2"));
@@ -24,7 +24,14 @@ export class Plot {
     this.canvas.setAttribute("aria-label", `${title}: ${labelY} over ${labelX}`);
     this.cursor = place.appendChild(Object.assign(document.createElement("div"), { className: "cursor" }));
     this.reading = heading.appendChild(Object.assign(document.createElement("span"), { className: "reading" }));
-    this.cursor.hidden = true;
+    this.read = lines.map(({ colour }) => {
+      const value = this.reading.appendChild(document.createElement("span"));
+      value.style.color = `var(--line-${colour % 8})`;
+      this.reading.append(" ");
+      return value;
+    });
+    this.reading.append((/\[(.*)\]/.exec(labelY) || [])[1] || "");
+    this.reading.hidden = this.cursor.hidden = true;
     this.limits();
     this.listen(seek);
     followed(this.canvas, () => this.draw());
@@ -52,7 +59,7 @@ export class Plot {
       }
       return low <= high ? [low, high] : [0, 1];
     };
-    this.x = extent("x", this.options.logX);
+    this.x = this.options.span || extent("x", this.options.logX);
     let [low, high] = extent("y", this.options.logY);
     if (this.options.logY) [low, high] = [Math.max(low, 1e-5 * high), 1.5 * high];
     else {
@@ -117,11 +124,12 @@ export class Plot {
     if (!this.atX) return;
     const pixel = this.atX(Math.min(Math.max(value, this.x[0]), this.x[1]));
     this.cursor.hidden = value < this.x[0] - 1e-9 || value > this.x[1] + 1e-9;
+    this.reading.hidden = false;
     this.cursor.style.transform = `translateX(${pixel}px)`;
-    const read = this.lines.map(({ x, y }) => {
+    this.lines.forEach(({ x, y }, n) => {
       const [k, part] = placed(x, value);
-      return written(Number((y[k] + part * ((y[k + 1] ?? y[k]) - y[k])).toPrecision(4)));
+      const known = Math.abs(pixel - this.atX(Math.min(Math.max(value, x[0]), x[x.length - 1]))) < 1;
+      tell(this.read[n], known ? written(Number((y[k] + part * ((y[k + 1] ?? y[k]) - y[k])).toPrecision(4))) : "–");
     });
-    tell(this.reading, read.join("  ·  "));
   }
 }

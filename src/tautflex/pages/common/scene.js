@@ -4,11 +4,11 @@ import * as THREE from "three";
 import { OrbitControls } from "three/orbit";
 import { colourOf, ink, rising, twoSided } from "page/colours";
 import { Supports, Tubes } from "page/members";
+import { Sharpness } from "page/sharpness";
 import { drawnBySoftware } from "page/software";
 
 const HOME = new THREE.Vector3(0.42, -0.8, 0.62).normalize();
 const LABELS = ["x", "y", "z"];
-const AXES = ["#d6453d", "#2f9e57", "#3b74d8"];
 const NONE = new THREE.Quaternion();
 
 export class Stage {
@@ -20,7 +20,8 @@ export class Stage {
     this.values = new Float32Array(this.points.length / 3);
     this.marks = [];
     this.renderer = new THREE.WebGLRenderer({ antialias: !drawnBySoftware, alpha: true, preserveDrawingBuffer: true });
-    this.sharpen(1);
+    this.sharpness = new Sharpness();
+    this.sharpen(false);
     holder.append(this.renderer.domElement);
     if (name) holder.append(Object.assign(document.createElement("div"), { className: "name", textContent: name }));
     this.said = holder.appendChild(Object.assign(document.createElement("div"), { className: "said" }));
@@ -54,11 +55,13 @@ export class Stage {
     const shape = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(ends, 3));
     this.reference = new THREE.LineSegments(shape, new THREE.LineBasicMaterial({ transparent: true, opacity: 0.7 }));
     this.scene.add(this.reference);
-    AXES.forEach((colour, k) => {
+    this.axes = LABELS.map((label, k) => {
       const end = new THREE.Vector3().setComponent(k, 0.16 * span);
       const line = new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), end]);
-      this.body.add(new THREE.Line(line, new THREE.LineBasicMaterial({ color: colour })));
-      this.mark(LABELS[k], colour, () => end.clone());
+      this.mark(label, `var(--axis-${label})`, () => end.clone());
+      const axis = new THREE.Line(line, new THREE.LineBasicMaterial());
+      this.body.add(axis);
+      return axis;
     });
     const probes = mesh.probes || { names: [], nodes: [] };
     this.dots = probes.nodes.map((node, k) => {
@@ -106,11 +109,14 @@ export class Stage {
     this.supports.mesh.material.color.set(ink("--support"));
     this.reference.material.color.set(ink("--reference"));
     this.netLines.material.color.set(ink("--ink"));
+    this.axes.forEach((axis, k) => axis.material.color.set(ink(`--axis-${LABELS[k]}`)));
     for (const [dot] of this.dots) dot.material.color.set(ink("--ink"));
   }
 
-  // Draws with a part of the screen's pixels along each side, 1: all.
-  sharpen(part) {
+  // Draws with all of the screen's pixels where nothing moves, with fewer where frames are late.
+  sharpen(moving) {
+    if (!moving) this.sharpness.rest();
+    const part = moving ? this.sharpness.moving(performance.now()) : 1;
     if (part === this.part) return;
     this.part = part;
     this.renderer.setPixelRatio(part * Math.min(window.devicePixelRatio, 2));

@@ -72,7 +72,7 @@ export class Live {
     for (const plot of all ? this.plots : [this.plots[this.next]]) {
       plot.limits();
       plot.x = [Math.max(0, time - WINDOW), Math.max(time, 0.25 * WINDOW)];
-      plot.shown = time;
+      plot.shown = this.time[this.time.length - 1];
       plot.draw();
     }
   }

@@ -9,7 +9,6 @@ import { Loop } from "page/loop";
 import { deviation, readPlant, trajectory } from "page/reading";
 import { Stage } from "page/scene";
 import { choice, group, short, slider } from "page/sliders";
-import { drawnBySoftware } from "page/software";
 import { PROFILES, SHAPERS } from "page/ways";
 
 const AXES = ["x", "y", "z"];
@@ -17,7 +16,6 @@ const AGREES = 1e-9;
 const LONGEST = 0.5; // time that one frame makes up for at most [s]
 const BUDGET = 0.6; // part of the time between frames that steps may take
 const CURVES = 250; // milliseconds in which all curves are drawn once where frames are late
-const [LATE, COARSE] = [24, 0.6]; // milliseconds between frames beyond which they are late; part of the pixels then
 const KNOCK = 0.05; // [s]
 const REST = 1e-9; // displacement that is none [m]
 const DEGREES = 180 / Math.PI;
@@ -32,7 +30,7 @@ const state = { playing: false, speed: 1, owed: 0, before: 0, stale: true, limit
 const defaults = [];
 let away = false; // whether the last slew went there
 
-element("made").textContent = data.made;
+element("made").textContent = `A reduced antenna that this page steps; made by ${data.made}`;
 document.title = data.title;
 let stage = null;
 let hand = null;
@@ -201,8 +199,7 @@ function draw() {
   state.gap += 0.1 * (Math.min(now - state.drawn, 200) - state.gap);
   state.drawn = now;
   if (stage) {
-    // Where frames are late the scene is coarser while it moves.
-    stage.sharpen(state.playing && drawnBySoftware && (state.gap > LATE || stage.part < 1) ? COARSE : 1);
+    stage.sharpen(state.playing);
     place();
     const limit = round(state.limit);
     stage.paintDisplacement(limit, data.film);

@@ -6,11 +6,15 @@ function card(holder, title, long) {
   return element;
 }
 
+// With signs that do not end a line.
+const signed = (text) => text.replace(/(^|[\s(=e])-(?=[\d.])/g, "$1−");
+
 // Rows of all runs side by side: names that any has, a column of values for each.
 function table(holder, runs, rowsOf) {
   const names = [...new Set(runs.flatMap((run) => rowsOf(run).map(([name]) => name)))];
   const body = document.createElement("table");
   if (runs.length > 1) {
+    body.className = "several";
     const head = body.createTHead().insertRow();
     for (const name of ["", ...runs.map((run) => run.name)]) head.append(Object.assign(document.createElement("th"), { textContent: name }));
   }
@@ -18,21 +22,20 @@ function table(holder, runs, rowsOf) {
   for (const name of names) {
     const row = rows.insertRow();
     row.append(Object.assign(document.createElement("th"), { textContent: name }));
-    for (const run of runs) row.insertCell().textContent = (rowsOf(run).find(([other]) => other === name) || ["", "–"])[1];
+    for (const run of runs) row.insertCell().textContent = signed((rowsOf(run).find(([other]) => other === name) || ["", "–"])[1]);
   }
   holder.append(body);
 }
 
 export function showFacts(holder, runs) {
   table(card(holder, "Numbers"), runs, (run) => run.numbers);
-  const side = holder.appendChild(document.createElement("div"));
-  side.style.cssText = "display: grid; gap: 16px; min-width: 0";
+  const side = holder.appendChild(Object.assign(document.createElement("div"), { className: "side" }));
   const said = card(side, "Warnings");
   for (const run of runs) {
     if (runs.length > 1) said.append(Object.assign(document.createElement("p"), { className: "missing", textContent: run.name }));
     if (run.warnings.length) {
       const list = said.appendChild(Object.assign(document.createElement("ul"), { className: "warnings" }));
-      for (const text of run.warnings) list.append(Object.assign(document.createElement("li"), { textContent: text }));
+      for (const text of run.warnings) list.append(Object.assign(document.createElement("li"), { textContent: signed(text) }));
     } else said.append(Object.assign(document.createElement("p"), { className: "missing", textContent: "None." }));
   }
   if (runs.some((run) => Object.keys(run.versions).length)) {

@@ -7,7 +7,7 @@ export class Heat {
   constructor(holder, title, map, seek) {
     this.map = map;
     this.element = holder.appendChild(document.createElement("div"));
-    this.element.className = "plot card tall";
+    this.element.className = "plot card tall heat";
     const heading = this.element.appendChild(document.createElement("h2"));
     heading.append(title);
     const largest = map.magnitude.reduce((most, value) => Math.max(most, value), 0);

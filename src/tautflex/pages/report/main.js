@@ -13,7 +13,7 @@ const MODE_SIZE = 0.07; // part of the span that a mode's largest displacement i
 
 const data = readRuns();
 const { runs } = data;
-element("made").textContent = `${data.made}${runs.length > 1 ? `: ${runs.map((run) => run.name).join(" beside ")}` : ""}`;
+element("made").textContent = `${runs.length > 1 ? `Two runs, ${runs.map((run) => run.name).join(" beside ")}` : "A run"}; page by ${data.made}`;
 document.title = data.title;
 
 let stages = [];
@@ -37,7 +37,7 @@ showCurves();
 showFrequencies();
 showFacts(element("facts"), runs);
 element("notes").textContent = runs
-  .flatMap((run) => run.notes.map((note) => (runs.length > 1 ? `${run.name}: ${note}` : note)))
+  .flatMap((run) => [...run.notes, ...unknown(run)].map((note) => (runs.length > 1 ? `${run.name}: ${note}` : note)))
   .map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`)
   .join(" ");
 listen();
@@ -51,6 +51,12 @@ function option(holder, value, text) {
   holder.append(Object.assign(document.createElement("option"), { value, textContent: text }));
 }
 
+// What the page cannot tell, and why.
+function unknown({ modes_missing: modes, fields_missing: fields }) {
+  if (modes && modes === fields) return [`modes, tension and wrinkles are not known: ${modes}`];
+  return [["modes are", modes], ["tension and wrinkles are", fields]].filter(([, why]) => why).map(([what, why]) => `${what} not known: ${why}`);
+}
+
 function fillControls() {
   option(element("motion"), "run", "the run");
   const most = runs.reduce((one, run) => (run.modes.length > one.modes.length ? run : one), runs[0]);
@@ -59,15 +65,11 @@ function fillControls() {
   if (!most.modes.length) {
     option(element("motion"), "", "modes: not known");
     element("motion").lastChild.disabled = true;
-    element("motion").title = `Modes are not known: ${most.modes_missing}`;
   }
   option(element("colour"), "w", "displacement w");
   const having = (key) => runs.every((run) => run.frames[key]);
   if (having("tension")) option(element("colour"), "tension", "cable tension");
   if (having("state")) option(element("colour"), "state", "state of the film");
-  if (runs.some((run) => run.fields_missing)) {
-    element("colour").title = `Tension and wrinkles are not known: ${runs.find((run) => run.fields_missing).fields_missing}`;
-  }
   element("magnification").value = placeOfFactor(Math.min(...runs.map((run) => run.magnification)));
   [element("time").min, element("time").max] = [player.first, player.last];
 }
@@ -79,6 +81,8 @@ function factor() {
 // The curves of all runs that have one name in one panel; of two runs the second is dashed.
 function showCurves() {
   const keys = [...new Set(runs.flatMap((run) => run.curves.map((panel) => panel.key)))];
+  const instants = runs.flatMap((run) => run.curves.flatMap((panel) => panel.lines.flatMap(({ x }) => [x[0], x[x.length - 1]])));
+  const span = [Math.min(...instants), Math.max(...instants)];
   for (const key of keys) {
     const found = runs.map((run) => run.curves.find((panel) => panel.key === key));
     const { title, label } = found.find((panel) => panel);
@@ -88,7 +92,7 @@ function showCurves() {
       })),
     );
     const until = Math.max(...runs.map((run) => run.maneuver_end));
-    plots.push(new Plot(element("curves"), { title, labelX: "t [s]", labelY: label, lines, seek: (time) => player.seek(time), until }));
+    plots.push(new Plot(element("curves"), { title, labelX: "t [s]", labelY: label, lines, seek: (time) => player.seek(time), until, span }));
   }
 }
 
@@ -142,9 +146,9 @@ function showLegend(by, [low, high]) {
     }
     return;
   }
-  const three = (value) => String(Number(value.toPrecision(3)));
+  const three = (value) => String(Number(value.toPrecision(3))).replace("-", "−");
   const ends = by === "w" ? [`w = −${three(1e3 * high)} mm`, `+${three(1e3 * high)} mm`] : [`tension ${three(low)} N`, `${three(high)} N`];
-  if (by === "w" && !high) [ends[0], ends[1]] = ["w = 0:", "nothing moves"];
+  if (by === "w" && !high) [ends[0], ends[1]] = ["w = 0", "all the time"];
   if (player.mode !== null) [ends[0], ends[1]] = ["mode shape: −1", "+1"];
   const bar = Object.assign(document.createElement("span"), { className: "bar" });
   bar.style.background = by === "w" ? twoSided.gradient : rising.gradient;
@@ -156,6 +160,7 @@ function draw() {
   const time = player.shown;
   const ends = limits();
   for (const stage of stages) {
+    stage.sharpen(player.playing);
     const mode = player.mode === null || stage.run.modes[player.mode] ? player.mode : null;
     if (mode === null) stage.showRun(time, factor(), turning());
     else stage.showMode(mode, MODE_SIZE * stage.run.mesh.span * Math.sin(player.phase));
