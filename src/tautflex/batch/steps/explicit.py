@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 
 from tautflex.batch.equations.equation import Sample, jump_of
 from tautflex.batch.equations.rate_history import Spin
@@ -18,7 +19,7 @@ Array = jax.Array
 # Parts of the stable step that a run may start with, and that it may use later; as in the single run.
 START_SHARE, STABLE_SHARE = 1.0, 0.8
 # Relative error of a force in single precision: some units in the last place.
-_OWN_ROUND_OFF = 16.0 * float(jnp.finfo(jnp.float32).eps)
+_OWN_ROUND_OFF = 16.0 * float(np.finfo(jnp.float32).eps)
 
 
 class ExplicitState(NamedTuple):

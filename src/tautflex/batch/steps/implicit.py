@@ -109,7 +109,7 @@ class ImplicitMarch:
             inertia = scheme.inertia.d * e.mass(d)
             scale = scheme.weight * jnp.maximum(forces.internal, forces.load)
             # Inertia forces of a tiny step cancel each other; nothing below their round-off can be asked for.
-            lost = _ROUND_OFF * float(jnp.finfo(d.dtype).eps) / self._tolerance * (known_norm + norm(inertia))
+            lost = _ROUND_OFF * float(np.finfo(d.dtype).eps) / self._tolerance * (known_norm + norm(inertia))
             scale = jnp.maximum(jnp.maximum(scale, lost), _SCALE_FLOOR * at.largest)
             return inertia + known + scheme.weight * forces.total, jax.lax.stop_gradient(scale)
 

@@ -79,7 +79,7 @@ _REFINED, _MOST_TURNS = 4.5, 50
 
 def refined(matrix: Callable[[Array], Array], approximate: Callable[[Array], Array], right: Array) -> Array:
     """Solution of a linear system by refinement with an approximate inverse, shape (n, runs)."""
-    least = _REFINED * jnp.finfo(right.dtype).eps
+    least = _REFINED * float(np.finfo(right.dtype).eps)
 
     def going(state: tuple[Array, Array, Array]) -> Array:
         _, left, turn = state
