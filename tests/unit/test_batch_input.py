@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import tautflex as tf
 from tautflex import InputError, UnsupportedError
@@ -14,6 +15,7 @@ from tautflex.batch.chunks import usual_chunk
 from tautflex.batch.equations.rate_history import rate_history
 from tautflex.batch.gather import gather_table, multiply, shared_rows
 from tautflex.batch.library import jax
+from tautflex.batch.output.precision import single_precision_errors
 from tautflex.batch.parameters import checked_numbers
 from tautflex.batch.steps.grid import steps_of_run
 from verification.dynamic_cases import small_antenna
@@ -69,6 +71,36 @@ def test_damping_refuses_its_own_numbers(state):
         batch.simulate({"damping.beta": 0.1}, damping=tf.Modal(0.01), **GRID)
     with pytest.raises(InputError, match=r"ratio: expected a number in \[0, 1\], got 1\.5"):
         batch.simulate({"damping.ratio": [0.01, 1.5]}, damping=tf.Modal(0.01), **GRID)
+
+
+def test_single_precision_is_for_reduced_models(state):
+    with pytest.raises(InputError, match=r"precision: expected one of 'double', 'single'.*got 'half'"):
+        tf.Batch(state, precision="half")
+    with pytest.raises(UnsupportedError, match=r"precision: expected 'double' for the full model.*reduce\(state\)"):
+        tf.Batch(state, precision="single")
+
+
+def test_errors_of_single_precision_are_said_in_words():
+    """Two runs: the second is off in one component by 2e-3 of the largest one, and a third ends otherwise."""
+    ended = ["completed", "completed", "completed"]
+    w, u = np.array([[0.0, 1.0, -2.0]] * 3), np.zeros((3, 3))
+    names = ("run", "time")
+    double = xr.Dataset({"u": (names, u), "w": (names, w), "status": ("run", ended)}, {"run": [0, 7, 13]})
+    assert single_precision_errors(double, double) == ({"displacement": 0.0}, [])
+    off = double.copy(deep=True)
+    off["u"][1, 1] = 4e-3
+    errors, words = single_precision_errors(off, double)
+    assert errors["displacement"] == pytest.approx(2e-3)
+    assert words == [
+        "single precision: the displacement of a run is off by 2.0e-03 of its largest value; take precision='double'"
+    ]
+    off["status"][2] = "not-converged"
+    off["w"][2, 1:] = np.nan
+    errors, (first, _) = single_precision_errors(off, double)
+    assert errors["displacement"] == pytest.approx(2e-3)
+    assert first == "single precision: runs 13 end otherwise in double precision; take precision='double'"
+    off["status"][:] = "not-converged"
+    assert np.isnan(single_precision_errors(off, double)[0]["displacement"])
 
 
 def test_plant_method_and_maneuver_must_have_a_batched_form(state):

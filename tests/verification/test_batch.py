@@ -128,6 +128,28 @@ def test_central_differences_of_reduced_model_are_the_single_runs(rom, verificat
     assert tf.simulate(rom, tf.Stop(2.0, 0.04), damping=tf.Rayleigh(0.0, 2e-3), **options).stats.halvings > 0
 
 
+@pytest.mark.parametrize(("method", "limit"), [(tf.CentralDifference(), 1e-5), (tf.Newmark(), 1e-3)])
+def test_single_precision_tells_its_error(rom, method, limit, verification_row):
+    """The error that a result tells is that of its runs to a batch in double precision."""
+    options, table = {**_options(method=method), "tolerance": None}, _table(4)
+    double = tf.Batch(rom).simulate(table, tf.Stop(0.6, 0.04), **options)
+    single = tf.Batch(rom, precision="single").simulate(table, tf.Stop(0.6, 0.04), **options)
+    assert single.w.dtype == np.float32
+    assert not any("single precision" in words for words in single.attrs["warnings"])
+    runs = single.attrs["runs_in_double_precision"]
+    assert runs == [0, 2, 3]
+    groups = {"displacement": ["u", "v", "w"], "energy": ["kinetic_energy", "strain_energy"]}
+    for group, names in groups.items():
+        apart, largest = (
+            np.abs(data.isel(run=runs).to_array().transpose("run", ...).values).reshape(3, -1).max(axis=1)
+            for data in (single[names] - double[names], double[names])
+        )
+        told = single.attrs[f"single_precision_error_{group}"]
+        assert told == pytest.approx(float((apart / largest).max()), rel=0.05, abs=1e-7)
+        assert 0.0 < told < limit
+        verification_row(f"batch in single precision, {method.name}: {group}", 0, told, "double precision")
+
+
 def test_fixed_stress_fields_cost_less_than_the_truncation_of_the_single_run(state, verification_row):
     options = _options(method=tf.Newmark())
     every, few = (tf.reduce(state, tf.ModalBasis(directions=("rx",), count=6), weak_field=w) for w in (0.0, 1e-4))

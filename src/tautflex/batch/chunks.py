@@ -22,6 +22,8 @@ Table = dict[str, Array]
 # busy; (full, reduced).
 _CHUNK = {"cpu": (16, 32)}
 _CHUNK_ELSEWHERE = (64, 4096)
+# XLA takes half the registers of a processor that has wide ones unless told otherwise.
+_OPTIONS = {"cpu": {"xla_cpu_prefer_vector_width": 512}}
 
 
 def usual_chunk(runs: int, reduced: bool) -> int:
@@ -64,7 +66,8 @@ class ChunkRunner:
 
         whole = key, differ, at_once, platform(), tuple(sorted(numbers))
         if whole not in self._compiled:
-            self._compiled[whole] = jax.jit(self.many(function, differ, at_once)).lower(rows(0)).compile()
+            lowered = jax.jit(self.many(function, differ, at_once)).lower(rows(0))
+            self._compiled[whole] = lowered.compile(compiler_options=_OPTIONS.get(platform()))
         compiled = self._compiled[whole]
 
         def compute(part: int) -> Response:

@@ -17,10 +17,14 @@ except ImportError as error:
 if jax.config.jax_compilation_cache_dir is None:  # type: ignore[attr-defined]
     jax.config.update("jax_compilation_cache_dir", user_place("jax"))  # type: ignore[no-untyped-call]
 
-# Stiff films lose everything in single precision. The switch is JAX's own and holds for the whole process.
+# Full models of stiff films lose everything in single precision; reduced ones can be computed in it, see `Batch`.
+# The switch is JAX's own and holds for the whole process.
 jax.config.update("jax_enable_x64", True)  # type: ignore[no-untyped-call]
 
-__all__ = ["jax", "jnp", "platform", "threadpool_limits"]
+__all__ = ["PRECISIONS", "jax", "jnp", "platform", "threadpool_limits"]
+
+
+PRECISIONS = ("double", "single")
 
 
 def platform() -> str:

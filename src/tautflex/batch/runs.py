@@ -19,8 +19,9 @@ from tautflex.batch.equations.inputs import BatchInputs
 from tautflex.batch.equations.rate_history import rate_history
 from tautflex.batch.equations.reduced import ReducedPlant
 from tautflex.batch.equations.stability import full_fall, instability_text
-from tautflex.batch.library import jax
+from tautflex.batch.library import PRECISIONS, jax
 from tautflex.batch.output.dataset import to_dataset
+from tautflex.batch.output.precision import checked_runs, single_precision_errors
 from tautflex.batch.output.response import March, Response, response_function
 from tautflex.batch.parameters import check_names, checked_numbers, each_row
 from tautflex.batch.steps.explicit import ExplicitMarch
@@ -51,13 +52,16 @@ class Batch:
     ----------
     plant
         Prestressed state (the full model), or a reduced model of it.
+    precision
+        ``"double"``, or of a reduced model ``"single"``: steps are made in single precision, and `simulate` repeats
+        three of the runs in double precision to tell the error.
 
     Raises
     ------
     InputError
-        If ``plant`` is neither.
+        If ``plant`` is neither, or ``precision`` is none of the two.
     UnsupportedError
-        If its laws are not elastic, it can drift away, or it is too large.
+        If its laws are not elastic, it can drift away, or it is too large; or a full model in single precision.
     MissingExtraError
         If JAX is not installed (when the name is first used).
 
@@ -72,10 +76,18 @@ class Batch:
     3
     """
 
-    def __init__(self, plant: PrestressedState | ReducedModel) -> None:
+    def __init__(self, plant: PrestressedState | ReducedModel, precision: str = "double") -> None:
         expected, remedy = "a prestressed state or a reduced model", "solve_prestress(model) or reduce(state) gives one"
         checks.instance("plant", plant, (PrestressedState, ReducedModel), expected, remedy=remedy)
-        self._model = plant
+        checks.one_of("precision", precision, PRECISIONS)
+        self._model, self._exact = plant, None
+        if precision == "single":
+            if isinstance(plant, PrestressedState):
+                raise UnsupportedError(
+                    "precision: expected 'double' for the full model, whose stiff film loses everything in single "
+                    "precision, got 'single'; Batch(reduce(state), 'single') takes it"
+                )
+            self._exact = Batch(plant)
         self._plant = ReducedPlant(plant) if isinstance(plant, ReducedModel) else FullPlant(plant)
         self._run = ChunkRunner(self._plant.side_by_side)
 
@@ -107,7 +119,7 @@ class Batch:
         UnsupportedError
             If the maneuver or the method has no batched form.
         """
-        asked = _Asked(self._plant, self._problem(maneuver, question), store)
+        asked = _Asked(self._plant, self._problem(maneuver, question), store, self._exact is not None)
         function, damping = asked.function, asked.damping
 
         def respond(parameters: Mapping[str, Any]) -> Response:
@@ -164,7 +176,9 @@ class Batch:
         -------
         xarray.Dataset
             Variables of `tautflex.simulate` with a dimension ``run``, and ``status`` of each run; ``attrs["warnings"]``
-            says whether starts are unstable. On a hub ``angle``, ``attitude`` and ``angular_velocity`` too.
+            says whether starts are unstable. On a hub ``angle``, ``attitude`` and ``angular_velocity`` too. In single
+            precision ``attrs["single_precision_error_displacement"]`` (``_velocity``, ``_energy``, ``_angle``) is the
+            largest error of the runs ``attrs["runs_in_double_precision"]``, over the largest value of each.
 
         Raises
         ------
@@ -176,7 +190,7 @@ class Batch:
             If a run fails and ``throw`` is set; ``.result`` holds all runs.
         """
         problem = self._problem(maneuver, question)
-        asked = _Asked(self._plant, problem, store)
+        asked = _Asked(self._plant, problem, store, self._exact is not None)
         damping = asked.damping
         arrays, axes, runs = checked_numbers(parameters, self._plant.kinds, asked.history, damping.defaults)
         for row in each_row("maneuver.", arrays, axes, runs):
@@ -198,6 +212,15 @@ class Batch:
         data = to_dataset(record, arrays, axes, runs, problem)
         falls = _full_falls(self._plant, problem, arrays, axes, runs) if record.fall is None else record.fall
         data.attrs["warnings"] = [*problem.doubts, *asked.doubts, *instability_text(np.asarray(falls))]
+        if self._exact is not None:
+            chosen = checked_runs(runs)
+            some = {name: array[chosen] if axes[name] == 0 else array for name, array in arrays.items()}
+            double = self._exact.simulate(some, maneuver, store=store, throw=False, **question)
+            again = data.isel(run=chosen[: double.sizes["run"]])
+            errors, words = single_precision_errors(again, double.assign_coords(run=again["run"]))
+            data.attrs["runs_in_double_precision"] = chosen
+            data.attrs |= {f"single_precision_error_{name}": error for name, error in errors.items()}
+            data.attrs["warnings"] += words
         failed = int(np.sum(data["status"].values != Status.COMPLETED.value))
         if failed and throw:
             raise NotConvergedError(f"{failed} of {runs} runs: {Status.NOT_CONVERGED.message}", result=data)
@@ -229,7 +252,9 @@ def _full_falls(
 class _Asked:
     """A problem as functions of its numbers; raises as `Batch.simulate` for what has no batched form."""
 
-    def __init__(self, plant: FullPlant | ReducedPlant, problem: TransientProblem, store: Sequence[str]) -> None:
+    def __init__(
+        self, plant: FullPlant | ReducedPlant, problem: TransientProblem, store: Sequence[str], single: bool
+    ) -> None:
         march_of = _march_of(plant, problem)
         store = checks.several("store", store, str, repr(STORED[0]))
         for name in store:
@@ -242,7 +267,7 @@ class _Asked:
             plant.rom.arrays(problem.damping)  # refuses what no reduced model can do
         if history.hub is not None:
             check_coupling(problem.coupling)
-        self.function = response_function(plant, problem, history, inputs, velocity, store, march_of)
+        self.function = response_function(plant, problem, history, inputs, velocity, store, march_of, single)
         self.doubts = _doubts(plant, problem, inputs) if inputs else []
         self.damping = BatchDamping(problem.damping, plant.state.linear)
         self.defaults = history.numbers

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tautflex import checks
-from tautflex.batch.library import jax, jnp
+from tautflex.batch.library import PRECISIONS, jax, jnp
 from tautflex.case.schema import Case
 from tautflex.learning.arena import Arena
 from tautflex.learning.cases import case_of
@@ -24,7 +24,6 @@ Params = dict[str, Any]
 
 # Mean squares of the film's deflection below this [m^2] have no slope, so that there is one at rest.
 _NO_SLOPE = 1e-30
-PRECISIONS = ("double", "single")
 
 
 class TwinState(NamedTuple):

@@ -77,6 +77,15 @@ class Jump(NamedTuple):
     there: Array
 
 
+def as_kind(kind: Any, parts: Any) -> Any:
+    """The same with all real arrays, in whatever tuples, in a floating-point type such as ``jax.numpy.float32``."""
+
+    def leaf(part: Any) -> Any:
+        return jnp.asarray(part, kind) if jnp.issubdtype(getattr(part, "dtype", bool), jnp.floating) else part
+
+    return jax.tree.map(leaf, parts)
+
+
 def jump_of(equation: Equation, q: Array, v: Array, step: Instants) -> Jump:
     """Jump at the end of a step, where the acceleration takes up that of the forces."""
 

@@ -59,6 +59,7 @@ class HubEquation(ReducedEquation):
     def __init__(self, *parts: Any) -> None:
         *own, self._moment, self._push = parts
         super().__init__(*own)
+        self.parts = parts
 
     def place(self, q: Array) -> Place:
         """Inertia at coordinates."""

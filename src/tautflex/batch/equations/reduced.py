@@ -74,11 +74,12 @@ class ReducedPlant:
 
         differ = frozenset(name for name in each.differ if name.startswith(_STRUCTURE))
         if differ:
-            own = {name: numbers[name] for name in differ}
+            own = {name: numbers[name] for name in sorted(differ)}
             weighed = one_by_one(lambda own: weigh({**numbers, **own}), own)
             c, besides, modes, bounds = jax.tree.map(lambda part: jnp.moveaxis(part, 0, -1), weighed)
             same = _same_for_all(assembly, differ)
-            c = c._replace(**{name: getattr(c, name)[..., 0] for name in same})
+            # In one order in every process: compiled code is found again by its text.
+            c = c._replace(**{name: getattr(c, name)[..., 0] for name in sorted(same)})
         else:
             c, besides, modes, bounds = weigh(numbers)
             modes = modes[0], modes[1][:, None]

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jax import lax
 
 from tautflex.batch.equations.assembly import PULL, TURN
-from tautflex.batch.equations.equation import Forces, Sample
+from tautflex.batch.equations.equation import Forces, Sample, as_kind
 from tautflex.batch.equations.input_terms import InputTerms
 from tautflex.batch.equations.rate_history import Spin
 from tautflex.batch.library import jax
@@ -99,6 +99,7 @@ class ReducedEquation:
         kept: Array,
         acting: InputTerms | None,
     ) -> None:
+        self.parts: tuple[Any, ...] = shared, c, damping, modes, bounds, coupling, absent, kept, acting
         self.size, self._shared, self._c, self._coupling, self._absent = shared.size, shared, c, coupling, absent
         self._alpha, self._beta, self._most, weights, vectors, besides = damping
         self._damping = self._alpha * _per_run(c.mass) + self._beta * _per_run(c.linear)
@@ -116,6 +117,10 @@ class ReducedEquation:
             self._alpha = self._alpha + jnp.sum(weights[:, None] * own * own, axis=0)
         self._own, self._coupled = tuple(c.turning), tuple(c.turning_derivatives)
         self._monomials, self._kept, self._acting = shared.monomials, kept, acting
+
+    def in_kind(self, kind: Any) -> ReducedEquation:
+        """The same equations with coefficients of a floating-point type; states must have it too."""
+        return type(self)(*as_kind(kind, self.parts))
 
     def _weights(self, spin: Spin) -> tuple[Any, Any, Any]:
         """Factors of the gyroscopic, Euler and centrifugal terms."""
@@ -135,7 +140,7 @@ class ReducedEquation:
         Where nothing turns they are not computed.
         """
         m = len(self._monomials.first)
-        nothing = jnp.zeros_like(q), jnp.zeros((m, *q.shape[1:])), jnp.zeros_like(q)
+        nothing = jnp.zeros_like(q), jnp.zeros((m, *q.shape[1:]), q.dtype), jnp.zeros_like(q)
         turning = jnp.any(spin.rate != 0.0) | jnp.any(spin.acceleration != 0.0) | jnp.any(spin.square != 0.0)
         of_frame = lax.cond(turning, self._through_derivatives, lambda q, v, spin: nothing, q, v, spin)
         if self._acting is None or isinstance(spin.inputs, tuple):
@@ -275,7 +280,7 @@ class ReducedEquation:
         def force(q: Array) -> Array:
             return self.internal(q, jnp.zeros_like(q), predicted)
 
-        units = jnp.eye(self.size)[:, :, None] * jnp.ones(q.shape[1:])
+        units = jnp.eye(self.size, dtype=q.dtype)[:, :, None] * jnp.ones_like(q[0])
         tangents = jax.vmap(lambda unit: jax.jvp(force, (q,), (unit,))[1])(units)
         masses = jax.vmap(lambda unit: self.moving(q, unit))(units)
         lower = one_by_one(jnp.linalg.cholesky, jnp.moveaxis(limit * masses - tangents, -1, 0))
@@ -317,4 +322,5 @@ def _through(fields: Any, matrix: Array, y: Array) -> Array:
     """``F' A F y``."""
     if fields.shape is None:
         return settled(matrix, y)
-    return fields.shape.T @ product(matrix, fields.shape @ y)
+    shape = jnp.asarray(fields.shape, y.dtype)
+    return shape.T @ product(matrix, shape @ y)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol
 import jax.numpy as jnp
 from jax import lax
 
-from tautflex.batch.equations.equation import STORED, EachRun, Sample
+from tautflex.batch.equations.equation import STORED, EachRun, Sample, as_kind
 from tautflex.batch.equations.full import FullPlant
 from tautflex.batch.equations.inputs import BatchInputs
 from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin, spin_of
@@ -62,6 +62,8 @@ class Response(NamedTuple):
 class March(Protocol):
     """Steps of a run, or of many."""
 
+    equation: Any
+    """What it solves."""
     block: int
     """Steps between two checks; reverse derivatives keep the state there and march through a block at a time again."""
     evaluations: tuple[float, ...]
@@ -96,11 +98,14 @@ def response_function(
     velocity: Any,
     store: tuple[str, ...],
     march_of: Callable[[Any], March],
+    single: bool = False,
 ) -> Callable[[Numbers, EachRun], Response]:
     """Pure function from numbers to the record of a run, or of many side by side, then with the runs as last axis.
 
     ``velocity`` is the initial one of the coordinates, shape (n,); ``march_of`` makes the steps from an equation.
+    Starts are found in double precision, steps made in ``single`` where that is asked for.
     """
+    kind = jnp.float32 if single else jnp.float64
     time_step, count = problem.time_step, problem.count
     # Blocks of equal length, so that few steps without length are added.
     longest = count + jax.eval_shape(history.edges, history.numbers).shape[0]
@@ -110,7 +115,7 @@ def response_function(
             return {name: numbers[name] for name in history.numbers}
 
         equation = plant.equation(numbers, each, history, problem.coupling, problem.placed, inputs)
-        march = march_of(equation)
+        march = march_of(equation.in_kind(kind) if single else equation)
         block = -(-longest // -(-longest // march.block))
         shape = (plant.size,) if each.runs is None else (plant.size, each.runs)
         q, found, steady = jnp.zeros(shape), jnp.ones(shape[1:], bool), spin_of(jnp.zeros(shape[1:]), 0.0)
@@ -120,11 +125,13 @@ def response_function(
             q, found = static_start(equation, steady, _START_TOLERANCE, plant.pairs, shape)
         fall = reduced_falls(equation, plant.size, q, steady) if plant.side_by_side else None
         begin = each(lambda numbers: spin_at(history, turn(numbers), 0.0, SLACK * time_step))(numbers)
-        at = march.start(q, jnp.asarray(velocity).reshape(-1, *(1 for _ in shape[1:])) + jnp.zeros(shape), begin)
+        v = jnp.asarray(velocity).reshape(-1, *(1 for _ in shape[1:])) + jnp.zeros(shape)
+        q, v, begin = as_kind(kind, (q, v, begin))
+        at = march.start(q, v, begin)
         at = at._replace(alive=at.alive & found)
 
         def sample(at: Any, after: Spin) -> Sample:
-            record = equation.sample(at.q, at.v, march.motion(at, after), store) | march.beside(at)
+            record = march.equation.sample(at.q, at.v, march.motion(at, after), store) | march.beside(at)
             return {name: jnp.where(at.alive, part, jnp.nan) for name, part in record.items()}
 
         def step(at: Any, this: Instants) -> tuple[Any, Sample]:
@@ -136,6 +143,7 @@ def response_function(
             these = each(lambda numbers, steps: instants(history, turn(numbers), steps, time_step, march.evaluations))(
                 numbers, steps
             )
+            these = as_kind(kind, these)
             at = march.check(at, jax.tree.map(lambda part: part[0], these))
             return lax.scan(jax.checkpoint(step), at, these)
 

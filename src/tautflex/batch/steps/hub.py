@@ -13,7 +13,7 @@ from tautflex.batch.equations.equation import Sample
 from tautflex.batch.equations.hub import HubEquation, dot
 from tautflex.batch.equations.rate_history import Spin
 from tautflex.batch.library import jax
-from tautflex.batch.steps.explicit import STABLE_SHARE, START_SHARE
+from tautflex.batch.steps.explicit import STABLE_SHARE, START_SHARE, followed
 from tautflex.batch.steps.grid import Instants
 
 Array = jax.Array
@@ -43,7 +43,7 @@ class HubMarch:
     evaluations: tuple[float, ...] = (1.0,)
 
     def __init__(self, equation: HubEquation, time_step: float) -> None:
-        self._equation, self._time_step = equation, time_step
+        self.equation, self._time_step = equation, time_step
 
     def motion(self, at: HubBatchState, spin: Spin) -> Spin:
         """It is part of the answer."""
@@ -55,10 +55,10 @@ class HubMarch:
 
     def start(self, q: Array, v: Array, spin: Spin) -> HubBatchState:
         """Accelerations that balance all forces at t = 0; runs whose step is above the stable one end here."""
-        e = self._equation
+        e = self.equation
         load, stress = e.given(spin._replace(acceleration=0.0, square=0.0), q)
         internal = e.internal(q, v, (load, stress, load))
-        rate = spin.rate + jnp.zeros(q.shape[1:])
+        rate = spin.rate + jnp.zeros_like(q[0])
         at, torque = e.place(q), e.torque(q, spin)
         force = internal + e.late_coriolis(q, v, rate) + e.coriolis(v, rate) + rate**2 * at.pull + e.damped(v) + load
         free, solved = e.mass_solve(-force), e.mass_solve(at.coupling)
@@ -71,8 +71,8 @@ class HubMarch:
             internal,
             stress,
             e.follows(self._time_step, START_SHARE, q, still),
-            jnp.zeros(q.shape[1:]),
-            jnp.zeros(q.shape[1:]),
+            jnp.zeros_like(rate),
+            jnp.zeros_like(rate),
             rate,
             acceleration,
             at.inertia * rate + dot(at.coupling, v),
@@ -81,14 +81,14 @@ class HubMarch:
 
     def check(self, at: HubBatchState, first: Instants) -> HubBatchState:
         """Runs that have become too stiff, or too strongly damped, for their steps end."""
-        e = self._equation
+        e = self.equation
         load, stress = e.given(first.spins[0]._replace(acceleration=0.0, square=0.0), at.q)
         stable = e.follows(self._time_step, STABLE_SHARE, at.q, (load, stress, load))
         return at._replace(alive=at.alive & stable)
 
     def step(self, at: HubBatchState, step: Instants) -> HubBatchState:
         """One step; a step without length only lets what acts jump."""
-        e, h = self._equation, step.size
+        e, h = self.equation, step.size
         spin = step.spins[0]._replace(acceleration=0.0, square=0.0)
         half = at.v + 0.5 * h * at.a
         q = at.q + h * half
@@ -98,7 +98,7 @@ class HubMarch:
         place, torque = e.place(q), e.torque(q, spin)
         felt = h * (dot(half, internal - at.forces) - e.power(given - at.given, q, half))
         limit = 4.0 * (dot(half, e.mass(half)) - dot(place.coupling, half) ** 2 / place.inertia)
-        alive = at.alive & ((felt <= limit * (1.0 + 1e-9) + 1e-300) | ~step.real)
+        alive = at.alive & (followed(felt, limit, h, half, internal) | ~step.real)
         solved = e.end_acceleration(place.coupling, 0.5 * h, None)
         known = internal + load + e.late_coriolis(q, v, at.rate + h * at.acceleration) + e.damped(half)
         momentum = at.momentum + 0.5 * h * (at.torque + torque)
@@ -120,7 +120,7 @@ class HubMarch:
 
     def _jump(self, at: HubBatchState, step: Instants) -> HubBatchState:
         """Accelerations take up what jumps at the end of a step."""
-        e, change = self._equation, step.change._replace(acceleration=0.0, square=0.0)
+        e, change = self.equation, step.change._replace(acceleration=0.0, square=0.0)
         place, (load, stress) = e.place(at.q), e.given(change, at.q)
         torque, inside = e.torque(at.q, change), e.shape_force(stress, at.q)
         free, solved = e.mass_solve(-(load + inside)), e.mass_solve(place.coupling)

@@ -19,7 +19,7 @@ Array = jax.Array
 
 # As in the single run: the force scale never falls below this part of the largest one met.
 _SCALE_FLOOR = 1e-3
-_ROUND_OFF = 100.0 * float(np.finfo(float).eps)
+_ROUND_OFF = 100.0
 
 
 class ImplicitState(NamedTuple):
@@ -42,7 +42,7 @@ class ImplicitMarch:
     block = 64
 
     def __init__(self, equation: Equation, method: Method, time_step: float, tolerance: float, depth: int) -> None:
-        self._equation, self._method = equation, method
+        self.equation, self._method = equation, method
         self._time_step, self._tolerance, self._depth = time_step, tolerance, depth
         self._tangents = method.tangents
         shares = [stage.share for stage in method.stages(time_step)]
@@ -52,10 +52,10 @@ class ImplicitMarch:
 
     def start(self, q: Array, v: Array, spin: Spin) -> ImplicitState:
         """Acceleration that balances all forces at t = 0."""
-        e = self._equation
+        e = self.equation
         forces = e.forces(q, v, spin, e.predicted(q, v, spin))
-        zero = jnp.zeros(q.shape[1:])
-        memory = tuple(empty_memory(self._depth, q.shape) for _ in range(max(self._tangents) + 1))
+        zero = jnp.zeros(q.shape[1:], q.dtype)
+        memory = tuple(empty_memory(self._depth, q) for _ in range(max(self._tangents) + 1))
         a = e.mass_solve(-forces.total)
         return ImplicitState(q, v, a, jnp.zeros_like(q), forces.total, zero, jnp.ones(q.shape[1:], bool), zero, memory)
 
@@ -83,7 +83,7 @@ class ImplicitMarch:
         parts: Any = zip(at._fields[:6], end, passing, strict=False)  # all but whether it goes on, counts and memory
         chosen: dict[str, Any] = {name: jnp.where(real, new, old) for name, new, old in parts}
         moved = end._replace(**chosen)
-        jump = jump_of(self._equation, moved.q, moved.v, step)
+        jump = jump_of(self.equation, moved.q, moved.v, step)
         return moved._replace(
             a=moved.a + jump.acceleration,
             jerk=jnp.where(jump.there, 0.0, moved.jerk),
@@ -94,7 +94,7 @@ class ImplicitMarch:
         self, passed: list[ImplicitState], stage: Stage, tangent: int, spin: Spin, step: Instants
     ) -> ImplicitState:
         """State at the end of a stage; of a step without length only memory and counts are of use."""
-        e, at, scheme = self._equation, passed[-1], stage.scheme
+        e, at, scheme = self.equation, passed[-1], stage.scheme
         h = stage.share * jnp.where(step.real, step.size, self._time_step)
         start_v, start_a = stage.recalled(passed)
         v_known = scheme.velocity.v * start_v + scheme.velocity.a * start_a
@@ -109,7 +109,7 @@ class ImplicitMarch:
             inertia = scheme.inertia.d * e.mass(d)
             scale = scheme.weight * jnp.maximum(forces.internal, forces.load)
             # Inertia forces of a tiny step cancel each other; nothing below their round-off can be asked for.
-            lost = _ROUND_OFF / self._tolerance * (known_norm + norm(inertia))
+            lost = _ROUND_OFF * float(np.finfo(d.dtype).eps) / self._tolerance * (known_norm + norm(inertia))
             scale = jnp.maximum(jnp.maximum(scale, lost), _SCALE_FLOOR * at.largest)
             return inertia + known + scheme.weight * forces.total, jax.lax.stop_gradient(scale)
 
@@ -149,5 +149,5 @@ def static_start(equation: Equation, spin: Any, tolerance: float, depth: int, sh
         return forces.total, jax.lax.stop_gradient(jnp.where(scale > 0.0, scale, 1.0))
 
     inverse = equation.inverse(0.0, 0.0, 1.0)
-    root = find_root(residual, still, inverse, empty_memory(depth, shape), tolerance, jnp.ones(shape[1:], bool))
+    root = find_root(residual, still, inverse, empty_memory(depth, still), tolerance, jnp.ones(shape[1:], bool))
     return root.x, root.converged

@@ -55,7 +55,7 @@ def settled(matrix: Array, vector: Array) -> Array:
         return product(matrix, vector)
     usable = jnp.any(jnp.isfinite(lax.stop_gradient(vector[0])))
     lost = matrix.shape[0], vector.shape[1]
-    return lax.cond(usable, product, lambda matrix, vector: jnp.full(lost, jnp.nan), matrix, vector)
+    return lax.cond(usable, product, lambda matrix, vector: jnp.full(lost, jnp.nan, vector.dtype), matrix, vector)
 
 
 @jax.custom_jvp
@@ -73,16 +73,17 @@ def _product_jvp(primals: tuple[Array, Array], tangents: tuple[Array, Array]) ->
     return _product(matrix, vector), jnp.sum(change * vector + matrix * move, axis=1)
 
 
-# Relative residual that refinement stops at, and the most turns it takes.
-_REFINED, _MOST_TURNS = 1e-15, 50
+# Relative residual that refinement stops at in units of the last place, and the most turns it takes.
+_REFINED, _MOST_TURNS = 4.5, 50
 
 
 def refined(matrix: Callable[[Array], Array], approximate: Callable[[Array], Array], right: Array) -> Array:
     """Solution of a linear system by refinement with an approximate inverse, shape (n, runs)."""
+    least = _REFINED * float(np.finfo(right.dtype).eps)
 
     def going(state: tuple[Array, Array, Array]) -> Array:
         _, left, turn = state
-        return jnp.any(norm(left) > _REFINED * norm(right)) & (turn < _MOST_TURNS)
+        return jnp.any(norm(left) > least * norm(right)) & (turn < _MOST_TURNS)
 
     def turn(state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
         x, left, count = state
@@ -111,10 +112,10 @@ class Monomials:
 
     def force(self, stress: Array, q: Array) -> Array:
         """Force ``Y' s`` on the coordinates of stresses that work on the monomials, Y = dy/dq, shape (r, runs)."""
-        both = stress[self._place]
-        total = both[:, 0] * (self._twice[0] * q[0])
+        both, twice = stress[self._place], jnp.asarray(self._twice, q.dtype)
+        total = both[:, 0] * (twice[0] * q[0])
         for j in range(1, q.shape[0]):
-            total = total + both[:, j] * (self._twice[j] * q[j])
+            total = total + both[:, j] * (twice[j] * q[j])
         return total
 
     def trace(self, matrix: Array) -> Array:

@@ -57,10 +57,12 @@ class _Iteration(NamedTuple):
     memory: Memory
 
 
-def empty_memory(depth: int, shape: tuple[int, ...]) -> Memory:
-    """Memory without pairs for unknowns of a shape."""
-    none, unit = jnp.zeros((depth, *shape)), jnp.eye(depth).reshape(depth, depth, *(1 for _ in shape[1:]))
-    return Memory(none, none, unit * jnp.ones(shape[1:]))
+def empty_memory(depth: int, like: Array) -> Memory:
+    """Memory without pairs for unknowns like these."""
+    shape, kind = like.shape, like.dtype
+    none, unit = jnp.zeros((depth, *shape), kind), jnp.eye(depth, dtype=kind)
+    unit = unit.reshape(depth, depth, *(1 for _ in shape[1:]))
+    return Memory(none, none, unit * jnp.ones(shape[1:], kind))
 
 
 def _dot(a: Array, b: Array) -> Array:
@@ -136,7 +138,7 @@ def find_root(
 
     def solve(function: Any, start: Array) -> tuple[Array, tuple[Memory, Array, Array, Array, Array]]:
         # The first turn does not move: it measures the guess. One residual in the loop keeps compiling short.
-        zero, one = jnp.zeros_like(start), jnp.ones(start.shape[1:])
+        zero, one = jnp.zeros_like(start), jnp.ones(start.shape[1:], start.dtype)
         first = _Iteration(start, zero, one, jnp.inf * one, zero, zero, -one, memory)
         last = lax.while_loop(lambda state: jnp.any(going(state)), iterate, first)
         done = (last.error <= tolerance).astype(float)
@@ -144,11 +146,11 @@ def find_root(
 
     def tangent_solve(linear: Callable[[Array], Array], right: Array) -> Array:
         if right.ndim > 1:
-            units = jnp.eye(len(right))[:, :, None] * jnp.ones(right.shape[1:])
+            units = jnp.eye(len(right), dtype=right.dtype)[:, :, None] * jnp.ones(right.shape[1:], right.dtype)
             matrices = jnp.moveaxis(jax.vmap(linear)(units), (0, 1), (2, 1))
             return one_by_one(jnp.linalg.solve, matrices, right.T).T
         if right.size <= _DENSE:
-            return jnp.linalg.solve(jax.vmap(linear)(jnp.eye(right.size)).T, right)
+            return jnp.linalg.solve(jax.vmap(linear)(jnp.eye(right.size, dtype=right.dtype)).T, right)
         found, _ = bicgstab(linear, right, tol=1e-12, maxiter=400, M=inverse)  # type: ignore[no-untyped-call]
         return found
 
