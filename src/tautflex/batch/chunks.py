@@ -23,7 +23,15 @@ Table = dict[str, Array]
 _CHUNK = {"cpu": (16, 32)}
 _CHUNK_ELSEWHERE = (64, 4096)
 # XLA takes half the registers of a processor that has wide ones unless told otherwise.
-_OPTIONS = {"cpu": {"xla_cpu_prefer_vector_width": 512}}
+_OPTIONS: dict[str, dict[str, str | bool]] = {"cpu": {"xla_cpu_prefer_vector_width": "512"}}
+
+
+def _program(lowered: Any) -> Callable[..., Any]:
+    """Machine code, with what only some versions of XLA can be told."""
+    try:
+        return lowered.compile(compiler_options=_OPTIONS.get(platform()))
+    except jax.errors.JaxRuntimeError:
+        return lowered.compile()
 
 
 def usual_chunk(runs: int, reduced: bool) -> int:
@@ -66,8 +74,7 @@ class ChunkRunner:
 
         whole = key, differ, at_once, platform(), tuple(sorted(numbers))
         if whole not in self._compiled:
-            lowered = jax.jit(self.many(function, differ, at_once)).lower(rows(0))
-            self._compiled[whole] = lowered.compile(compiler_options=_OPTIONS.get(platform()))
+            self._compiled[whole] = _program(jax.jit(self.many(function, differ, at_once)).lower(rows(0)))
         compiled = self._compiled[whole]
 
         def compute(part: int) -> Response:

@@ -13,6 +13,7 @@ from tautflex.batch.equations.full import FullPlant
 from tautflex.batch.equations.inputs import BatchInputs
 from tautflex.batch.equations.rate_history import Numbers, RateHistory, Spin, spin_of
 from tautflex.batch.equations.reduced import ReducedPlant
+from tautflex.batch.equations.reduced_equation import ReducedEquation
 from tautflex.batch.equations.stability import reduced_falls
 from tautflex.batch.library import jax
 from tautflex.batch.steps.grid import SLACK, Instants, Steps, instants, spin_at, steps_of_run
@@ -115,7 +116,7 @@ def response_function(
             return {name: numbers[name] for name in history.numbers}
 
         equation = plant.equation(numbers, each, history, problem.coupling, problem.placed, inputs)
-        march = march_of(equation.in_kind(kind) if single else equation)
+        march = march_of(equation.in_kind(kind) if isinstance(equation, ReducedEquation) and single else equation)
         block = -(-longest // -(-longest // march.block))
         shape = (plant.size,) if each.runs is None else (plant.size, each.runs)
         q, found, steady = jnp.zeros(shape), jnp.ones(shape[1:], bool), spin_of(jnp.zeros(shape[1:]), 0.0)
