@@ -70,5 +70,5 @@ def accuracy_figure(rows: list[dict[str, Any]], target: float, path: Path) -> Pa
         )
         axes.plot(*np.transpose(best), color=color)
     axes.set(xscale="log", yscale="log")
-    axes.legend(loc="lower left")
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)  # points are everywhere
     return save_figure(figure, path.with_suffix(""), ("png",))[0]

@@ -12,7 +12,7 @@ from programs import Program, ProgramFailedError
 STEP = 1e-3
 TOLERANCE = 1e-5
 # Mesh -> steps of the size study.
-SIZES = {(10, 5): 60, (20, 10): 60, (40, 20): 60, (80, 40): 30, (160, 80): 15, (320, 160): 6}
+SIZES = {(10, 5): 1000, (20, 10): 500, (40, 20): 200, (80, 40): 60, (160, 80): 20, (320, 160): 8}
 # Runs of the size study up to this many unknowns; short runs are disturbed easily, and the fastest counts.
 REPEATED, REPEATS = 3000, 3
 # Steps of the size study that are not counted: the first one orders and allocates.
@@ -147,6 +147,7 @@ def size_study(
                     "program": program.name,
                     "divisions": list(divisions),
                     "unknowns": unknowns,
+                    "steps": count,
                     "milliseconds_per_step": cost,
                 }
             )

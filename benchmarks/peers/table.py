@@ -200,18 +200,17 @@ def size_part(size: dict[str, Any]) -> str:
     rows = size["rows"]
     programs = list(dict.fromkeys(row["program"] for row in rows))
     cost = {(row["program"], tuple(row["divisions"])): row["milliseconds_per_step"] for row in rows}
-    unknowns = {tuple(row["divisions"]): row["unknowns"] for row in rows}
+    unknowns = {tuple(row["divisions"]): (row["unknowns"], row["steps"]) for row in rows}
     text = (
         "## Cost of a step against size\n\nThe same film on finer meshes, milliseconds of processor time per step over "
-        "the first few steps; first ordering and allocation are not counted. Up to 40 x 20: "
-        "the fastest of three runs.\n\n"
+        "the first steps; first ordering and allocation are not counted. Up to 40 x 20: the fastest of three runs.\n\n"
     )
-    header = ("mesh", "unknowns", *programs, *(f"{name}: times ours" for name in programs[1:]))
+    header = ("mesh", "unknowns", "steps", *programs, *(f"{name}: times ours" for name in programs[1:]))
     table = []
-    for mesh, count in unknowns.items():
+    for mesh, counts in unknowns.items():
         times = [cost.get((name, mesh)) for name in programs]
         ratios = [time / times[0] if time and times[0] else None for time in times[1:]]
-        table.append((f"{mesh[0]} x {mesh[1]}", count, *times, *ratios))
+        table.append((f"{mesh[0]} x {mesh[1]}", *counts, *times, *ratios))
     return text + markdown_table(header, table) + "\n![Cost of a step against size](figures/cost_against_size.png)\n"
 
 

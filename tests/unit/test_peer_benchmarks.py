@@ -152,7 +152,7 @@ def test_size_study_counts_the_steps_after_the_first_two(peers, tmp_path):
     assert sum("too large" in line for line in said) == 1
     results = film_results(60.0, 1e-7) | {"size": study | MEASURED}
     text = peers["run"].write(results, tmp_path / "page")
-    assert "| 4 x 4 | 27 | 3e+03 |" in text
+    assert "| 4 x 4 | 27 | 4 | 3e+03 |" in text
     assert "Measured on 2026-01-02 by `run --only size` on P, 2 cores, S, Python 3." in text
     assert (tmp_path / "page" / "benchmarks.md").read_text(encoding="utf-8") == text
     assert json.loads((tmp_path / "page" / "benchmarks.json").read_text(encoding="utf-8")) == results

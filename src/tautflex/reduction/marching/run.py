@@ -42,8 +42,7 @@ class ReducedRun:
     in a few numbers.
     """
 
-    on_hub: ClassVar[bool] = False
-    """Whether the motion of the hub is part of the answer."""
+    on_hub: ClassVar[bool] = False  # whether the motion of the hub is part of the answer
 
     def __init__(self, rom: OnBasis, problem: TransientProblem) -> None:
         self.rom, self.problem = rom, problem
