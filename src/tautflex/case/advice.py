@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tautflex.case.build import build_damping, build_inputs, build_maneuver, stated_sections
-from tautflex.case.loop import check_loop
 from tautflex.errors import CaseError
 from tautflex.motion.kinematics import Maneuver
 from tautflex.numeric import Array
@@ -32,7 +31,7 @@ def advise(case: Case, state: PrestressedState) -> tuple[list[str], list[str]]:
     """
     maneuver = build_maneuver(case)
     build_inputs(case, state)
-    about_loop = check_loop(case, state)
+    about_loop = _about_loop(case, state)
     damping = build_damping(case, state)
     count, most = getattr(case.reduction, "count", None), state.system.size - 1
     if count is not None and count > most:
@@ -52,6 +51,14 @@ def advise(case: Case, state: PrestressedState) -> tuple[list[str], list[str]]:
         *_about_run(case, maneuver),
     ]
     return warnings, [*state.notes, *_about_sections(case, state), *_notes(case, state, read)]
+
+
+def _about_loop(case: Case, state: PrestressedState) -> list[str]:
+    if case.controller is None and case.hub is None and not case.actuators and not case.sensors:
+        return []
+    from tautflex.case.loop import check_loop  # brings reduced models and control along, a tenth of a second
+
+    return check_loop(case, state)
 
 
 def _notes(case: Case, state: PrestressedState, read: Array) -> Iterator[str]:
