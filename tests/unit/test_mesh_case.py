@@ -71,6 +71,24 @@ def test_commands_take_a_mesh_file(folder, capsys):
     assert (folder / "out" / "run.nc").is_file()
 
 
+@pytest.mark.slow
+def test_a_mesh_that_nothing_holds_is_told(folder, capsys):
+    """Six rigid motions: a doubt of `check`, a note beside the frequencies of `modes`; `run` refuses it."""
+    asked = [str(folder / "case.toml"), "--set", "mesh.names={spc1='ignore'}", "--json"]
+    assert main(["check", *asked]) == 0
+    assert "nothing holds the structure against 6 rigid motion(s)" in capsys.readouterr().out
+    assert main(["modes", *asked]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["rigid_motions"] == 6
+    # Stresses that do not balance hold against turning.
+    assert np.abs(answer["frequencies"][:3]).max() < 1e-3 < answer["frequencies"][3]
+    assert main(["modes", *asked[:-1]]) == 0
+    assert "6 rigid motion(s): the lowest modes are these, at 0 Hz where the prestress balances" in " ".join(capsys.readouterr().out.split())
+    assert main(["run", *asked, "-o", str(folder / "out")]) == 2
+    assert main(["check", asked[0], "--json"]) == 0
+    assert "nothing holds" not in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

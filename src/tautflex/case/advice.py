@@ -9,7 +9,7 @@ import numpy as np
 
 from tautflex.case.build import build_damping, build_inputs, build_maneuver, stated_sections
 from tautflex.errors import CaseError
-from tautflex.motion.kinematics import Maneuver
+from tautflex.motion.kinematics import AtRest, Maneuver
 from tautflex.numeric import Array
 from tautflex.solvers.plausibility import FEW_STEPS, doubts_about_maneuver, doubts_about_probes, short_motions
 from tautflex.solvers.static.stability import find_start
@@ -43,6 +43,7 @@ def advise(case: Case, state: PrestressedState) -> tuple[list[str], list[str]]:
     warnings = [
         *state.warnings,
         *_about_mesh(case),
+        *_about_supports(case, state, maneuver),
         *_about_cables(case),
         *about_maneuver,
         *about_loop,
@@ -51,6 +52,18 @@ def advise(case: Case, state: PrestressedState) -> tuple[list[str], list[str]]:
         *_about_run(case, maneuver),
     ]
     return warnings, [*state.notes, *_about_sections(case, state), *_notes(case, state, read)]
+
+
+def _about_supports(case: Case, state: PrestressedState, maneuver: Maneuver) -> Iterator[str]:
+    free = state.system.model.rigid_freedom
+    if free and not (case.hub is None and isinstance(maneuver, AtRest)):
+        where = (
+            "frame.support = 'corners'" if case.mesh.file is None else "a group of nodes named 'support' in the mesh"
+        )
+        yield (
+            f"nothing holds the structure against {free} rigid motion(s), and no maneuver or hub can move it; give it "
+            f"supports: {where}"
+        )
 
 
 def _about_loop(case: Case, state: PrestressedState) -> list[str]:

@@ -53,6 +53,9 @@ def show_modes(case: Path, answer: Mapping[str, Any]) -> None:
     if "on_free_hub" in answer:
         rows.add_row("on its free hub", ", ".join(f"{value:.4f}" for value in answer["on_free_hub"]) + " Hz")
     console.print(rows)
+    if free := answer.get("rigid_motions"):
+        text = f"note: nothing holds the structure against {free} rigid motion(s): the lowest modes are these, at 0 Hz"
+        say(f"{text} where the prestress balances")
     list_files(answer["files"])
 
 

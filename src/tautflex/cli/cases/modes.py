@@ -60,6 +60,8 @@ def modes(
     with about(case):
         state = build_state(loaded)
         found = solve_modes(state, n=count)
+        if free := state.system.model.rigid_freedom:
+            extra["rigid_motions"] = free
         if loaded.hub is not None:
             extra["on_free_hub"] = solve_modes(state, n=count, hub=loaded.hub.build()).frequencies
         if request.rate is not None:

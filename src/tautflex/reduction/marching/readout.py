@@ -84,6 +84,8 @@ class Readout:
         u, total = run.inputs.stresses(times), energy.sum(axis=1)
         still = 0.5 * np.einsum("tk,tk->t", u, u @ run.inputs.own)
         run.largest = float(np.max(total, initial=run.largest))
-        self.moving = float(np.max(total - still, initial=self.moving))
+        # Eased tension takes strain energy of the reference away: what moves has no less than by its linear stiffness.
+        least = energy[:, 0] + 0.5 * self.size[part]
+        self.moving = float(np.max(np.maximum(total - still, least), initial=self.moving))
         self.still = float(np.max(np.abs(still), initial=self.still))
         let_go(run.eta, self.spin, self.probe, self._numbers, self.coordinate)

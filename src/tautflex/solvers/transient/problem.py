@@ -188,8 +188,8 @@ class TransientProblem:
         if free and not isinstance(self.maneuver, AtRest):
             raise UnsupportedError(
                 f"supports: expected a structure held against rigid motion, {free} rigid motion(s) are free; hold it "
-                "where the spacecraft does (in the mesh, or frame.support = 'corners'; a free hub lets that move), or "
-                "study its modes instead"
+                "where the spacecraft does (a group 'support' of a mesh file, or frame.support = 'corners'; a free "
+                "hub lets that move), or study its modes instead"
             )
         example = "an object such as Adaptive(tolerance=1e-4), or None"
         checks.instance("adaptive", self.adaptive, (Adaptive, type(None)), example)

@@ -113,7 +113,7 @@ def solve_full(problem: TransientProblem, progress: Progress = None, keeper: Kee
                 if not run.advance(number):
                     status = Status.NOT_CONVERGED
                     break
-                if progress is not None and (number - first) % part == 0:
+                if progress is not None and number > first:
                     progress((number - first) / (count - first), f"t = {run.at.time:.3g} s")
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
