@@ -123,8 +123,9 @@ def attempt(target: Target, content: bytes, path: Path) -> bool:
         try:
             target.read(path)
         except tf.TautflexError as error:
-            if "\n" in str(error) or not str(error):
-                raise AssertionError(f"expected one line, got {error!s}") from error
+            problems = error.problems if isinstance(error, tf.InputError) else (str(error),)
+            if not problems or any("\n" in problem or not problem for problem in problems):
+                raise AssertionError(f"expected one line for every problem, got {error!s}") from error
             return False
     return True
 
