@@ -79,4 +79,4 @@ def check(data, table, mesh=None, also=(), **record):
         dims, attrs = known[name]
         assert variable.dims == dims
         assert {key: variable.attrs.get(key) for key in attrs} == attrs
-        assert set(variable.attrs) - set(attrs) <= {"flag_values", "flag_meanings"}
+        assert set(variable.attrs) - set(attrs) <= {"flag_values", "flag_meanings", "comment"}
