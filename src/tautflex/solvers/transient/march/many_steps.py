@@ -259,7 +259,8 @@ def take_steps(
             row = stages * k + stage
             if row and not np.array_equal(motions[row], motions[row - 1]):
                 terms = frame_terms(motions[row], fixed)
-            passed[stage, 0], passed[stage, 1], passed[stage, 2] = now[0], now[1], now[2]
+            if stages > 1:
+                passed[stage, 0], passed[stage, 1], passed[stage, 2] = now[0], now[1], now[2]
             good, energy, now, new = _stage(
                 stage, row, now, new, passed[: stage + 1], matrices, elements, scheme, tangent, axes, pairs, kept,
                 first, frame, terms, hub, limits, counts, scales, there and rows[k] >= 0 and stage == stages - 1,
