@@ -9,10 +9,12 @@ import tempfile
 from pathlib import Path
 
 import tautflex as tf
-from tautflex.cli import main
+from tautflex.case import template, template_files
 
+# What `tautflex init sail.toml --template sail` writes.
 folder = Path(tempfile.mkdtemp())
-main(["init", str(folder / "sail.toml"), "--template", "sail"])
+for name, text in {"sail.toml": template("sail"), **template_files("sail")}.items():
+    (folder / name).write_text(text, encoding="utf-8")
 case = tf.load_case(folder / "sail.toml").replaced(solver={"time_step": 0.04, "end_time": 30.0})
 state = tf.solve_prestress(tf.build_model(case))
 modes = tf.plot.plot_modes(tf.solve_modes(state, n=3))

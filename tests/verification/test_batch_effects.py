@@ -23,7 +23,7 @@ EFFECTS = {
     "force": tf.NodalForce([12], table(0.05), direction=(0.0, 0.3, 1.0)),
     "force on an edge": tf.EdgeForce([0, 1], table(0.5), direction=(0.0, 0.0, 1.0)),
     "stay cable": tf.StayCable((0.3, 0.1), (0.2, 0.1, 0.3), table(0.05)),
-    "patches": tf.PiezoPair([0, 1], table(20.0)),
+    "patches": tf.PiezoPair([0, 1], table(2.0)),
     "tension": tf.CableTension(table(0.2), [0]),
     "commanded tension": tf.TensionGroup("y", table(0.2)),
     "warm film": tf.MembraneTemperature(table(1.0), 1e-5),
