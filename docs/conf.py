@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
@@ -47,7 +49,6 @@ nb_merge_streams = True
 os.environ.setdefault("PYDEVD_DISABLE_FILE_VALIDATION", "1")  # the kernel's debugger would warn on the pages
 
 # Public names, from their docstrings.
-autodoc_preserve_defaults = True
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
 autodoc_member_order = "bysource"
@@ -91,3 +92,15 @@ html_theme_options = {
     "footer_end": [],
     "secondary_sidebar_items": ["page-toc"],
 }
+
+
+def _short(
+    _app: object, _what: str, _name: str, _item: object, _options: object, signature: str, result: str
+) -> object:
+    """Signature with modules by their names, not their places."""
+    return signature and re.sub(r"<module '(\w+)' from '[^']*'>", r"\1", signature), result
+
+
+def setup(app: Any) -> None:
+    """Connect what Sphinx calls."""
+    app.connect("autodoc-process-signature", _short)
