@@ -73,9 +73,8 @@ def _call_in_words(call: ast.Call) -> str:
     given = {each.arg: each.value for each in call.keywords if each.arg is not None}
     if name == "AtRest":
         return "none, the spacecraft stands still"
-    if isinstance(given.get("steps"), ast.Tuple):
-        return ", then ".join(in_words(ast.unparse(step)) for step in ast.iter_child_nodes(given["steps"])
-                              if isinstance(step, ast.Call))  # fmt: skip
+    if isinstance(steps := given.get("steps"), ast.Tuple):
+        return ", then ".join(_call_in_words(step) for step in steps.elts if isinstance(step, ast.Call))
     told = _plain(name)
     classes: list[type] = [FreeHub, *(kinds[kind] for kinds in (MANEUVERS, DAMPINGS) for kind in kinds)]
     target = next((one for one in classes if one.__name__ == name), None)
@@ -123,13 +122,10 @@ def _surface(run: xr.Dataset, end: float | None, tolerance: float) -> list[tuple
         settled, limit = film["settling_time"], f"{1e3 * tolerance:.3g} mm"
         words.append(f"up to {1e3 * film['rms_max']:.4g} mm" + (" after the maneuver" if end else ""))
         if run.attrs.get("status", "completed") == "completed":
-            since = (
-                f" from {settled:.4g} s {'after it' if end else 'on'}"
-                if settled
-                else " from its end on"
-                if end
-                else " throughout"
-            )
+            if settled:
+                since = f" from {settled:.4g} s {'after it' if end else 'on'}"
+            else:
+                since = " from its end on" if end else " throughout"
             words.append(f"not settled to {limit}" if settled is None else f"within {limit}{since}")
     return [("Surface, rms", ", ".join(words))]
 
