@@ -163,7 +163,7 @@ class Server:
                 [sys.executable, "-c", SERVER, str(Path(reader.__file__).parent)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
                 text=True,
             )
         self._process.stdin.write(f"{mesh}|{arrays}\n")
@@ -178,7 +178,6 @@ class Server:
                 self._process.stdin.close()
             self._process.wait()
             self._process.stdout.close()
-            self._process.stderr.close()
 
 
 @pytest.fixture

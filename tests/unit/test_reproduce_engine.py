@@ -14,9 +14,10 @@ import pytest
 
 from tautflex import InputError, NotConvergedError
 from tautflex.case import parse_case
+from tautflex.files.netcdf import load
 from tautflex.paper.cases.catalogue import RunSpec
 from tautflex.paper.comparison import make_plan
-from tautflex.paper.engine import load_results, perform
+from tautflex.paper.engine import perform
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.transient import implicit
 from tautflex.study import work
@@ -31,7 +32,7 @@ def spec(number: int, end: float = 0.2) -> RunSpec:
 
 
 def values(paths: dict[str, Path]) -> dict[str, np.ndarray]:
-    return {name: run["w"].values for name, run in load_results(paths).items()}
+    return {name: load(path)["w"].values for name, path in paths.items()}
 
 
 SCRIPT = """

@@ -16,7 +16,7 @@ from tautflex.paper.cases.catalogue import FITTED_MESHES, catalogue, mesh_name, 
 from tautflex.paper.cases.normal_modes import antenna_modes, antenna_name, dominant_mode, frequency_of
 from tautflex.paper.cases.run_names import MODELS, run_name
 from tautflex.paper.comparison import build_rows, make_plan, summarize
-from tautflex.paper.engine import load_results, perform
+from tautflex.paper.engine import results
 from tautflex.paper.tables import published
 from tautflex.paper.tables.paper_tables import response
 from tautflex.paper.tables.rows import mean_log_ratio
@@ -37,7 +37,7 @@ def runs(tmp_path_factory):
         for name, spec in catalogue("published").items()
         if name in needed
     ]
-    return load_results(perform(specs, tmp_path_factory.mktemp("runs"), workers=2))
+    return results(specs, tmp_path_factory.mktemp("runs"), workers=2)
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +107,7 @@ def test_other_meshes_and_methods_agree(rows, tmp_path, verification_row):
     known = catalogue("published")
     specs = [known[name] for listed in others.values() for name in listed]
     specs = [replace(spec, case=spec.case.replaced(solver={"time_step": 2.5e-3})) for spec in specs]
-    found = load_results(perform(specs, tmp_path, workers=2))
+    found = results(specs, tmp_path, workers=2)
     printed = [next(row for row in _PRINTED if _same(row, run)) for run in chosen]
     for words, listed in others.items():
         ratios = [

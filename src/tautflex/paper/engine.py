@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from contextlib import closing
 from pathlib import Path
 
@@ -27,6 +27,7 @@ def perform(
     directory: str | os.PathLike[str],
     workers: int | None = None,
     progress: Progress | None = None,
+    finished: Callable[[Path], object] | None = None,
 ) -> dict[str, Path]:
     """Perform runs, each in one of several processes, and keep their results.
 
@@ -44,6 +45,8 @@ def perform(
         Number of processes; by default one per core, at most one per run. With 1 everything happens in this process.
     progress
         Called with the fraction of all work done, by number of steps and size of mesh, and the name of a finished run.
+    finished
+        Called with the file of every finished run, while others still run.
 
     Returns
     -------
@@ -73,13 +76,15 @@ def perform(
     store = Store(place, records=True)
     store.sweep_leftovers()
     total, done = sum(map(_cost, wanted)) or 1.0, 0.0
+    missing, keys = dict[str, RunSpec](), {spec.name: case_key(spec.case) for spec in wanted}
 
     def tell(spec: RunSpec) -> None:
         nonlocal done
         done += _cost(spec)
         report(min(done / total, 1.0), spec.name)
+        if finished is not None and netcdf.is_whole(file := store.record(keys[spec.name])):
+            finished(file)
 
-    missing, keys = dict[str, RunSpec](), {spec.name: case_key(spec.case) for spec in wanted}
     for spec in wanted:
         if netcdf.is_whole(store.record(keys[spec.name])):
             tell(spec)
@@ -106,15 +111,30 @@ def perform(
     return files
 
 
-def load_results(paths: Mapping[str, str | os.PathLike[str]]) -> dict[str, xr.Dataset]:
-    """Read the results that :func:`perform` names.
+def results(
+    specs: Iterable[RunSpec],
+    directory: str | os.PathLike[str],
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> dict[str, xr.Dataset]:
+    """Perform runs as :func:`perform` does, and read their results, each while others still run.
+
+    Returns
+    -------
+    dict
+        Result of each run by name, in the order of ``specs``; equal cases share one.
 
     Raises
     ------
-    InputError
-        If a file is missing or unreadable.
+    InputError, NotConvergedError, WorkerLostError, KeyboardInterrupt
+        As `perform`.
     """
-    return {name: netcdf.load(path) for name, path in paths.items()}
+    read = dict[Path, xr.Dataset]()
+
+    def finished(file: Path) -> None:
+        read[file] = netcdf.load(file)
+
+    return {name: read[file] for name, file in perform(specs, directory, workers, progress, finished).items()}
 
 
 def _cost(spec: RunSpec) -> float:

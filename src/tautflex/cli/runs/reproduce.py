@@ -121,12 +121,12 @@ def _make(
     from tautflex.paper.cases.normal_modes import antenna_modes, antenna_name
     from tautflex.paper.cases.run_names import MODELS
     from tautflex.paper.comparison import build_rows, summarize
-    from tautflex.paper.engine import load_results, perform
+    from tautflex.paper.engine import results
     from tautflex.paper.figures.index import FORMATS, save_figures
     from tautflex.paper.tables.rows import write_csv
 
     with progress_bar() as progress:
-        runs = load_results(perform(plan.specs, output / "runs", workers, progress))
+        runs = results(plan.specs, output / "runs", workers, progress)
         modes = antenna_modes(plan.antennas)
         rows = build_rows(plan, runs, modes)
         summary = summarize(rows)
@@ -135,7 +135,8 @@ def _make(
             drawn: dict[str, list[Path]] = {}
             if figures:
                 shapes = {name: modes[antenna_name(name)] for name in MODELS}
-                drawn = save_figures(figures, runs, shapes, place / "figures", formats or FORMATS)
+                many = 1 if formats else workers  # pictures alone are written before processes have started
+                drawn = save_figures(figures, runs, shapes, place / "figures", formats or FORMATS, many)
             if rows:
                 write_csv([row for table in (*rows.values(), summary) for row in table], place / "comparison.csv")
             return {number: [final / path.relative_to(place) for path in paths] for number, paths in drawn.items()}

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import xarray as xr
+from matplotlib.figure import Figure
 
 from tautflex.checks import one_of
 from tautflex.errors import InputError
@@ -17,8 +18,10 @@ from tautflex.paper.figures import drawings
 from tautflex.paper.figures.histories import Draw, damped_history, draw_ridge, history
 from tautflex.paper.figures.trends import trend
 from tautflex.plot.style import save_figure
+from tautflex.study.engines.processes import Processes
 
 FORMATS = ("pdf", "svg", "png")
+_Job = tuple[Figure, Path, Sequence[str]]
 
 
 class PaperFigure(NamedTuple):
@@ -79,22 +82,36 @@ def save_figures(
     modes: Mapping[str, xr.Dataset],
     directory: str | os.PathLike[str],
     formats: Sequence[str] = FORMATS,
+    workers: int | None = 1,
 ) -> dict[str, list[Path]]:
     """Draw figures of the paper and write ``figure_5a.pdf``, ``.svg`` and ``.png``; return the files by number.
 
-    Runs are given by name, at least those that the figures need, and modes by model; a missing folder is made.
+    Runs are given by name, at least those that the figures need, and modes by model; a missing folder is made. With
+    several workers (None: one per core) they write files of different figures at the same time.
 
     Raises
     ------
     InputError
         If a number is unknown, a run is missing or a file cannot be written.
     """
-    written = {}
-    for number in numbers:
+    wanted, jobs = list(numbers), dict[str, _Job]()
+    for number in wanted:
         figure = FIGURES[one_of("figure", number, tuple(FIGURES))]
         missing = [name for name in figure.needs if name not in runs]
         if missing:
             raise InputError(f"runs: Figure {number} expected {missing}, got {sorted(runs)}; run these cases first")
-        written[number] = save_figure(figure.draw(runs, modes), Path(directory) / f"figure_{number}", formats)
-        gc.collect()  # figures hold cycles and tens of megabytes of pixels
-    return written
+        jobs[number] = (figure.draw(runs, modes), Path(directory) / f"figure_{number}", formats)
+    files, count = dict[str, list[Path]](), min(workers or os.cpu_count() or 1, len(wanted))
+    if count > 1:
+        with Processes(count) as processes:
+            each = processes.each(_save, jobs.items())
+            files = {number: written for _, (number, written) in each}
+    else:
+        files = dict(map(_save, jobs.items()))
+    gc.collect()  # figures hold cycles and tens of megabytes of pixels
+    return {number: files[number] for number in wanted}
+
+
+def _save(job: tuple[str, _Job]) -> tuple[str, list[Path]]:
+    number, (figure, stem, formats) = job
+    return number, save_figure(figure, stem, formats)
