@@ -188,6 +188,14 @@ def test_words_take_their_numbers_from_the_rows(rows):
     assert "89.10 %, paper 76.28 %" in why["Dominant shape (Table 3)."]
 
 
+def test_a_frequency_that_other_solvers_change_is_called_chaotic(rows):
+    reason, quantity = "M1 stopped from π/2 rad/s.", "M1, pi/2 rad/s, T = 0.1 s, response frequency"
+    assert "chaotic" not in dict(reasons.explanations(sorted_rows(rows)))[reason]
+    others = {"steps of 2.5 ms": 2.4, "generalized-alpha": 2.3, "8 x 4 cells": 9.0}
+    more = [Row("convergence", words, quantity, None, value, "Hz") for words, value in others.items()]
+    assert "2.3000 to 2.4000 Hz with other steps" in dict(reasons.explanations(sorted_rows([*rows, *more])))[reason]
+
+
 def test_gaps_are_listed_worst_first_and_once(rows):
     changed = [replace(row, ours=0.5 * row.paper) if row.table == "9" and row.unit == "mm" else row for row in rows]
     gaps = words.largest_gaps(sorted_rows(changed))

@@ -79,6 +79,7 @@ def test_the_softest_antenna_in_the_fastest_stop(rows, verification_row):
         if row.case.startswith("M1, pi/2"):
             assert abs(row.difference) < 0.12
             words = f"M1 stopped from pi/2 rad/s, m2-paper: {row.quantity} [{row.unit}]"
+            words += ", chaotic: 2.29 to 2.57 by round-off" if "frequency" in row.quantity else ""
             verification_row(words, row.paper, row.ours, "paper, Table 8")
 
 
