@@ -14,6 +14,7 @@ import numpy as np
 
 from tautflex.elements.laws.law import call_law
 from tautflex.elements.local_frame import make_room, pull_back, to_local
+from tautflex.lending import lent
 from tautflex.mechanics.average import average_stress
 from tautflex.mechanics.products import inner
 from tautflex.mechanics.store import ELASTIC, block_data
@@ -161,9 +162,9 @@ def add_forces(store: Any, q: Array, force: Array, stresses: Array, forces: bool
     and the strain energy above zero unknowns [J] are, which is returned, ``sizes`` whether sizes of the rows' forces
     are to be added: their sum loses a few units of the last place of these to round-off.
     """
-    energy, first = 0.0, 0
-    for block in range(store[3].shape[0]):
-        data = block_data(store, block)
+    energy, first, parts = 0.0, 0, lent(store)
+    for block in range(parts[3].shape[0]):
+        data = block_data(parts, block)
         size = data.initial_stress.size
         energy += _block_force(data, q, force, stresses[first : first + size], forces, energies, sizes)
         first += size
@@ -221,5 +222,6 @@ def add_average_forces(store: Any, start: Array, end: Array, force: Array) -> No
     mean over the step. Other laws than the elastic one give their mean over the step in place of that of both ends, see
     `average`.
     """
-    for block in range(store[3].shape[0]):
-        _block_average(block_data(store, block), start, end, force)
+    parts = lent(store)
+    for block in range(parts[3].shape[0]):
+        _block_average(block_data(parts, block), start, end, force)

@@ -8,6 +8,7 @@ import numpy as np
 
 from tautflex.elements.laws.law import call_law
 from tautflex.elements.local_frame import make_room, turn_core
+from tautflex.lending import lent
 from tautflex.mechanics.average import average_stress
 from tautflex.mechanics.kernel import pack_strain, pack_stress
 from tautflex.mechanics.store import ELASTIC, block_data
@@ -130,4 +131,4 @@ def add_tangent(store: Any, block: int, q: Array, start: Array, slots: Places, v
     whose middle ``q`` is. ``slots`` are the block's `SparsityPattern.upper_slots`; the last value collects what belongs
     to supports.
     """
-    _block_tangent(block_data(store, block), q, start, slots, values)
+    _block_tangent(block_data(lent(store), block), q, start, slots, values)

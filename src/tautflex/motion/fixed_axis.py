@@ -95,7 +95,8 @@ class FixedAxis(Maneuver):
 
         edges = formula.step.edges
         after = fixed_axis_motion(*formula.around(edges[-1] + 1.0)(edges[-1]), *line)
-        return (*(turning(*limits) for limits in pairwise(edges)), Segment(edges[-1], np.inf, lambda time: after))
+        steady = Segment(edges[-1], np.inf, lambda time: after, lambda times: np.tile(after.row, (len(times), 1)))
+        return (*(turning(*limits) for limits in pairwise(edges)), steady)
 
 
 def _many(rates: Callable[[Any], tuple[Any, Any]], axis: Array, origin: Array) -> Callable[[Array], Array] | None:

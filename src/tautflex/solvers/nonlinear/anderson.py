@@ -25,16 +25,20 @@ def _learn(
     """
     size = solution.size
     change, answer = np.empty(size), np.empty(size)
+    then, uncorrected, taken = last[1], last[2], last[0]
     for i in range(size):
-        change[i] = residual[i] - last[1, i]
-        answer[i] = last[2, i] + solution[i]
+        change[i] = residual[i] - then[i]
+    for i in range(size):
+        answer[i] = uncorrected[i] + solution[i]
     energy = inner(change, answer)
     if not energy > 0.0 or not np.isfinite(energy):
         return False
     scale = 1.0 / np.sqrt(energy)
+    learned, shift = changes[row], shifts[row]
     for i in range(size):
-        changes[row, i] = scale * change[i]
-        shifts[row, i] = scale * (answer[i] - last[0, i])
+        learned[i] = scale * change[i]
+    for i in range(size):
+        shift[i] = scale * (answer[i] - taken[i])
     for k in range(used):
         gram[row, k] = gram[k, row] = scale * inner(changes[k], answer)
     return True
@@ -61,10 +65,17 @@ def _correct(changes: Array, shifts: Array, gram: Array, used: int, step: Array)
         for i in range(k + 1, used):
             gamma[k] -= factor[i, k] * gamma[i]
         gamma[k] /= factor[k, k]
-    for k in range(used):
+    k = 0
+    while k + 2 < used:
+        f0, f1, f2, s0, s1, s2 = gamma[k], gamma[k + 1], gamma[k + 2], shifts[k], shifts[k + 1], shifts[k + 2]
+        for i in range(step.size):
+            step[i] = step[i] + f0 * s0[i] + f1 * s1[i] + f2 * s2[i]
+        k += 3
+    while k < used:
         weight, shift = gamma[k], shifts[k]
         for i in range(step.size):
             step[i] += weight * shift[i]
+        k += 1
 
 
 @jit
@@ -78,7 +89,8 @@ def propose_step(
     step = np.empty(size)
     for i in range(size):
         step[i] = -solution[i]
-        last[1, i], last[2, i] = residual[i], step[i]
+    last[1] = residual
+    last[2] = step
     if count > 0:
         _correct(changes, shifts, gram, min(count, depth), step)
     last[0] = step

@@ -376,7 +376,7 @@ class StepForces:
         at, weight, books, equation = self.at, self._scheme.weight, self.at.books, self.equation
         products, instant = equation.products, weight * self._scheme.evaluation * self.size
         load = self._input + self._followed if self._followers else self._input
-        rows, work = end_of_step(
+        rows, work, _ = end_of_step(
             self.numbers.end, self.size, instant, books.late, products.start, products.column, products.mass,
             products.spread, products.vectors, products.coefficients, weight, self._rows, self._internal,
             equation.state.reference_force, self._frame, load, self._then, books.own, books.work, x, at.q, at.v, at.a,

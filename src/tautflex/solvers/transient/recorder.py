@@ -57,30 +57,31 @@ class Samples(NamedTuple):
 
 
 @jit
-def record(parts: Any, q: Array, v: Array, time: float, row: int, energy: float) -> None:
+def record(parts: Any, q: Array, v: Array, time: float, row: int, kinetic: float, strain: float) -> None:
     """Store a sample in a row of the arrays of a `Recorder`, whose ``parts`` these are.
 
-    ``energy`` is the strain energy above zero unknowns [J], whose stresses then are those at hand; NaN: not known.
+    ``kinetic`` is the energy of the motion [J], NaN: not known; ``strain`` the strain energy above zero unknowns [J],
+    whose stresses then are those at hand, and NaN likewise.
     """
     elements, (reference, start, column, mass), probes, surface, (largest, places), stored = parts
     (store, stresses, table, held, rate), (first, unknown, weights) = elements, probes
     times, numbers, probe, surfaces = stored
-    size, square = q.size, inner(q, q)
-    extended, moving, found = np.zeros(size + held.size + 1), np.empty(size + held.size), numbers[row]
-    for i in range(size):
-        extended[i], moving[i] = q[i], v[i]
-    extended[size : size + held.size], moving[size:] = held, rate
+    size, square, extended, found = q.size, inner(q, q), np.empty(q.size + held.size + 1), numbers[row]
+    extended[:size] = q
+    extended[size : size + held.size] = held
+    extended[size + held.size] = 0.0
     times[row] = time
-    found[0] = 0.5 * quadratic_form(start, column, mass, v)
-    if np.isnan(energy):
-        energy = add_forces(store, extended, extended, stresses, False, True, False)
-    found[1] = energy - inner(reference, q)
+    found[0] = 0.5 * quadratic_form(start, column, mass, v) if np.isnan(kinetic) else kinetic
+    if np.isnan(strain):
+        strain = add_forces(store, extended, extended, stresses, False, True, False)
+    found[1] = strain - inner(reference, q)
     survey_stresses(table, stresses, found[2:])
     for k in range(first.size - 1):
         place, speed = 0.0, 0.0
         for entry in range(first[k], first[k + 1]):
-            place += weights[entry] * extended[unknown[entry]]
-            speed += weights[entry] * moving[unknown[entry]]
+            at = unknown[entry]
+            place += weights[entry] * extended[at]
+            speed += weights[entry] * (v[at] if at < size else rate[at - size])
         probe[row, 0, k], probe[row, 1, k] = place, speed
     measure_surface(surface, extended, surfaces[row])
     for k, value in ((0, found[1]), (1, square)):
@@ -147,7 +148,7 @@ class Recorder:
     def store(self, at: MotionState, segment: Segment) -> None:
         """Store one sample, of an instant in this stretch of the maneuver."""
         self._equation.set_time(at.time)
-        record(self.parts, at.q, at.v, at.time, self.count, np.nan)
+        record(self.parts, at.q, at.v, at.time, self.count, np.nan, np.nan)
         if self._equation.moved is not None:
             self._numbers[self.count, 0] = self._equation.moved.kinetic_energy(at.v)
         self.stored(self._equation.motion(at, segment).row[None])

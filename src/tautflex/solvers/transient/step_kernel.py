@@ -30,29 +30,31 @@ def begin_step(
     """
     size, rows = q.size, np.empty((6, q.size))
     weight, inertia_v, inertia_a, velocity_v, velocity_a, velocity_d = coefficients
-    acceleration, velocity, known = np.empty(size), np.empty(size), np.empty(size)
+    acceleration, velocity, known, stiff = np.empty(size), np.empty(size), np.empty(size), rows[2]
+    # One result per loop: of more the compiler cannot tell that they do not overlap.
     for i in range(size):
         acceleration[i] = inertia_v * v[i] + inertia_a * a[i]
+    for i in range(size):
         velocity[i] = weight * (velocity_v * v[i] + velocity_a * a[i])
+    for i in range(size):
         known[i] = weight * load[i]
-        rows[2, i] = diagonal[i] * q[i]
-    load_norm, stiff_norm = np.sqrt(inner(known, known)), np.sqrt(inner(rows[2], rows[2]))
     for i in range(size):
-        total, first, second = 0.0, 0.0, 0.0
+        stiff[i] = diagonal[i] * q[i]
+    load_norm, stiff_norm = np.sqrt(inner(known, known)), np.sqrt(inner(stiff, stiff))
+    turned, whole, inertial, lossy = rows[1], rows[0], rows[3], rows[4]
+    for i in range(size):
+        first, second = 0.0, 0.0
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
-            inertia, loss = mass[k] * acceleration[column[k]], damping[k] * velocity[column[k]]
-            total += inertia + loss
-            first += inertia
-            second += loss
-        known[i] += total
-        rows[3, i], rows[4, i] = first, second
-    rows[1] = known
-    add_two_pair_products(pairs, gyroscopic, velocity, weight * displacement, q, known)
+            first += mass[k] * acceleration[column[k]]
+            second += damping[k] * velocity[column[k]]
+        inertial[i], lossy[i] = first, second
+    turned.fill(0.0)
+    add_two_pair_products(pairs, gyroscopic, velocity, weight * displacement, q, turned)
     for i in range(size):
-        rows[0, i], rows[1, i] = known[i], known[i] - rows[1, i]
+        whole[i] = known[i] + (inertial[i] + lossy[i]) + turned[i]
     # Gyroscopic and K_T forces are both M(Z) times something, so one product serves the increment.
     turning = weight * (velocity_d * gyroscopic + displacement)
-    return rows, turning, np.sqrt(inner(known, known)), load_norm, stiff_norm
+    return rows, turning, np.sqrt(inner(whole, whole)), load_norm, stiff_norm
 
 
 @jit
@@ -64,20 +66,20 @@ def assemble_residual(
 
     Returns it with its norm and those of the weighted internal forces above the reference and of the linear forces.
     """
-    internal, inertia, residual, known, turned = 0.0, 0.0, np.empty(x.size), rows[0], rows[2]
+    residual, known, turned, parts = np.empty(x.size), rows[0], rows[2], rows[5]
     for i in range(x.size):
-        f, part = weight * (force[i] - reference[i]), 0.0
+        part = 0.0
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
             part += linear[k] * x[column[k]]
-        internal += f * f
-        inertia += part * part
-        rows[5, i] = part
-        residual[i] = f + part + known[i]
-        turned[i] = residual[i]
-    add_pair_products(pairs, turning, 1.0, x, residual)
+        parts[i] = part
+    turned.fill(0.0)
+    add_pair_products(pairs, turning, 1.0, x, turned)
     for i in range(x.size):
-        turned[i] = residual[i] - turned[i]
-    return residual, np.sqrt(inner(residual, residual)), np.sqrt(internal), np.sqrt(inertia)
+        residual[i] = weight * (force[i] - reference[i])
+    internal = np.sqrt(inner(residual, residual))
+    for i in range(x.size):
+        residual[i] = residual[i] + parts[i] + known[i] + turned[i]
+    return residual, np.sqrt(inner(residual, residual)), internal, np.sqrt(inner(parts, parts))
 
 
 @jit
@@ -143,7 +145,7 @@ def end_of_step(
     coefficients: Array, size: float, instant: float, late: float, start: Indices, column: Places, mass: Array,
     damped: bool, vectors: Array, strengths: Array, weight: float, rows: Array, internal: Array, reference: Array,
     frame: Array, load: Array, then: Array, before: Array, done: Array, d: Array, q: Array, v: Array, a: Array,
-) -> tuple[Array, Array]:  # fmt: skip
+) -> tuple[Array, Array, float]:  # fmt: skip
     """State at the end of a step and its books, see `write_books`.
 
     ``coefficients`` holds the factors of (d, v, a) in displacement, velocity and acceleration at the end and in the
@@ -152,28 +154,39 @@ def end_of_step(
     moving frame adds beside them.
 
     Returns displacement, velocity, acceleration and jerk, then the forces of the step by kind, and where these mix two
-    instants those at the last one, shape (9 or 14, unknowns); and the work since the start of the run.
+    instants those at the last one, shape (9 or 14, unknowns); the work since the start of the run; and the energy of
+    the motion at the end, which shares a walk through the mass matrix.
     """
-    end = np.empty((14 if then.size else 9, d.size))
-    own, inertia_d, factor = end[4:9], coefficients[3, 0], 1.0 / weight
+    end, moved = np.empty((14 if then.size else 9, d.size)), np.empty(d.size)
+    own, inertia_d, factor, place, speed = end[4:9], coefficients[3, 0], 1.0 / weight, end[0], end[1]
     for row in range(3):
         share, target = coefficients[row], end[row]
         for i in range(d.size):
             target[i] = share[0] * d[i] + share[1] * v[i] + share[2] * a[i]
+    jerk, pace, kinetic = end[3], end[2], 0.0
     for i in range(d.size):
-        total = 0.0
+        jerk[i] = (pace[i] - a[i]) / size
+    for i in range(d.size):
+        place[i] += q[i]
+    inertial, lossy, framed = own[INERTIA], own[DAMPING], own[FRAME]
+    for i in range(d.size):
+        total, momentum = 0.0, 0.0
         for k in range(np.uint64(start[i]), np.uint64(start[i + 1])):
             total += mass[k] * d[column[k]]
-        total *= inertia_d
-        own[INERTIA, i] = rows[3, i] + total
-        # What the increment's linear forces are beside inertia.
-        own[DAMPING, i] = factor * (rows[4, i] + rows[5, i] - total) if damped else 0.0
-        own[FRAME, i] = frame[i] + factor * (rows[1, i] + rows[2, i])
-        end[0, i] += q[i]
-        end[3, i] = (end[2, i] - a[i]) / size
+            momentum += mass[k] * speed[column[k]]
+        moved[i] = inertia_d * total
+        kinetic += speed[i] * momentum
+    for i in range(d.size):
+        inertial[i] = rows[3, i] + moved[i]
+    lossy.fill(0.0)
+    if damped:  # what the increment's linear forces are beside inertia
+        for i in range(d.size):
+            lossy[i] = factor * (rows[4, i] + rows[5, i] - moved[i])
+    for i in range(d.size):
+        framed[i] = frame[i] + factor * (rows[1, i] + rows[2, i])
     if vectors.shape[0]:
         share = coefficients[4]
-        add_low_rank(vectors, strengths, 1.0, share[0] * d + share[1] * v + share[2] * a, own[DAMPING])
+        add_low_rank(vectors, strengths, 1.0, share[0] * d + share[1] * v + share[2] * a, lossy)
     instants = instant, size, late
-    work = write_books(weight, internal, reference, load, then, q, end[0], instants, before, done, own, end[9:])
-    return end, work
+    work = write_books(weight, internal, reference, load, then, q, place, instants, before, done, own, end[9:])
+    return end, work, 0.5 * kinetic

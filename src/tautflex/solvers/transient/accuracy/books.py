@@ -67,21 +67,29 @@ def write_books(
         Forces of this equilibrium, with inertia, damping and the frame's at the evaluation instant filled in, and
         those of that instant alone where they differ.
     """
-    size, other = place.size, 1.0 - weight
+    size, other, inside, pushed = place.size, 1.0 - weight, own[INTERNAL], own[LOAD]
     for i in range(size):
-        own[INTERNAL, i], own[LOAD, i] = internal[i] - reference[i], -load[i]
+        inside[i] = internal[i] - reference[i]
+    for i in range(size):
+        pushed[i] = -load[i]
     if then.size:
+        now[:] = own
         for kind in range(5):
-            for i in range(size):
-                now[kind, i] = own[kind, i]
-                if kind != INERTIA:
-                    own[kind, i] = weight * own[kind, i] + other * then[kind, i]
-    work, share, moved, (instant, last, late) = done.copy(), 1.0, np.empty(size), instants
+            if kind != INERTIA:
+                mixed, last = own[kind], then[kind]
+                for i in range(size):
+                    mixed[i] = weight * mixed[i] + other * last[i]
+    work, moved, part, (instant, length, late) = done.copy(), np.empty(size), np.empty(size), instants
     for i in range(size):
         moved[i] = end[i] - place[i]
-    if before.size:
-        share = (0.5 * last - late) / (instant - late)
+    if not before.size:
+        for kind in range(5):
+            work[kind] += inner(own[kind], moved)
+        return work
+    share = (0.5 * length - late) / (instant - late)
     for kind in range(5):
-        there = inner(before[kind], moved) if before.size else 0.0
-        work[kind] += share * inner(own[kind], moved) + (1.0 - share) * there
+        here, there = own[kind], before[kind]
+        for i in range(size):
+            part[i] = share * here[i] + (1.0 - share) * there[i]
+        work[kind] += inner(part, moved)
     return work

@@ -34,6 +34,7 @@ from typing import Any
 
 import numpy as np
 
+from tautflex.lending import lent
 from tautflex.mechanics.products import add_low_rank, inner, product
 from tautflex.numeric import Array, Indices, jit
 from tautflex.solvers.linear.low_rank import take_back
@@ -165,8 +166,8 @@ def _stage(
     stage: int, row: int, at: Any, own: Any, passed: Array, matrices: Any, elements: Any, scheme: Any, tangent: Any,
     axes: Any, pairs: Any, kept: Any, first: int, frame: Any, terms: Any, hub: Any, limits: Any, counts: Indices,
     scales: Array, energies: bool,
-) -> tuple[bool, float, Any, Any]:  # fmt: skip
-    """Whether a stage converges; strain energy, and state and hub at its end.
+) -> tuple[bool, tuple[float, float], Any, Any]:  # fmt: skip
+    """Whether a stage converges; energies of the motion and of strain, and state and hub at its end.
 
     It is the ``row``-th of the stretch; ``passed`` holds the states that the step has passed, see `recalled`, and
     ``terms`` the frame's at the evaluation instant.
@@ -204,11 +205,11 @@ def _stage(
         first, limits, lost, counts, scales, energies, hub, motion, turned,
     )  # fmt: skip
     if not converged:
-        return False, energy, at, own
+        return False, (0.0, energy), at, own
     reaction = load
     if hub is not None:
         reaction = added
-    end, done = end_of_step(
+    end, done, kinetic = end_of_step(
         ends[stage], size, weight * reach, late, start, column, mass, damped, vectors, strengths, weight, parts,
         force, reference, reaction, pushes[push[row]], now, before, work, x, q, v, a,
     )  # fmt: skip
@@ -224,7 +225,7 @@ def _stage(
     if hub is not None:
         rigid, true, power = end_of_hub(hub, motion, turned, x, q, end, reach, size, weight, power, done)
     reached = end[0], end[1], end[2], end[3], left, done, end[4:9], now, weight * reach - size
-    return True, energy, reached, (rigid, true, power)
+    return True, (kinetic, energy), reached, (rigid, true, power)
 
 
 @jit
@@ -243,27 +244,30 @@ def take_steps(
     Returns the number of steps taken, then the parts of the state that they end in, as in ``begin``; of a free hub the
     hub there, its balanced acceleration, power and work.
     """
-    start, column, mass, size = matrices[0], matrices[1], matrices[2], begin[0].size
+    at, own, size = begin, (np.zeros(0), np.zeros(0), np.zeros(2)), begin[0].size
+    if hub is not None:
+        own = hub[7], hub[8], hub[9]
+    # What stays as it is or is filled in where it is; not what may be returned.
+    matrices, elements, scheme, tangent, axes, pairs = lent((matrices, elements, scheme, tangent, axes, pairs))
+    frame, watch, samples, on_hub = lent((frame, watch, samples, hub))
+    start, column, mass = matrices[0], matrices[1], matrices[2]
     (motions, fixed, _, _), (recorded, rows, fields, places) = frame, samples
     sizes, there, stages = scheme[4], scheme[5], scheme[4].shape[0]
     terms, passed = frame_terms(motions[0], fixed), np.empty((stages, 3, size))
     taken, depth, unseen = 0, pairs[0].shape[0], np.zeros(0)
     kept = np.empty((depth, size)), np.empty((depth, size)), np.empty((depth, depth))
-    at, own = begin, (unseen, unseen, np.zeros(2))
-    if hub is not None:
-        own = hub[7], hub[8], hub[9]
     for k in range(times.size - 1):
         first, counted, scaled = counts[LEARNED], counts.copy(), scales.copy()
-        now, new, energy, time, good = at, own, 0.0, times[k], True
+        now, new, energies, time, good = at, own, (0.0, 0.0), times[k], True
         for stage in range(stages):
             row = stages * k + stage
             if row and not np.array_equal(motions[row], motions[row - 1]):
                 terms = frame_terms(motions[row], fixed)
             if stages > 1:
                 passed[stage, 0], passed[stage, 1], passed[stage, 2] = now[0], now[1], now[2]
-            good, energy, now, new = _stage(
+            good, energies, now, new = _stage(
                 stage, row, now, new, passed[: stage + 1], matrices, elements, scheme, tangent, axes, pairs, kept,
-                first, frame, terms, hub, limits, counts, scales, there and rows[k] >= 0 and stage == stages - 1,
+                first, frame, terms, on_hub, limits, counts, scales, there and rows[k] >= 0 and stage == stages - 1,
             )  # fmt: skip
             time += sizes[stage, 2]
             # Within a step a tangent that is too old leaves the whole step to the driver.
@@ -290,7 +294,7 @@ def take_steps(
         if hub is not None:
             hub[10][k, :31], hub[10][k, 31] = own[0], own[2][1]
         if rows[k] >= 0:
-            record(recorded, at[0], at[1], times[k + 1], rows[k], energy if there else np.nan)
+            record(recorded, at[0], at[1], times[k + 1], rows[k], energies[0], energies[1] if there else np.nan)
             if hub is not None:
                 recorded[5][1][rows[k], 0] += carried_energy(hub[0], at[0], at[1], own[0][7:13])
         if places[k] >= 0:
