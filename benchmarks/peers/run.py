@@ -18,13 +18,18 @@ from typing import Any
 
 from figure import cost_figure
 from film import SIZES, compare_film, size_study
+from film_problem import GENTLE, SPEED
 from hub_problem import hub_problem
 from programs import FILM, FILM_QUADRATIC, HUB, ROOT, SPINUP, Program
 from spinup import compare_beams
 from spinup_problem import spinup_problem
 from table import page
 
-FILMS = {"film": (FILM, "triangle3", (40, 20)), "film_quadratic": (FILM_QUADRATIC, "triangle6", (20, 10))}
+FILMS = {
+    "film": (FILM, "triangle3", (40, 20), SPEED),
+    "film_gentle": (FILM[:3], "triangle3", (40, 20), GENTLE),
+    "film_quadratic": (FILM_QUADRATIC, "triangle6", (20, 10), SPEED),
+}
 BEAMS = {"spinup": (SPINUP, spinup_problem), "hub": (HUB, hub_problem)}
 BENCHMARKS = (*FILMS, *BEAMS, "size")
 
@@ -103,8 +108,8 @@ def run_part(name: str, chosen: argparse.Namespace, missing: list[str]) -> dict[
     """Numbers of one benchmark."""
     report(name)
     if name in FILMS:
-        programs, element, divisions = FILMS[name]
-        return compare_film(present(programs, missing), divisions, chosen.steps, chosen.rounds, report, element)
+        programs, element, divisions, speed = FILMS[name]
+        return compare_film(present(programs, missing), divisions, chosen.steps, chosen.rounds, report, element, speed)
     if name in BEAMS:
         programs, build = BEAMS[name]
         quick = {"elements": (4, 8), "steps": (0.02,), "finest": (16, 0.01)} if chosen.quick else {}

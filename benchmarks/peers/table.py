@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+from film_problem import GENTLE, SPEED
 from spinup_problem import EXTENSION, LARGEST_LAG, TIME_OF_LARGEST_LAG
 
-# What was asked for: times faster per step than each peer, at equal answers.
-TARGETS = {"DOLFINx, Newton": 10.0, "DOLFINx, factors kept": 10.0, "Kratos": 50.0}
+# What was asked for: times faster per step than each peer, at equal answers, by the speed of the blow.
+TARGETS = {SPEED: {"DOLFINx, Newton": 19.0, "DOLFINx, factors kept": 7.0, "Kratos": 50.0}}
+TARGETS |= {GENTLE: {"DOLFINx, Newton": 25.0}}
 EQUAL = 1e-5
 
 
@@ -87,11 +89,13 @@ def film_part(film: dict[str, Any]) -> str:
     quadratic = film["element"] == "triangle6"
     # It does not measure residuals so.
     kratos = " (Kratos: at a correction of 1e-4 of the displacement)" if not quadratic else ""
+    blow = ", struck gently" if film["speed"] == GENTLE else ""
     kind, rule = (" of quadratic triangles", "strains at three points, ") if quadratic else ("", "")
     text = (
-        f"## Fixed-edge film, {film['divisions'][0]} x {film['divisions'][1]} cells{kind}\n\n"
-        f"Film of the paper (2 m x 1 m, Green-Lagrange strain, initial stress 1e4 Pa), struck: {film['count']} steps "
-        f"of {1e3 * film['step']:g} ms by the trapezoidal rule, {film['unknowns']} unknowns, the same triangles, "
+        f"## Fixed-edge film, {film['divisions'][0]} x {film['divisions'][1]} cells{kind}{blow}\n\n"
+        "Film of the paper (2 m x 1 m, Green-Lagrange strain, initial stress 1e4 Pa), struck with "
+        f"{film['speed']:g} m/s in its middle: {film['count']} steps of {1e3 * film['step']:g} ms by the "
+        f"trapezoidal rule, {film['unknowns']} unknowns, the same triangles, "
         f"{rule}consistent mass. The probe moves by {1e3 * film['largest_deflection']:.2g} mm and swings at "
         f"{film['mean_frequency']:.2g} Hz; under its initial stress alone it would at "
         f"{film['first_linear_frequency']:.2g} Hz. Iterations stop at a residual of {film['tolerance']:g} of the "
@@ -116,12 +120,13 @@ def film_part(film: dict[str, Any]) -> str:
         ),
     )
     text += "\n" + "".join(f"- {row['program']}: {row['solver']}\n" for row in film["rows"])
-    asked = () if quadratic else (row for row in film["rows"] if row["program"] in TARGETS)
-    return text + "\n" + "".join(map(_verdict, asked))
+    asked = {} if quadratic else TARGETS[film["speed"]]
+    return (
+        text + "\n" + "".join(_verdict(row, asked[row["program"]]) for row in film["rows"] if row["program"] in asked)
+    )
 
 
-def _verdict(row: dict[str, Any]) -> str:
-    target = TARGETS[row["program"]]
+def _verdict(row: dict[str, Any], target: float) -> str:
     speed = "reached" if row["ratio"] >= target else "missed"
     equal = "equal" if row["error"] <= EQUAL and row["difference_from_ours"] <= EQUAL else "NOT equal"
     return (
@@ -258,6 +263,7 @@ def _size(row: dict[str, Any]) -> str:
 
 _PARTS = {
     "film": film_part,
+    "film_gentle": film_part,
     "film_quadratic": film_part,
     "spinup": spinup_part,
     "hub": hub_part,
