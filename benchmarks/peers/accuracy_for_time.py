@@ -30,7 +30,7 @@ TARGETS = (0.01, 0.05)
 BEYOND = 3.0
 MESHES = {
     "triangle3": ((20, 10), (40, 20), (80, 40), (160, 80)),
-    "triangle6": ((10, 5), (20, 10), (30, 15), (40, 20)),
+    "triangle6": ((10, 5), (20, 10), (30, 15), (40, 20), (50, 25)),
 }
 STEPS = (4e-3, 2e-3, 1e-3, 5e-4)
 METHODS = ("newmark", "wilson", "generalized-alpha", "bathe")
@@ -79,6 +79,7 @@ class Setting:
 
 
 REFERENCE = Setting("tautflex", "triangle6", (60, 30), "newmark", 2.5e-4)
+OTHER = Setting(CONDENSED, "triangle6", (60, 30), EXPLICIT, 2.5e-4)
 NEXT_FINEST = Setting("tautflex", "triangle6", (40, 20), "newmark", 2.5e-4)
 
 
@@ -183,11 +184,12 @@ def main() -> None:
     chosen = parser.parse_args()
     kept = ROOT / ".peers" / ("accuracy_quick.json" if chosen.quick else "accuracy.json")
     runs = Runs(kept, chosen.fresh)
-    reference, finest = REFERENCE, NEXT_FINEST
+    reference, finest, other = REFERENCE, NEXT_FINEST, OTHER
     if chosen.quick:
         reference, finest = (Setting("tautflex", "triangle6", cells, "newmark", 1e-3) for cells in ((20, 10), (14, 7)))
+        other = replace(other, divisions=(20, 10), step=1e-3)
     rows = search(runs, reference, chosen.budget, chosen.quick)
-    doubt = error(runs(finest)["record"], runs(reference)["record"])
+    doubt, differs = (error(runs(each)["record"], runs(reference)["record"]) for each in (finest, other))
     found = [paired(rows, own, target, chosen.rounds) for target in TARGETS for own in (WHOLE, CONDENSED)]
     results = stored(chosen.output)
     results["accuracy"] = {
@@ -196,6 +198,7 @@ def main() -> None:
         "beyond": BEYOND,
         "reference": asdict(reference),
         "next_finest": asdict(finest) | {"error": doubt},
+        "other": asdict(other) | {"error": differs},
         "rows": rows,
         "pairs": [pair for pair in found if pair],
     } | provenance("accuracy_for_time.py")

@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 
 from tautflex.errors import UnsupportedError
+from tautflex.mechanics.kernel import add_forces
 from tautflex.mechanics.pattern import SparsityPattern
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array, Indices, jit
 from tautflex.solvers.linear.factorization import SymmetricFactorization
+from tautflex.solvers.linear.substitution import substitute
 from tautflex.solvers.nonlinear.newton import NewtonOutcome
 from tautflex.solvers.static.across import transverse_unknowns
 from tautflex.solvers.static.prestress import PrestressedState
@@ -27,6 +29,9 @@ _BALANCED, _MOST_CORRECTIONS = 5e-3, 8
 _LATE = 1.5
 # Part of the limit that is used: what the film's stretching adds to the stiffness of short waves is not in it.
 _SHARE = 0.9
+
+Moved = tuple[Array, Array, Array, Array]
+"""Displacement, velocity, acceleration and internal force at the end of a step, shape (size,) each."""
 
 
 @dataclass(frozen=True)
@@ -107,27 +112,51 @@ class CondensedStepper(ExplicitStepper):
         if size > self._limit:
             return at, failed
         equation = self.equation
-        half = at.v + 0.5 * size * at.a
-        # In the plane the velocity that is kept is the mean of a step, and first guess for the next.
-        half[self._inside] = at.v[self._inside]
         equation.set_time(at.time + size, segment.end)
         terms = equation.motion_terms(segment.motion(at.time + size))
-        q = at.q + size * half
-        force = self._balance(q, half, terms, size)
-        if force is None:
+        moved = self._moved_alone(at, terms, size) or self._moved(at, terms, size)
+        if moved is None:
             return at, failed
+        q, v, a, force = moved
         before = self._largest
         self._see_stress()
         if size > self._limit:
             self._largest = max(before, self._largest)
             return at, failed
-        a = self._acceleration(force, q, half, at.a, terms, size)
-        v = half + 0.5 * size * a
-        v[self._inside] = (q - at.q)[self._inside] / size
         end = MotionState(at.time + size, q, v, a, jerk=(a - at.a) / size, internal=force)
         end.books = self._books(at, end, terms, size)
         equation.book_inputs(end.books.work, at, end, segment.end)
         return end, NewtonOutcome(q, bool(np.isfinite(a).all()), history=[size / self._limit])
+
+    def _moved_alone(self, at: MotionState, terms: MotionTerms, size: float) -> Moved | None:
+        """End of a step if nothing but a load acts besides the film, and one correction is enough; else None."""
+        equation, (inside, across) = self.equation, self._parts(size)
+        turns = terms.velocity.any() or terms.displacement.any()
+        factors = inside.factor.parts, across.factor.parts
+        if turns or equation.products.damped or equation.followers or None in factors:
+            return None
+        load, workspace = equation.frame_load(terms) - equation.input_load, equation.workspace
+        elements = workspace.store, workspace.stresses, equation.state.reference_force
+        rows, left = step_alone(at.q, at.v, at.a, size, load, elements, (self._inside, self._across), factors)
+        equation.statistics.force_evaluations += 2
+        equation.statistics.iterations += 1
+        inside.factor.solves += 1
+        across.factor.solves += 1
+        return (rows[0], rows[1], rows[2], rows[3]) if left <= _BALANCED else None
+
+    def _moved(self, at: MotionState, terms: MotionTerms, size: float) -> Moved | None:
+        """End of a step under all that may act, or None if the plane does not come to balance."""
+        half = at.v + 0.5 * size * at.a
+        # In the plane the velocity that is kept is the mean of a step, and first guess for the next.
+        half[self._inside] = at.v[self._inside]
+        q = at.q + size * half
+        force = self._balance(q, half, terms, size)
+        if force is None:
+            return None
+        a = self._acceleration(force, q, half, at.a, terms, size)
+        v = half + 0.5 * size * a
+        v[self._inside] = (q - at.q)[self._inside] / size
+        return q, v, a, force
 
     def _balance(self, q: Array, v: Array, terms: MotionTerms, size: float) -> Array | None:
         """Bring displacement and velocity in the plane to balance; the internal force, or None if it fails.
@@ -188,6 +217,52 @@ class _Part:
         result = np.zeros_like(right)
         result[self._chosen] = self.factor.solve(right[self._chosen])
         return result
+
+
+@jit
+def step_alone(
+    q: Array, v: Array, a: Array, size: float, load: Array, elements: Any, chosen: Any, factors: Any
+) -> tuple[Array, float]:
+    """One step of a film under a load, with one correction in its plane; twin of `CondensedStepper._moved`.
+
+    Returns displacement, velocity, acceleration and internal force at its end, shape (4, size), and the part of all
+    internal forces that is left in the plane.
+    """
+    (store, stresses, reference), (inside, across), (plane, mass) = elements, chosen, factors
+    count, rows = q.size, np.zeros((4, q.size))
+    place, speed, bend, force = rows[0], rows[1], rows[2], rows[3]
+    extended, found, pull = np.zeros(count + 1), np.zeros(count + 1), np.empty(inside.size)
+    for i in across:
+        speed[i] = v[i] + 0.5 * size * a[i]
+    for i in inside:
+        speed[i] = v[i]
+    for i in range(count):
+        place[i] = extended[i] = q[i] + size * speed[i]
+    add_forces(store, extended, found, stresses, True, False, False)
+    for k in range(inside.size):
+        i = inside[k]
+        pull[k] = found[i] - reference[i] + load[i]
+    move = substitute(plane[0], plane[1], plane[2], pull)
+    for k in range(inside.size):
+        i = inside[k]
+        place[i] = extended[i] = place[i] - move[k]
+        speed[i] = (place[i] - q[i]) / size
+    found[:] = 0.0
+    add_forces(store, extended, found, stresses, True, True, False)
+    left, norm, push = 0.0, 0.0, np.empty(across.size)
+    for i in range(count):
+        force[i] = found[i] - reference[i]
+        norm += force[i] * force[i]
+    for i in inside:
+        left += (force[i] + load[i]) ** 2
+    for k in range(across.size):
+        push[k] = -force[across[k]] - load[across[k]]
+    found = substitute(mass[0], mass[1], mass[2], push)
+    for k in range(across.size):
+        i = across[k]
+        bend[i] = found[k]
+        speed[i] += 0.5 * size * found[k]
+    return rows, np.sqrt(left / norm) if norm > 0.0 else np.sqrt(left)
 
 
 @jit
