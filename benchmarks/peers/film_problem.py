@@ -3,13 +3,14 @@
 A problem file (``.npz``) holds ``nodes`` (node, 3) [m], ``triangles`` (triangle, 3), or (triangle, 6) with the corners
 first where they are quadratic, ``fixed`` (node numbers held in all three directions), ``velocity`` (node, 3) at the
 start [m/s], ``stress`` (sx, sy, sxy) at the start [Pa], ``young`` [Pa], ``poisson``, ``density`` [kg/m^3],
-``thickness`` [m], ``step`` [s], ``count`` of steps, ``probe`` (a node number) and ``tolerance`` (residual norm over
-norm of the internal forces at which an iteration may stop). Strains of quadratic triangles are taken at the three
-points that integrate second powers exactly; masses are exact.
+``thickness`` [m], ``step`` [s], ``count`` of steps, ``probe`` (a node number), ``tolerance`` (residual norm over norm
+of the internal forces at which an iteration may stop) and ``every`` (steps between two that tautflex stores; others
+store each). Strains of quadratic triangles are taken at the three points that integrate second powers exactly; masses
+are exact.
 
-A result file (``.npz``) holds ``displacement`` (count + 1, 3) of the probe [m], ``seconds`` of processor time of the
-time stepping, ``set_up_seconds`` before it, ``clock`` (sample, 2): steps done and processor seconds since the start,
-and ``details``, a JSON object (version, solver, iterations, factorizations).
+A result file (``.npz``) holds ``displacement`` (stored, 3) of the probe [m] from the start on, ``seconds`` of processor
+time of the time stepping, ``set_up_seconds`` before it, ``clock`` (sample, 2): steps done and processor seconds since
+the start, and ``details``, a JSON object (version, solver, iterations, factorizations).
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ def film_problem(
     tolerance: float,
     element: str = "triangle3",
     speed: float = SPEED,
+    every: int = 1,
 ) -> dict[str, np.ndarray]:
     """Fixed-edge film of 2 m x 1 m set in motion by a blow.
 
@@ -50,6 +52,8 @@ def film_problem(
         ``"triangle3"`` or ``"triangle6"``.
     speed
         Transverse velocity of the (1, 1) shape at the start [m/s].
+    every
+        Steps between two that tautflex stores; others store each.
 
     Returns
     -------
@@ -80,4 +84,5 @@ def film_problem(
         "count": np.array(count),
         "probe": np.array(inside[np.argmin(np.sum(offset**2, axis=1))]),
         "tolerance": np.array(tolerance),
+        "every": np.array(every),
     }

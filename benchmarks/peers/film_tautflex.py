@@ -18,6 +18,7 @@ METHODS = {
     "wilson": tf.WilsonTheta,
     "generalized-alpha": tf.GeneralizedAlpha,
     "bathe": tf.Bathe,
+    "condensed-difference": tf.CondensedDifference,
 }
 
 
@@ -44,6 +45,7 @@ def run(problem: dict[str, np.ndarray], method: str = "newmark", accuracy: str |
         "time_step": step,
         "initial_velocity": problem["velocity"],
         "tolerance": float(problem["tolerance"]),
+        "every": int(problem["every"]),
         "probes": {"probe": problem["nodes"][int(problem["probe"])]},
         "probe_reading": "nearest-node",
     }

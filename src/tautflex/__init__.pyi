@@ -172,6 +172,7 @@ from .solvers.static.prestress import solve_prestress as solve_prestress
 from .solvers.transient.adaptive import Adaptive as Adaptive
 from .solvers.transient.methods.bathe import Bathe as Bathe
 from .solvers.transient.methods.central_difference import CentralDifference as CentralDifference
+from .solvers.transient.methods.condensed_difference import CondensedDifference as CondensedDifference
 from .solvers.transient.methods.energy_conserving import EnergyConserving as EnergyConserving
 from .solvers.transient.methods.generalized_alpha import HHT as HHT
 from .solvers.transient.methods.generalized_alpha import GeneralizedAlpha as GeneralizedAlpha

@@ -188,6 +188,7 @@ def doors(t):
         ),
         "CableTension": (bound(tf.CableTension), {"change": 1.0, "cables": [0], "breaks": ()}),
         "CentralDifference": (tf.CentralDifference, {}),
+        "CondensedDifference": (tf.CondensedDifference, {}),
         "Coupling": (tf.Coupling, dict.fromkeys(("gyroscopic", "euler", "centrifugal", "inertial_load"), True)),
         "EdgeForce": (bound(tf.EdgeForce), force | {"nodes": [0, 1]}),
         "EnergyConserving": (tf.EnergyConserving, {}),

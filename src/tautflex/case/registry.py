@@ -106,6 +106,7 @@ METHODS = Registry(
         "bathe": "solvers.transient.methods.bathe:Bathe",
         "energy-conserving": "solvers.transient.methods.energy_conserving:EnergyConserving",
         "central-difference": "solvers.transient.methods.central_difference:CentralDifference",
+        "condensed-difference": "solvers.transient.methods.condensed_difference:CondensedDifference",
     },
 )
 INPUTS = Registry(

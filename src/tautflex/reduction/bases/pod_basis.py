@@ -11,10 +11,11 @@ import xarray as xr
 from tautflex import checks
 from tautflex.errors import InputError
 from tautflex.numeric import Array
-from tautflex.reduction.bases.snapshots import training_runs, training_snapshots, transverse_unknowns
+from tautflex.reduction.bases.snapshots import training_runs, training_snapshots
 from tautflex.reduction.bases.static_derivatives import TREATMENTS, add_static_derivatives
 from tautflex.reduction.bases.vectors import Basis, BasisVectors, ReferenceSolver, ritz
 from tautflex.solvers.modal.rigid import RIGID_DIRECTIONS
+from tautflex.solvers.static.across import transverse_unknowns
 from tautflex.solvers.static.prestress import PrestressedState
 from tautflex.text import brief
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from tautflex.numeric import Array
 from tautflex.reduction.bases.pod_basis import orthogonal_modes
-from tautflex.reduction.bases.snapshots import transverse_unknowns
 from tautflex.reduction.bases.vectors import BasisVectors, ritz
+from tautflex.solvers.static.across import transverse_unknowns
 from tautflex.solvers.static.prestress import PrestressedState
 
 

@@ -133,10 +133,11 @@ class ExplicitStepper(Remembering):
         equation, own, none = self.equation, np.empty((5, end.q.size)), np.zeros_like(end.q)
         inertia = equation.inertia
         own[INERTIA] = equation.products.mass_product(end.a)
-        own[DAMPING] = equation.products.damping_product(end.v)
-        own[FRAME] = (
-            equation.frame_load(terms) + inertia.apply(terms.velocity, end.v) + inertia.apply(terms.displacement, end.q)
-        )
+        own[DAMPING] = equation.products.damping_product(end.v) if equation.products.damped else 0.0
+        own[FRAME] = equation.frame_load(terms)
+        for weight, moving in ((terms.velocity, end.v), (terms.displacement, end.q)):
+            if weight.any():
+                own[FRAME] += inertia.apply(weight, moving)
         instants = size, size, at.books.late
         work = write_books(
             1.0,
