@@ -183,6 +183,21 @@ def vector3(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return float_array(name, value, (3,))
 
 
+def vectors3(name: str, values: Sequence[ArrayLike]) -> NDArray[np.float64]:
+    """Return as many of the values, from the first on, as `vector3` would take, shape (value, 3)."""
+    with contextlib.suppress(TypeError, ValueError, OverflowError):
+        array = np.array(values)
+        if array.dtype.kind in "biuf" and array.shape == (len(values), 3) and np.all(np.isfinite(array)):
+            return array.astype(float)
+    found = []
+    for value in values:
+        try:
+            found.append(vector3(name, value))
+        except InputError:
+            break
+    return np.array(found).reshape(-1, 3)
+
+
 def numbers(name: str, value: Any, *, error: type[InputError] = InputError) -> NDArray[np.float64]:
     """Return ``value`` as a float array of any shape, finite or not, or raise ``error``; texts are no numbers."""
     with contextlib.suppress(TypeError, ValueError, OverflowError):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
+from tautflex import checks
 from tautflex.solvers.linear.factorization import SymmetricFactorization
 from tautflex.solvers.transient.driver import GridDriver
 from tautflex.solvers.transient.march.stretch import March
@@ -188,6 +189,45 @@ def test_a_torque_that_fails_ahead_fails_where_it_is_met(state):
     with pytest.raises(tf.NotConvergedError, match="torque") as failed:
         tf.simulate(state, tf.FreeHub(20.0, (4.0, 5.0, 6.0), torque=torque), time_step=1e-3, end_time=0.06)
     assert failed.value.result.reached == pytest.approx(0.04)
+
+
+def test_a_torque_may_fill_one_array_again_and_again(state):
+    room, motion = np.zeros(3), {"time_step": 1e-3, "end_time": 0.04}
+
+    def refilled(time, hub):
+        room[:] = turning(time, SimpleNamespace(time=time))
+        return room
+
+    runs = [
+        tf.simulate(state, tf.FreeHub(20.0, (4.0, 5.0, 6.0), torque=torque), **motion)
+        for torque in (turning, lambda time, hub: tuple(turning(time, hub)), refilled)
+    ]
+    for other in runs[1:]:
+        assert_same(runs[0], other)
+
+
+WRONG = [
+    (0.0, 1.0),
+    1.0,
+    ("0", "1", "2"),
+    (0.0, np.nan, 1.0),
+    (1j, 0.0, 0.0),
+    None,
+    [[0.0], [1.0], [2.0]],
+    (10**400, 0, 0),
+]
+
+
+@pytest.mark.parametrize("wrong", WRONG, ids=repr)
+def test_values_ahead_count_up_to_the_first_that_is_wrong(wrong):
+    right = [(0.0, 1.0, 2.0), [True, 1, 2.5], np.arange(3, dtype=np.float32)]
+    np.testing.assert_array_equal(checks.vectors3("torque", right), [checks.vector3("torque", one) for one in right])
+    assert checks.vectors3("torque", []).shape == (0, 3)
+    for place in range(4):
+        found = checks.vectors3("torque", [*right[:place], wrong, *right[place:]])
+        np.testing.assert_array_equal(found, np.array(right)[:place].reshape(-1, 3))
+    with pytest.raises(tf.InputError, match="torque"):
+        checks.vector3("torque", wrong)
 
 
 def test_what_a_stage_recalls():

@@ -129,7 +129,7 @@ class ElementBlock:
             return g, self.gradient
         given, room, slopes = np.ascontiguousarray(g.T), make_room(), np.empty((len(g), g.shape[1], g.shape[1]))
         local = np.empty_like(given)
-        to_local(given, len(g), room, local)
+        to_local(given, len(g), local)
         for row, slope in enumerate(slopes):
             local_slopes(given, row, room, slope)
         return local.T, slopes @ self.gradient

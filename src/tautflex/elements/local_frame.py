@@ -42,9 +42,8 @@ def _derivatives(coefficients: Array, x: float) -> tuple[float, float, float]:
 
 
 @jit
-def _quaternion(x: float, y: float, z: float, q: Array, first: Array, second: Array) -> None:
-    """Unit quaternion of a rotation vector, shape (4,), and its derivatives, shapes (4, 3) and (4, 3, 3)."""
-    square = x * x + y * y + z * z
+def _sine(square: float) -> tuple[float, float, float, float]:
+    """Cosine of half an angle, and ``sin(angle/2)/angle`` with two derivatives by the square of the angle."""
     angle = np.sqrt(square)
     cosine = np.cos(0.5 * angle)
     if square < _SMALL_SQUARE:
@@ -53,14 +52,39 @@ def _quaternion(x: float, y: float, z: float, q: Array, first: Array, second: Ar
         s = np.sin(0.5 * angle) / angle
         s1 = (0.5 * cosine - s) / (2.0 * square)
         s2 = -(0.0625 * s + 1.5 * s1) / square
+    return cosine, s, s1, s2
+
+
+@jit
+def _end(g: Array, e: int, row: int) -> tuple[float, float, float, float]:
+    """Unit quaternion of the rotation vector of a line's end, whose rows begin here."""
+    x, y, z = g[row, e], g[row + 1, e], g[row + 2, e]
+    cosine, s, _, _ = _sine(x * x + y * y + z * z)
+    return cosine, s * x, s * y, s * z
+
+
+@jit
+def _quaternion(x: float, y: float, z: float, q: Array, first: Array) -> None:
+    """Unit quaternion of a rotation vector, shape (4,), and its derivatives, shape (4, 3)."""
+    cosine, s, s1, _ = _sine(x * x + y * y + z * z)
     theta = (x, y, z)
     q[0] = cosine
     for i in range(3):
         q[1 + i] = s * theta[i]
         first[0, i] = -0.5 * q[1 + i]
         for j in range(3):
+            first[1 + i, j] = 2.0 * s1 * theta[i] * theta[j]
+        first[1 + i, i] += s
+
+
+@jit
+def _second(x: float, y: float, z: float, first: Array, second: Array) -> None:
+    """Second derivatives of `_quaternion`, shape (4, 3, 3), from the first ones."""
+    _, _, s1, s2 = _sine(x * x + y * y + z * z)
+    theta = (x, y, z)
+    for i in range(3):
+        for j in range(3):
             same = 1.0 if i == j else 0.0
-            first[1 + i, j] = s * same + 2.0 * s1 * theta[i] * theta[j]
             second[0, i, j] = -0.5 * first[1 + i, j]
             for k in range(3):
                 mixed = 4.0 * s2 * theta[i] * theta[j] * theta[k]
@@ -124,9 +148,9 @@ def make_room() -> tuple[Array, Array, Array, Array]:
 @jit
 def _see(g: Array, e: int, room: tuple[Array, Array, Array, Array]) -> tuple[float, Array]:
     """Quaternions of both ends and their sum; returns the cosine of half the angle between them, and the chord."""
-    q, first, second, work = room
-    _quaternion(g[3, e], g[4, e], g[5, e], q[0], first[0], second[0])
-    _quaternion(g[6, e], g[7, e], g[8, e], q[1], first[1], second[1])
+    q, first, _, work = room
+    _quaternion(g[3, e], g[4, e], g[5, e], q[0], first[0])
+    _quaternion(g[6, e], g[7, e], g[8, e], q[1], first[1])
     for i in range(4):
         q[2, i] = q[0, i] + q[1, i]
     d = work[0, :3]
@@ -135,24 +159,26 @@ def _see(g: Array, e: int, room: tuple[Array, Array, Array, Array]) -> tuple[flo
 
 
 @jit
-def to_local(g: Array, width: int, room: tuple[Array, Array, Array, Array], local: Array) -> None:
+def to_local(g: Array, width: int, local: Array) -> None:
     """Local gradients of the first ``width`` lines from their gradients, shapes (9, pack); may be the same array."""
-    q, _, _, work = room
-    unit, slope = work[1, :3], work[2]
     for e in range(width):
-        p, d = _see(g, e, room)
-        share, bend = 1.0 / (2.0 + 2.0 * p), _bend(p)[0]
+        # Both ends and their sum s; R_m' d and the vector part of q_1* q_2 in numbers, which need no arrays.
+        (a0, a1, a2, a3), (b0, b1, b2, b3) = _end(g, e, 3), _end(g, e, 6)
+        s0, s1, s2, s3 = a0 + b0, a1 + b1, a2 + b2, a3 + b3
+        p = a0 * b0 + a1 * b1 + a2 * b2 + a3 * b3
+        x, y, z = 1.0 + g[0, e], g[1, e], g[2, e]
+        share, half = 1.0 / (2.0 + 2.0 * p), 0.5 * _bend(p)[0]
         # |d| - 1 without the loss of a difference.
-        stretch = g[0, e] * (2.0 + g[0, e]) + d[1] * d[1] + d[2] * d[2]
+        stretch = g[0, e] * (2.0 + g[0, e]) + y * y + z * z
         local[0, e] = stretch / (np.sqrt(1.0 + stretch) + 1.0)
+        square, along = s0 * s0 - (s1 * s1 + s2 * s2 + s3 * s3), s1 * x + s2 * y + s3 * z
+        local[1, e] = share * (square * y + 2.0 * (s2 * along + s0 * (z * s1 - x * s3)))
+        local[2, e] = share * (square * z + 2.0 * (s3 * along + s0 * (x * s2 - y * s1)))
+        local[6, e] = half * (a0 * b1 - b0 * a1 - (a2 * b3 - a3 * b2))
+        local[7, e] = half * (a0 * b2 - b0 * a2 - (a3 * b1 - a1 * b3))
+        local[8, e] = half * (a0 * b3 - b0 * a3 - (a1 * b2 - a2 * b1))
         for i in range(3):
-            unit[:] = 0.0
-            unit[i] = 1.0
-            if i:
-                local[i, e] = share * _half_turn(q[2], d, unit, slope)
-            _difference(unit, q[1], 1.0, slope)
-            half = 0.5 * bend * _dot(slope, q[0])
-            local[3 + i, e], local[6 + i, e] = -half, half
+            local[3 + i, e] = -local[6 + i, e]
 
 
 @jit
@@ -223,6 +249,9 @@ def _add_curvature(
     """Add the second derivatives of ``w . local gradients`` of one line to ``total``, shape (9, 9)."""
     q, first, second, work = room
     p, d = _see(g, e, room)
+    for one in range(2):
+        row = 3 + 3 * one
+        _second(g[row, e], g[row + 1, e], g[row + 2, e], first[one], second[one])
     _weighted_slope(w, p, d, room, np.empty(GRADIENTS))
     n, m, turned, by1, by2, c1q, c2q = work[1, :3], work[2, :3], work[6, :3], work[7], work[8], work[9], work[10]
     share, bend, c1, c2 = work[11, 0], work[11, 1], work[11, 2], work[11, 3]

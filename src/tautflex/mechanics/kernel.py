@@ -41,7 +41,7 @@ def pack_strain(data: Any, first: int, width: int, q: Array, local: Array, g: Ar
             result[e] += values[e] * factor[e]
     if data.turns:
         g[data.gradients :] = g[: data.gradients]
-        to_local(g[data.gradients :], width, make_room(), g)
+        to_local(g[data.gradients :], width, g)
     for t in range(data.linear_value.size):
         result, factor, value = strain[data.linear_strain[t]], g[data.linear_gradient[t]], data.linear_value[t]
         for e in range(width):
@@ -210,7 +210,7 @@ def _scatter_mean(
         for e in range(width):
             given[:, e] = (1.0 - share) * start[:, e] + share * end[:, e]
             part[:, e] = 0.5 * _WEIGHTS[k] * stress[:, e]
-        to_local(given, width, make_room(), middle)
+        to_local(given, width, middle)
         _scatter(data, first, width, middle, part, conjugate, local, out, False)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from tautflex.errors import InputError
+from tautflex.motion.triples import after, axes_of, quaternion_of
 from tautflex.numeric import Array, jit
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
@@ -16,21 +17,13 @@ IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 @jit
 def product(left: Array, right: Array) -> Array:
     """Quaternion product, shape (4,): the rotation ``right`` followed by ``left``."""
-    result = np.empty(4)
-    result[0] = left[0] * right[0] - (left[1] * right[1] + left[2] * right[2] + left[3] * right[3])
-    result[1] = left[0] * right[1] + right[0] * left[1] + (left[2] * right[3] - left[3] * right[2])
-    result[2] = left[0] * right[2] + right[0] * left[2] + (left[3] * right[1] - left[1] * right[3])
-    result[3] = left[0] * right[3] + right[0] * left[3] + (left[1] * right[2] - left[2] * right[1])
-    return result
+    return np.array(after((left[0], left[1], left[2], left[3]), (right[0], right[1], right[2], right[3])))
 
 
 @jit
 def exponential(turn: Array) -> Array:
     """Quaternion of a rotation vector [rad], shape (3,) -> (4,)."""
-    half = 0.5 * np.sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2])
-    # No division by a vanishing angle.
-    share = 0.5 * np.sin(half) / half if half > 0.0 else 0.5
-    return np.array([np.cos(half), share * turn[0], share * turn[1], share * turn[2]])
+    return np.array(quaternion_of((turn[0], turn[1], turn[2])))
 
 
 def rotation_vector(quaternion: Array) -> Array:
@@ -57,14 +50,7 @@ def rotation_vectors(quaternions: Array) -> Array:
 @jit
 def matrix(quaternion: Array) -> Array:
     """Rotation matrix A of a unit quaternion, shape (3, 3)."""
-    w, x, y, z = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return np.array(axes_of((quaternion[0], quaternion[1], quaternion[2], quaternion[3])))
 
 
 def continuous_quaternions(rows: Array) -> Array:

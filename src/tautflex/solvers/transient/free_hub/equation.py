@@ -98,12 +98,16 @@ class HubEquation(EquationOfMotion):
 
     def wrench_of(self, load: Array, q: Array) -> Array:
         """Force, and torque about O, of forces on the free unknowns, hub axes, shape (6,)."""
-        wrench: Array = wrench_of(self.points, load, q)
-        return wrench
+        return np.asarray(wrench_of(self.points, load, q), dtype=np.float64)
 
     def rigid_wrench(self, state: HubState | None) -> Array:
         """That of the hub and its supports, at the instant that is set and a state (None where it asks for none)."""
-        return (self.hub.wrench(state) if self._constant is None else self._constant) + (self._held + self.commanded)
+        return (self.hub.wrench(state) if self._constant is None else self._constant) + self.added_wrench
+
+    @property
+    def added_wrench(self) -> Array:
+        """That of the supports at the instant that is set, and what is commanded, shape (6,)."""
+        return self._held + self.commanded
 
     def wrench(self, time: float, rigid: Array, q: Array, v: Array) -> Array:
         """Force, and torque about O, of everything outside at an instant, hub axes, shape (6,)."""
@@ -246,6 +250,8 @@ class HubEquation(EquationOfMotion):
         """With what the free hub takes from the effective stiffness, ``-c B' R^-1 B``."""
         (mass, coupling), (vectors, core), free = self.blocks(q), super().correction(q, scheme), self.hub.freedom > 0.0
         taken = -scheme.inertia.d * np.linalg.inv(mass[free][:, free])
+        if not core.size:
+            return coupling[free], taken
         return np.concatenate([coupling[free], vectors.reshape(-1, q.size)]), block_diag(taken, core)
 
     def motion(self, at: MotionState, segment: Segment) -> RigidMotion:

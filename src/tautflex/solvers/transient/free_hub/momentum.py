@@ -21,6 +21,7 @@ import numpy as np
 from tautflex.mechanics.inertia import InertiaOperator
 from tautflex.mechanics.products import inner
 from tautflex.motion.hub import FreeHub
+from tautflex.motion.triples import put, triple
 from tautflex.numeric import Array, Indices, Places, jit
 
 
@@ -116,12 +117,6 @@ class Momenta(NamedTuple):
 
 
 @jit
-def _moment_of(lever: Array) -> Array:
-    """``int rho x y`` from ``lever_ab = int rho_a y_b``, shape (3,)."""
-    return np.array([lever[1, 2] - lever[2, 1], lever[2, 0] - lever[0, 2], lever[0, 1] - lever[1, 0]])
-
-
-@jit
 def _products(body: tuple[Any, ...], q: Array, v: Array) -> Array:
     """The different products of two vectors, shape (2, products)."""
     start, column, value = body[3], body[4], body[5]
@@ -136,25 +131,13 @@ def _products(body: tuple[Any, ...], q: Array, v: Array) -> Array:
 
 
 @jit
-def _forms(body: tuple[Any, ...], products: Array, q: Array, v: Array, a: Array) -> Array:
-    """``int rho u_a y_b`` for y of the vectors q, v, a, shape (3, 3, 3), from the products of q."""
-    first, line, which, forms = body[0], body[1], body[2], np.empty((3, 3, 3))
-    for p in range(3):
-        for r in range(3):
-            e, f, g = 0.0, 0.0, 0.0
-            for k in range(first[p + 3 * r], first[p + 3 * r + 1]):
-                y, row = products[0, which[k]], line[k]
-                e += q[row] * y
-                f += v[row] * y
-                g += a[row] * y
-            forms[0, r, p], forms[1, r, p], forms[2, r, p] = e, f, g
-    return forms
+def _sums(body: tuple[Any, ...], products: Array, q: Array, v: Array, a: Array) -> Array:
+    """``int rho (1, x + u)_b y_p`` for y of the vectors q, v, a, where of q itself half of u counts, shape (3, 4, 3).
 
-
-@jit
-def _moments(body: tuple[Any, ...], q: Array, v: Array, a: Array) -> Array:
-    """``int rho (1, x, y, z)_a y_b`` for y of the vectors q, v, a, shape (3, 4, 3)."""
-    begin, place, moment, moments = body[6], body[7], body[8], np.empty((3, 4, 3))
+    ``products`` are those of q.
+    """
+    first, line, which, begin, place, moment = body[0], body[1], body[2], body[6], body[7], body[8]
+    sums = np.empty((3, 4, 3))
     for p in range(3):
         for b in range(4):
             e, f, g = 0.0, 0.0, 0.0
@@ -163,34 +146,61 @@ def _moments(body: tuple[Any, ...], q: Array, v: Array, a: Array) -> Array:
                 e += c * q[row]
                 f += c * v[row]
                 g += c * a[row]
-            moments[0, b, p], moments[1, b, p], moments[2, b, p] = e, f, g
-    return moments
+            if b > 0:
+                half = 0.0
+                for k in range(first[p + 3 * b - 3], first[p + 3 * b - 2]):
+                    y, row = products[0, which[k]], line[k]
+                    half += q[row] * y
+                    f += v[row] * y
+                    g += a[row] * y
+                e += 0.5 * half
+            sums[0, b, p], sums[1, b, p], sums[2, b, p] = e, f, g
+    return sums
+
+
+@jit
+def _momentum_of(sums: Array, result: Array) -> None:
+    """Fill in linear momentum ``int rho y`` and moment ``int rho (x + u) x y`` of the sums of y, shape (6,)."""
+    for p in range(3):
+        a, b = (p + 1) % 3, (p + 2) % 3
+        result[p], result[3 + p] = sums[0, p], sums[1 + a, b] - sums[1 + b, a]
 
 
 @jit
 def momenta_of(body: tuple[Any, ...], q: Array, v: Array, a: Array) -> Momenta:
     """Momenta of the structure at elastic unknowns, velocities and accelerations, each of shape (size,)."""
     products = _products(body, q, v)
-    forms, moments = _forms(body, products, q, v, a), _moments(body, q, v, a)
-    mixed, square = moments[0, 1:], forms[0]
-    second = body[11] + mixed + mixed.T + 0.5 * (square + square.T)
-    mass = np.zeros((6, 6))
-    mass[3:, 3:] = body[12] - second
-    x, y, z = body[10][0] + moments[0, 0, 0], body[10][1] + moments[0, 0, 1], body[10][2] + moments[0, 0, 2]
-    for k in range(3):
-        mass[k, k] = body[9]
-        mass[3 + k, 3 + k] += second[0, 0] + second[1, 1] + second[2, 2]
-    mass[5, 1] = mass[1, 5] = x
-    mass[4, 2] = mass[2, 4] = -x
-    mass[3, 2] = mass[2, 3] = y
-    mass[5, 0] = mass[0, 5] = -y
-    mass[4, 0] = mass[0, 4] = z
-    mass[3, 1] = mass[1, 3] = -z
-    flow, kick = moments[1, 1:] + forms[1], moments[2, 1:] + forms[2]
-    relative, push = np.empty(6), np.empty(6)
-    relative[:3], relative[3:] = moments[1, 0], _moment_of(flow)
-    push[:3], push[3:] = moments[2, 0], _moment_of(kick)
-    return Momenta(products, mass, relative, flow, push)
+    sums = _sums(body, products, q, v, a)
+    # One array for all: making one costs as much as filling it.
+    room = np.zeros((8, 6))
+    mass, relative, push, still = room[:6], room[6], room[7], sums[0]
+    trace = body[11][0, 0] + body[11][1, 1] + body[11][2, 2] + 2.0 * (still[1, 0] + still[2, 1] + still[3, 2])
+    for p in range(3):
+        for r in range(3):
+            mass[3 + p, 3 + r] = body[12][p, r] - (body[11][p, r] + still[1 + p, r] + still[1 + r, p])
+        mass[p, p] = body[9]
+        mass[3 + p, 3 + p] += trace
+        # -S(s) above, S(s) below the diagonal.
+        i, k, moment = (p + 1) % 3, (p + 2) % 3, body[10][p] + still[0, p]
+        mass[i, 3 + k] = mass[3 + k, i] = moment
+        mass[k, 3 + i] = mass[3 + i, k] = -moment
+    _momentum_of(sums[1], relative)
+    _momentum_of(sums[2], push)
+    return Momenta(products, mass, relative, sums[1, 1:], push)
+
+
+@jit
+def _forms_of(twist: Array, rates: Array) -> Array:
+    """``S(w)`` and ``S(dw) + S(w)^2``, shape (2, 3, 3)."""
+    forms, (x, y, z), (a, b, c) = np.empty((2, 3, 3)), triple(twist, 3), triple(rates, 3)
+    turning, moving = forms
+    put(turning[0], 0, (0.0, -z, y))
+    put(turning[1], 0, (z, 0.0, -x))
+    put(turning[2], 0, (-y, x, 0.0))
+    put(moving[0], 0, (-y * y - z * z, x * y - c, x * z + b))
+    put(moving[1], 0, (x * y + c, -x * x - z * z, y * z - a))
+    put(moving[2], 0, (x * z - b, y * z + a, -x * x - y * y))
+    return forms
 
 
 @jit
@@ -203,15 +213,7 @@ def add_frame_forces(
     of the part that does not depend on q, and of all the forces after it.
     """
     first, line, which, _, _, _, begin, place, moment, _, _, _, _, _ = body
-    x, y, z = twist[3], twist[4], twist[5]
-    turning = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    moving = np.array(
-        [
-            [-y * y - z * z, x * y - rates[5], x * z + rates[4]],
-            [x * y + rates[5], -x * x - z * z, y * z - rates[3]],
-            [x * z - rates[4], y * z + rates[3], -x * x - y * y],
-        ]
-    )
+    turning, moving = _forms_of(twist, rates)
     load = np.zeros(forces.size)
     for p in range(3):
         for r in range(3):

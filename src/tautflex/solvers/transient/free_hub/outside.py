@@ -8,9 +8,8 @@ import numpy as np
 
 from tautflex.mechanics.products import inner
 from tautflex.mechanics.system import StructuralSystem
-from tautflex.numeric import Array, cross, jit
-
-_cross = jit(cross)
+from tautflex.motion.triples import crossed, plus, put, triple
+from tautflex.numeric import Array, jit
 
 
 def points_of(system: StructuralSystem) -> tuple[Any, ...]:
@@ -25,19 +24,24 @@ def points_of(system: StructuralSystem) -> tuple[Any, ...]:
 @jit
 def wrench_of(points: Any, load: Array, q: Array) -> Array:
     """Force, and torque about O, of forces on the free unknowns, hub axes, shape (6,)."""
-    (nodes, moves, turns), result, force, arm = points, np.zeros(6), np.empty(3), np.empty(3)
+    (nodes, moves, turns), result = points, np.zeros(6)
     for n in range(nodes.shape[0]):
-        for i in range(3):
-            place = moves[n, i]
-            force[i], arm[i] = (load[place], nodes[n, i] + q[place]) if place < q.size else (0.0, nodes[n, i])
+        i, j, k = moves[n, 0], moves[n, 1], moves[n, 2]
+        force = _of(load, i, 0.0), _of(load, j, 0.0), _of(load, k, 0.0)
         if force[0] != 0.0 or force[1] != 0.0 or force[2] != 0.0:
-            result[:3] += force
-            result[3:] += _cross(arm, force)
+            arm = _of(q, i, nodes[n, 0]), _of(q, j, nodes[n, 1]), _of(q, k, nodes[n, 2])
+            put(result, 0, plus(triple(result, 0), 1.0, force))
+            put(result, 3, plus(triple(result, 3), 1.0, crossed(arm, force)))
     for n in range(turns.shape[0]):
         for i in range(3):
-            if turns[n, i] < q.size:
-                result[3 + i] += load[turns[n, i]]
+            result[3 + i] += _of(load, turns[n, i], 0.0)
     return result
+
+
+@jit
+def _of(vector: Array, place: int, base: float) -> float:
+    """What an unknown has, or a supported one has not, beside a number."""
+    return base + vector[place] if place < vector.size else base
 
 
 @jit

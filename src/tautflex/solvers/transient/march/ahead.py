@@ -6,12 +6,14 @@ with a state of which the time alone is known, and whoever looks at the rest has
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from tautflex import checks
 from tautflex.mechanics.loads.inputs import earlier
-from tautflex.motion.hub import HubState
+from tautflex.motion.hub import Actuation, FreeHub, HubState
 from tautflex.numeric import Array, Indices
 from tautflex.solvers.transient.equation import EquationOfMotion
 from tautflex.solvers.transient.free_hub.equation import HubEquation
@@ -44,9 +46,10 @@ class Ahead(NamedTuple):
 class _TimeAlone(HubState):
     """Hub of which the time alone is known."""
 
+    looked: ClassVar[bool] = False
+
     def __init__(self, time: float) -> None:
         object.__setattr__(self, "time", time)
-        object.__setattr__(self, "looked", False)
 
     def __getattribute__(self, name: str) -> object:
         if name not in {"time", "__class__"}:
@@ -91,29 +94,53 @@ class Outlook:
 
     def _on_hub(self, equation: HubEquation, instants: Array, before: float) -> Ahead:
         """The same on a free hub."""
-        loads, outside, wrenches = list[Array](), list[Array](), list[Array]()
-        which, then = np.zeros(len(instants), dtype=np.int64), np.nan
-        for number, instant in enumerate(instants.tolist()):
-            again, then = instant == then, instant
-            changed = (not again and equation.set_time(instant, before)) or not loads
-            if changed:
-                loads.append(equation.input_load)
-                outside.append(equation.outside)
-            which[number] = len(loads) - 1
-            known = not changed and (again or not equation.hub.feedback)
-            wrench = wrenches[-1] if known else self._wrench(equation, earlier(instant, before))
-            if wrench is None:
-                break
-            wrenches.append(wrench)
-        return Ahead(np.array(loads), np.array(outside), which, np.array(wrenches).reshape(-1, 6))
+        times = np.minimum(instants, earlier(np.inf, before)).tolist()
+        own = self._wrenches(equation.hub, times)
+        loads, outside, added = [equation.input_load], [equation.outside], [equation.added_wrench]
+        which = np.zeros(len(times), dtype=np.int64)
+        if equation.inputs:
+            loads, outside, added, then = [], [], [], np.nan
+            for number, instant in enumerate(instants[: max(len(own), 1)].tolist()):
+                changed = instant != then and equation.set_time(instant, before)
+                if changed or not loads:
+                    loads.append(equation.input_load)
+                    outside.append(equation.outside)
+                    added.append(equation.added_wrench)
+                which[number], then = len(loads) - 1, instant
+        wrenches = own + np.array(added)[which[: len(own)]]
+        return Ahead(np.array(loads), np.array(outside), which, wrenches)
 
-    def _wrench(self, hub: HubEquation, time: float) -> Array | None:
-        """Wrench of an instant, whose inputs are set; None where the motion has to be known, or a function fails."""
-        state = _TimeAlone(time)
-        try:
-            wrench = hub.rigid_wrench(state)
-        except Exception:  # the driver meets it where it is, with the motion
-            wrench = None
-        if object.__getattribute__(state, "looked"):
-            self.follows_motion, wrench = True, None
-        return wrench
+    def _wrenches(self, hub: FreeHub, times: list[float]) -> Array:
+        """Wrenches on the hub itself, as far as the motion need not be known and no function fails, shape (n, 6)."""
+        found = np.zeros((len(times), 6))
+        for name, columns in (("force", slice(3)), ("torque", slice(3, 6))):
+            given = getattr(hub, name)
+            if callable(given):
+                values = checks.vectors3(name, self._values(given, times))
+                found, times = found[: len(values)], times[: len(values)]
+            elif given is not None:
+                values = checks.vector3(name, given)
+            else:
+                continue
+            found[:, columns] = values
+        return found
+
+    def _values(self, function: Actuation, times: list[float]) -> list[ArrayLike]:
+        """What a function of the hub gives, up to where it looks at more than the time or fails."""
+        found, last = list[ArrayLike](), np.nan
+        for time in times:
+            if time == last:
+                found.append(found[-1])
+                continue
+            state, last = _TimeAlone(time), time
+            try:
+                # Of a tuple nothing can change; anything else may be filled in anew by the next call.
+                value = given if type(given := function(time, state)) is tuple else np.array(given)
+            except Exception:  # the driver meets it where it is, with the motion
+                value = None
+            if object.__getattribute__(state, "looked"):
+                self.follows_motion, value = True, None
+            if value is None:
+                break
+            found.append(value)
+        return found
