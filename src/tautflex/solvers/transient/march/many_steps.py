@@ -34,7 +34,7 @@ from typing import Any
 
 import numpy as np
 
-from tautflex.mechanics.products import add_low_rank, inner, product
+from tautflex.mechanics.products import add_low_rank, inner, product, quadratic_form
 from tautflex.numeric import Array, Indices, jit
 from tautflex.solvers.linear.low_rank import take_back
 from tautflex.solvers.linear.substitution import substitute
@@ -45,7 +45,9 @@ from tautflex.solvers.transient.accuracy.time_error import is_sampled, see_step
 from tautflex.solvers.transient.corotation import node_angles, turn
 from tautflex.solvers.transient.free_hub.balance import mobile_product
 from tautflex.solvers.transient.free_hub.momentum import carried_energy
+from tautflex.solvers.transient.march.control import LEVEL, SHARE, is_kept
 from tautflex.solvers.transient.march.frame import frame_terms
+from tautflex.solvers.transient.march.grid import record_between
 from tautflex.solvers.transient.march.on_hub import add_reaction, end_of_hub, foretold
 from tautflex.solvers.transient.recorder import record
 from tautflex.solvers.transient.step_kernel import begin_step, end_of_step, first_guess, recalled, step_residual
@@ -228,20 +230,34 @@ def _stage(
 
 
 @jit
+def _keeps(control: Any, begins: float, at: Any, now: Any, matrices: Any, tangent: Any, counts: Indices) -> bool:
+    """Whether a step from an instant [s] keeps the tolerance of ``control``, if there is one, see `is_kept`."""
+    if control is None:
+        return True
+    start, column, mass = matrices[:3]
+    error = _solution(tangent, tangent[4] * product(start, column, mass, control[0][SHARE] * (now[2] - at[2])))
+    counts[SOLVES] += 1
+    found, speed = quadratic_form(start, column, mass, error), quadratic_form(start, column, mass, now[1])
+    return is_kept(control, begins, np.sqrt(max(found, 0.0)), np.sqrt(max(speed, 0.0)))
+
+
+@jit
 def take_steps(
     times: Array, matrices: Any, elements: Any, scheme: Any, tangent: Any, axes: Any, pairs: Any, frame: Any,
     hub: Any, limits: Any, counts: Indices, scales: Array, begin: Any, watched: bool, watch: Any, samples: Any,
-) -> tuple[int, Any, Any]:  # fmt: skip
+    control: Any,
+) -> tuple[int, Any, Any, Any]:  # fmt: skip
     """Take steps between instants, shape (steps + 1,), until one is left undone or the tangent is to be renewed.
 
     ``scales`` holds the largest force scale of the run, and sizes of the elements' forces by which the first guess is
     judged; ``begin`` the parts of a `MotionState`: displacement, velocity, acceleration, jerk, forces, and of its
     `Books` work, forces by kind of the last equilibrium and of its evaluation instant alone, and lateness; ``watch``
     those of a `TimeError`, if the run is ``watched``; ``samples`` what `record` writes to and where, for every step,
-    then an array for displacements and the row of every step; -1: nowhere.
+    then an array for displacements and the row of every step; -1: nowhere; ``control`` what `is_kept` reads, of steps
+    that are to be of another size where their error asks for it, else None.
 
     Returns the number of steps taken, then the parts of the state that they end in, as in ``begin``; of a free hub the
-    hub there, its balanced acceleration, power and work.
+    hub there, its balanced acceleration, power and work; and the parts of the state where the last step begins.
     """
     start, column, mass, size = matrices[0], matrices[1], matrices[2], begin[0].size
     (motions, fixed, _, _), (recorded, rows, fields, places) = frame, samples
@@ -249,9 +265,11 @@ def take_steps(
     terms, passed = frame_terms(motions[0], fixed), np.empty((stages, 3, size))
     taken, depth, unseen = 0, pairs[0].shape[0], np.zeros(0)
     kept = np.empty((depth, size)), np.empty((depth, size)), np.empty((depth, depth))
-    at, own = begin, (unseen, unseen, np.zeros(2))
+    at, prior, own, level = begin, begin, (unseen, unseen, np.zeros(2)), 0.0
     if hub is not None:
         own = hub[7], hub[8], hub[9]
+    if control is not None:
+        level = control[1][LEVEL]
     for k in range(times.size - 1):
         first, counted, scaled = counts[LEARNED], counts.copy(), scales.copy()
         now, new, energy, time, good = at, own, 0.0, times[k], True
@@ -270,6 +288,7 @@ def take_steps(
             good = good and (stage == stages - 1 or counts[LOST] <= limits[5])
             if not good:
                 break
+        good = good and _keeps(control, times[k], at, now, matrices, tangent, counts)
         if not good:
             if counts[LEARNED] > first:
                 _restore(pairs, kept, first, counts[LEARNED])
@@ -286,7 +305,7 @@ def take_steps(
                 error = _solution(tangent, tangent[4] * moved)
                 counts[SOLVES] += 1
             see_step(watch, now[0], now[1], now[2], at[2], error, time, time - times[k])
-        at, own = now, new
+        prior, at, own = at, now, new
         if hub is not None:
             hub[10][k, :31], hub[10][k, 31] = own[0], own[2][1]
         if rows[k] >= 0:
@@ -295,7 +314,10 @@ def take_steps(
                 recorded[5][1][rows[k], 0] += carried_energy(hub[0], at[0], at[1], own[0][7:13])
         if places[k] >= 0:
             fields[places[k]] = at[0]
-        taken += 1
-        if counts[LOST] > limits[5]:
+        taken, done = taken + 1, counts[LOST] > limits[5]
+        if control is not None:
+            record_between(control[5], k, prior, at, times[k], times[k + 1], samples)
+            done = done or control[1][LEVEL] != level
+        if done:
             break
-    return taken, at, own
+    return taken, at, own, prior
