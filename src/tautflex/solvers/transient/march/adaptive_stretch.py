@@ -58,10 +58,11 @@ class AdaptiveMarch(March):
         tangent = self._stepper.tangent(now, sized.size, segment) if may else None
         if tangent is None:
             return number, at
-        instants = sized.instants(times)[:, 0]
-        ahead = self._outlook.at(instants, segment.end)
-        frame = segment.rows(instants), self._equation.frame, ahead.loads, ahead.which
+        instants = sized.instants(times)
+        ahead = self._outlook.at(instants[:, 0], segment.end)
         grid = _Grid(self._problem, times, number, last, self._slack)
+        stress = self._outlook.stresses(times, instants, segment.end, grid.found)
+        frame = segment.rows(instants[:, 0]), self._equation.frame, ahead.loads, ahead.which, stress
         fields, seen, nowhere = (
             np.empty((grid.kept.size, now.q.size)),
             np.empty((3, now.q.size)),

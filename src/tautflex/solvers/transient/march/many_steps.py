@@ -21,7 +21,7 @@ tangent   pattern, values and reciprocal pivots of L D L', see `substitute`; dia
 axes      operator, places, owner of a `Corotation` and where the tangent was factorized
 pairs     changes, shifts, Gram matrix and last step of `AndersonAcceleration`
 frame     motion of the frame at the evaluation instants, see `Segment.rows`, and what `frame_of` gives; loads of
-          inputs, and which one every stage has at its evaluation instant
+          inputs, and which one every stage has at its evaluation instant; stresses that change, see `restress_stage`
 hub       of a free hub what `on_hub` tells; None under a prescribed motion
 limits    Newton tolerance, iterations allowed, round-off over tolerance, sizes of the elements' forces at the tangent,
           floor of the force scale over its largest value, iterations that pay for a new tangent
@@ -35,12 +35,13 @@ from typing import Any
 import numpy as np
 
 from tautflex.mechanics.products import add_low_rank, inner, product, quadratic_form
+from tautflex.mechanics.restressing import restress_sample, restress_stage, restressing_work
 from tautflex.numeric import Array, Indices, jit
 from tautflex.solvers.linear.low_rank import take_back
 from tautflex.solvers.linear.substitution import substitute
 from tautflex.solvers.nonlinear.anderson import propose_step
 from tautflex.solvers.nonlinear.newton import PATIENCE, SLOPE_ACCEPTED
-from tautflex.solvers.transient.accuracy.books import INERTIA
+from tautflex.solvers.transient.accuracy.books import INERTIA, STRESS
 from tautflex.solvers.transient.accuracy.time_error import is_sampled, see_step
 from tautflex.solvers.transient.corotation import node_angles, turn
 from tautflex.solvers.transient.free_hub.balance import mobile_product
@@ -178,7 +179,8 @@ def _stage(
     q, speed, pace, jerk, forces, work, before, now, late = at
     (rigid, true, power), (velocity, displacement, load) = own, terms
     known, (weight, reach, size) = known[stage], sizes[stage, :3]
-    pushes, push = frame[2], frame[3]
+    pushes, push, stress = frame[2], frame[3], frame[4]
+    restress_stage(stress, elements, row)
     v, a = speed, pace
     if recalls[stage]:
         both = recalled(factors[stage], passed)
@@ -214,6 +216,7 @@ def _stage(
         ends[stage], size, weight * reach, late, start, column, mass, damped, vectors, strengths, weight, parts,
         force, reference, reaction, pushes[push[row]], now, before, work, x, q, v, a,
     )  # fmt: skip
+    done[STRESS] += restressing_work(stress, elements, row, q, end[0])
     left = forces
     if weight < 1.0:
         left = np.empty(q.size)
@@ -260,7 +263,7 @@ def take_steps(
     hub there, its balanced acceleration, power and work; and the parts of the state where the last step begins.
     """
     start, column, mass, size = matrices[0], matrices[1], matrices[2], begin[0].size
-    (motions, fixed, _, _), (recorded, rows, fields, places) = frame, samples
+    (motions, fixed, _, _, stress), (recorded, rows, fields, places) = frame, samples
     sizes, there, stages = scheme[4], scheme[5], scheme[4].shape[0]
     terms, passed = frame_terms(motions[0], fixed), np.empty((stages, 3, size))
     taken, depth, unseen = 0, pairs[0].shape[0], np.zeros(0)
@@ -309,6 +312,7 @@ def take_steps(
         if hub is not None:
             hub[10][k, :31], hub[10][k, 31] = own[0], own[2][1]
         if rows[k] >= 0:
+            restress_sample(stress, elements, k)
             record(recorded, at[0], at[1], times[k + 1], rows[k], energy if there else np.nan)
             if hub is not None:
                 recorded[5][1][rows[k], 0] += carried_energy(hub[0], at[0], at[1], own[0][7:13])
@@ -316,7 +320,7 @@ def take_steps(
             fields[places[k]] = at[0]
         taken, done = taken + 1, counts[LOST] > limits[5]
         if control is not None:
-            record_between(control[5], k, prior, at, times[k], times[k + 1], samples)
+            record_between(control[5], k, prior, at, times[k], times[k + 1], samples, stress)
             done = done or control[1][LEVEL] != level
         if done:
             break

@@ -71,7 +71,7 @@ class March:
         if not known or isinstance(stepper, ExplicitStepper) or stepper.only is None:
             return False
         first, *_ = stepper.method.stages(problem.time_step)
-        return not first.velocity and (not equation.inputs or equation.inputs.all_loads)
+        return not first.velocity and (not equation.inputs or equation.inputs.all_fixed)
 
     def take(self, at: MotionState, number: int, last: int, segment: Segment) -> tuple[int, MotionState]:
         """Take steps from an instant of the grid to the last one at most; the one that was reached, and its state.
@@ -92,7 +92,8 @@ class March:
         kept = self._kept[slice(*np.searchsorted(self._kept, (number, number + steps), "right"))] - (number + 1)
         hub = self._hub(at, steps, ahead) if isinstance(at, HubMotion) else None
         motions = np.zeros((len(instants), 9)) if hub else segment.rows(instants[:, 0])
-        frame: Any = motions, self._equation.frame, ahead.loads, ahead.which[:: 2 if hub else 1].copy()
+        stress = self._outlook.stresses(times, instants, segment.end, times[1:])
+        frame: Any = motions, self._equation.frame, ahead.loads, ahead.which[:: 2 if hub else 1].copy(), stress
         fields = np.empty((kept.size, at.q.size))
         samples: Any = self._recorder.parts, rows(steps, stored, self._recorder.count), fields, rows(steps, kept, 0)
         taken, end, there, _ = self._steps(at, sized, times[: steps + 1], tangent, frame, hub, samples)
@@ -121,7 +122,9 @@ class March:
         """Call `take_steps` from a state."""
         books, forces = at.books, np.zeros(0) if at.forces is None else at.forces
         begin = at.q, at.v, at.a, at.jerk, forces, books.work, books.own, books.now, books.late
-        parts = sized.matrices, sized.elements, sized.scheme
+        # Stresses that change are others at the sample than at the last evaluation.
+        scheme = sized.scheme if frame[4] is None else (*sized.scheme[:-1], False)
+        parts = sized.matrices, sized.elements, scheme
         watch = self._watched, self._errors.parts
         return take_steps(times, *parts, *tangent[:3], frame, hub, *tangent[3:], begin, *watch, samples, control)
 
