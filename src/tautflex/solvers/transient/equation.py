@@ -73,8 +73,8 @@ class EquationOfMotion(ErrorNorms):
         self._terms = self.at_rest
         self.input_load = np.zeros(self.system.size)
         self.restressed = bool(self.inputs and self.inputs.changes_stress())
-        linear = self.inputs and self.inputs.all_linear
-        self.pattern = self.workspace.stress_pattern(self.inputs.columns) if linear and self.restressed else None
+        given = self.inputs if self.restressed else None
+        self.pattern = self.workspace.stress_pattern(given.columns) if given and given.all_linear else None
         self._numbers = NONE
         self.followers: list[FollowerForce] = []
 
