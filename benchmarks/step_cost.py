@@ -147,11 +147,11 @@ def seconds(function, *arguments) -> float:
 
 def own_arithmetic(run: FullRun, times: int) -> tuple[float, float]:
     """Processor times of a residual and of a substitution of a run [s]."""
-    march, size = run._march, run.at.q.size
-    numbers, motion = march._numbers[0], run.motion()
+    march, sized, size = run._march, run._march._sized, run.at.q.size
+    numbers, motion = sized.numbers[0], run.motion()
     terms = run.equation.motion_terms(motion)
     turning = numbers.scheme.weight * (numbers.scheme.velocity.d * terms.velocity + terms.displacement)
-    forces = 1e-3 * run.at.v, run.at.q, march._elements, march._matrices, turning, numbers.scheme.weight
+    forces = 1e-3 * run.at.v, run.at.q, sized.elements, sized.matrices, turning, numbers.scheme.weight
     solved = *march._stepper.factor.parts, run.at.v
     both = (many_residuals, *forces, np.zeros((6, size)), numbers.part), (many_substitutions, *solved)
     return tuple(seconds(function, times, *given) / times for function, *given in both)
