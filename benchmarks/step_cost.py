@@ -147,11 +147,11 @@ def seconds(function, *arguments) -> float:
 
 def own_arithmetic(run: FullRun, times: int) -> tuple[float, float]:
     """Processor times of a residual and of a substitution of a run [s]."""
-    march, size = run._march, run.at.q.size
-    numbers, motion = march._numbers[0], run.motion()
+    march, sized, size = run._march, run._march._sized, run.at.q.size
+    numbers, motion = sized.numbers[0], run.motion()
     terms = run.equation.motion_terms(motion)
     turning = numbers.scheme.weight * (numbers.scheme.velocity.d * terms.velocity + terms.displacement)
-    forces = 1e-3 * run.at.v, run.at.q, march._elements, march._matrices, turning, numbers.scheme.weight
+    forces = 1e-3 * run.at.v, run.at.q, sized.elements, sized.matrices, turning, numbers.scheme.weight
     solved = *march._stepper.factor.parts, run.at.v
     both = (many_residuals, *forces, np.zeros((6, size)), numbers.part), (many_substitutions, *solved)
     return tuple(seconds(function, times, *given) / times for function, *given in both)
@@ -165,17 +165,18 @@ def measure_stretches(name: str, state, maneuver, steps: int, rounds: int, **que
     runs[1]._march = None
     for run in runs:
         run.start()
-    found, counted = [], (0, 0)
+    found, counted = [], (0, 0, 0)
     for part in range(1, rounds + 2):
         spent = [seconds(run.advance, part * steps) for run in runs]
         now = runs[0]._statistics()
-        count = now.force_evaluations, now.back_substitutions
-        done, counted = np.subtract(count, counted) / steps, count
+        count = now.steps, now.force_evaluations, now.back_substitutions
+        (taken, *work), counted = np.subtract(count, counted), count
+        done = np.divide(work, taken)
         arithmetic = own_arithmetic(runs[0], 200)
         if part > 1:  # the first part compiles
             own = float(done @ arithmetic)
             found.append(
-                (*np.divide(spent, steps), own, spent[0] / steps / own, spent[1] / spent[0], *arithmetic, *done)
+                (*np.divide(spent, taken), own, spent[0] / taken / own, spent[1] / spent[0], *arithmetic, *done)
             )
     assert np.array_equal(runs[0].at.q, runs[1].at.q)
     names = "stretch", "step_by_step", "arithmetic", "over_arithmetic", "gain", "residual", "substitution"
@@ -196,6 +197,12 @@ def stretch_cases():
     yield "10x5, every tenth step stored", small, maneuver, asked | {"every": 10}
     yield "10x5, Newmark", small, maneuver, asked | {"method": tf.Newmark()}
     yield "10x5, force in time", small, maneuver, asked | {"inputs": [push]}
+    pull = tf.CableTension(lambda time: 0.01 * np.sin(30.0 * time))
+    yield "10x5, tension in time", small, maneuver, asked | {"inputs": [pull]}
+    yield "10x5, tension that stays", small, maneuver, asked | {"inputs": [tf.CableTension(0.01)]}
+    for tolerance in (1e-3, 1e-4):
+        adaptive = {"method": tf.GeneralizedAlpha(0.8), "time_step": 5e-3, "adaptive": tf.Adaptive(tolerance)}
+        yield f"10x5, adaptive, {tolerance:g}", small, maneuver, asked | adaptive
     yield "10x5, modal damping", small, maneuver, asked | {"damping": tf.Modal(0.01, modes=6)}
     hub = tf.FreeHub(50.0, (20.0, 25.0, 30.0), torque=(2.0, 0.5, 0.0))
     yield "10x5, free hub", small, hub, asked | {"method": tf.GeneralizedAlpha(0.8)}
@@ -203,6 +210,8 @@ def stretch_cases():
     yield "10x5, free hub, torque in time", small, turned, asked | {"method": tf.GeneralizedAlpha(0.8)}
     both = {"method": tf.GeneralizedAlpha(0.8), "inputs": [push]}
     yield "10x5, free hub, torque and force in time", small, turned, asked | both
+    drawn = {"method": tf.GeneralizedAlpha(0.8), "inputs": [pull]}
+    yield "10x5, free hub, tension in time", small, hub, asked | drawn
     yield "10x5, Bathe", small, maneuver, asked | {"method": tf.Bathe()}
     yield "10x5, energy-conserving", small, maneuver, asked | {"method": tf.EnergyConserving(), "tolerance": 1e-9}
     yield "20x10", tf.solve_prestress(antenna("M2", (20, 10))), maneuver, asked

@@ -37,6 +37,13 @@ def turning(time, hub):
     return [0.2 * np.sin(40.0 * hub.time), 0.05 if time < 0.05 else 0.1, 0.1]
 
 
+def pull(time):
+    """Tension [N] that jumps at 0.06 s."""
+    return 0.05 * np.sin(60.0 * time) if time < 0.06 else 0.02
+
+
+PULLED = [tf.CableTension(pull, breaks=(0.06,)), FORCED[1]]
+WARMED = [tf.MembraneTemperature(tf.TimeTable([0.0, 0.03, 0.07], [0.0, 2.0, 2.0]), 1e-6), FORCED[0]]
 DRIVEN = tf.FreeHub(20.0, (4.0, 5.0, 6.0), torque=turning, force=(0.1, 0.0, 0.3), breaks=(0.05,))
 RUNS = {
     "wilson-theta": (STOP, {"method": tf.WilsonTheta()}),
@@ -59,6 +66,11 @@ RUNS = {
     "energy-conserving": (STOP, {"method": tf.EnergyConserving(), "inputs": FORCED}),
     "energy-conserving, free hub": (DRIVEN, {"method": tf.EnergyConserving()}),
     "hub about a line, generalized-alpha": (LINE, {"method": tf.GeneralizedAlpha(0.6), "damping": MODAL}),
+    "tension in time, every third": (STOP, {"method": tf.WilsonTheta(), "inputs": PULLED, "every": 3}),
+    "tension that stays": (STOP, {"method": tf.Newmark(), "inputs": [tf.CableTension(0.03)]}),
+    "bathe, temperature that rises and stays": (STOP, {"method": tf.Bathe(), "inputs": WARMED, "fields": [0.02, 0.08]}),
+    "energy-conserving, tension in time": (STOP, {"method": tf.EnergyConserving(), "inputs": PULLED}),
+    "free hub, tension in time": (DRIVEN, {"method": tf.GeneralizedAlpha(0.6), "inputs": [*PULLED, *WARMED]}),
     "turn about another line": (
         tf.Slew(0.2, 0.06, origin=(0.0, 0.3, 0.0)),
         {"coupling": tf.Coupling(inertial_load=0.5)},

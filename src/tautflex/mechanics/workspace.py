@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tautflex.mechanics.kernel import add_average_forces, add_forces
 from tautflex.mechanics.pattern import SparsityPattern
+from tautflex.mechanics.restressing import StressPattern, restress
 from tautflex.mechanics.store import block_data
 from tautflex.mechanics.tangent import add_tangent
 from tautflex.numeric import Array, Places
@@ -65,6 +66,15 @@ class Workspace:
             if index in change:
                 current += change[index].T
         self._changed = set(change)
+
+    def stress_pattern(self, columns: dict[int, Array]) -> StressPattern:
+        """What `restress` reads of a change of stresses per number, by block: shapes (element, strain, n)."""
+        return StressPattern.of(self.store, self._initial_stress, columns)
+
+    def restress(self, pattern: StressPattern, numbers: Array) -> None:
+        """Set the initial stresses by numbers, shape (n,), of a pattern that all changes of this workspace are of."""
+        restress(self.store[2], pattern, numbers)
+        self._changed = set(range(len(self._initial_stress)))
 
     def _extend(self, q: Array) -> Array:
         """Free unknowns with those that are moved and the zero of all supported ones behind them (a reused buffer)."""

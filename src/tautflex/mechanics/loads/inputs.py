@@ -224,9 +224,9 @@ class InputSet:
         return all(isinstance(item, PatternLoad | StressChange | FilmPressure) for item in self._inputs)
 
     @cached_property
-    def all_loads(self) -> bool:
-        """Whether all are forces that do not follow the motion."""
-        return all(isinstance(item, PatternLoad) for item in self._inputs)
+    def all_fixed(self) -> bool:
+        """Whether all are forces or stresses of fixed patterns, which do not follow the motion."""
+        return all(isinstance(item, PatternLoad | StressChange) for item in self._inputs)
 
     def values(self, time: float) -> Array:
         """Numbers u of the linear inputs at an instant [s], shape (n,)."""
@@ -237,10 +237,11 @@ class InputSet:
         return [item.values(time) for item in self.linear]
 
     def load_of(self, values: Sequence[Array]) -> Array:
-        """Force on the free unknowns, shape (size,), of inputs that are `all_loads` with these values."""
+        """Force on the free unknowns, shape (size,), of inputs that are `all_fixed` with these values."""
         load = np.zeros(self.system.size)
         for item, value in zip(self.linear, values, strict=True):
-            load += _pattern(item, self.system.size) @ value
+            if isinstance(item, PatternLoad):
+                load += item.pattern @ value
         return load
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,16 +12,18 @@ from tautflex.errors import InputError
 from tautflex.motion.kinematics import Segment
 from tautflex.solvers.remembering import Memory
 from tautflex.solvers.transient.driver import GridDriver, ImplicitStepper, Watch
+from tautflex.solvers.transient.march.control import (
+    KICKED,
+    LEVEL,
+    QUANTUM,
+    SHARE,
+    changed,
+    choose_next,
+    error_ratio,
+    quantised,
+)
 from tautflex.solvers.transient.methods.scheme import Method, amplification
 from tautflex.solvers.transient.state import MotionState, recalled_state
-
-# Step sizes are time_step times powers of this, so that a size comes back and its factors with it.
-_QUANTUM = np.sqrt(2.0)
-# Share of an error that is still expected one step later: vibration passes through phases without any.
-_MEMORY = 0.95
-# Limits of one change, aim of the controller, and its exponents for an error of order h^2 [Gustafsson 1991].
-_SMALLEST_FACTOR, _LARGEST_FACTOR, _AIM = 0.2, 2.0, 0.8
-_INTEGRAL, _PROPORTIONAL = 0.7 / 2.0, 0.4 / 2.0
 
 
 @dataclass(frozen=True)
@@ -116,21 +119,22 @@ class AdaptiveDriver(GridDriver):
         Sees the start, the end and the segment of every accepted step.
     """
 
-    MEMORY = ("_stepper", "_level", "_now", "_first", "_last_step", "_last_ratio", "_last_size", "_fastest", "_kick")
+    MEMORY = ("_stepper", "_now", "_first", "_last_step", "_standing", "_fastest", "_kick")
 
     def __init__(
         self, stepper: ImplicitStepper, segments: tuple[Segment, ...], step: float, control: Adaptive,
         watch: Watch | None = None,
     ) -> None:  # fmt: skip
         super().__init__(stepper, segments, step, 0, watch)
-        self._implicit, self._control = stepper, control
+        self._implicit, self._tolerance = stepper, control.tolerance
         self._smallest, self._largest = control.limits(step)
         self._constant = error_constant(stepper.method)
-        self._level = self._quantised(min(max(step, self._smallest), self._largest))
         self._now: MotionState | None = None
         self._first: MotionState | None = None
         self._last_step: list[MotionState] = []
-        self._last_ratio, self._last_size = 0.0, step
+        # What `choose_next` knows.
+        self._standing = np.array([0.0, 0.0, step])
+        self._try(min(step, self._largest))
         self._fastest = self._kick = np.zeros(1)
 
     def segment_at(self, time: float) -> Segment:
@@ -171,11 +175,23 @@ class AdaptiveDriver(GridDriver):
             self._now, self._first = (recalled_state(kind, memory[name]) for name in ("_now", "_first"))
         self._last_step = [recalled_state(kind, part) for part in memory.get("_last_step", {}).values()]
 
+    def control(self, size: float) -> tuple[Any, ...]:
+        """Limits of steps of a size [s], and what `is_kept` keeps up to date."""
+        assert self._first is not None
+        kicked, share = self._first.time + self._step, self._constant * size
+        limits = (self._step, self._smallest, self._largest, self._tolerance, size, share, kicked)
+        return np.array(limits), self._standing, self._fastest, self._kick
+
+    def stepped(self, before: MotionState, now: MotionState) -> None:
+        """Go on behind steps that another has taken and counted, from the two ends of the last one."""
+        self._last_step, self._now = [before, now], now
+        self.last = now
+
     def _controlled_step(self, at: MotionState, slack: float) -> MotionState | None:
         """One accepted step, no longer than the segment has left."""
         left = self.segment.end - at.time
         while True:
-            nominal = self._size
+            nominal = self.size
             size = _landing(nominal, left)
             # A landing may stretch the smallest step a little: it stays the smallest there is.
             smallest = min(size, nominal) <= self._smallest * (1.0 + 1e-9)
@@ -184,18 +200,19 @@ class AdaptiveDriver(GridDriver):
                 if smallest:
                     return None
                 self._statistics.halvings += 1
-                self._level = self._quantised(max(0.5 * size, self._smallest))
+                self._try(0.5 * size)
                 continue
             ratio = self._error_ratio(at, reached, size)
             if ratio > 1.0 and not smallest:
                 self._statistics.rejected += 1
-                wanted = self._quantised(max(size * self._factor(ratio, None), self._smallest))
-                self._level = min(wanted, self._level - 1)  # a landing may have stretched the step
+                level = self._standing[LEVEL] - 1.0  # a landing may have stretched the step
+                self._try(size * changed(ratio, -1.0))
+                self._standing[LEVEL] = min(self._standing[LEVEL], level)
                 continue
             self._statistics.beyond_tolerance += ratio > 1.0
             self._accept(at, reached)
             self._note_velocity(reached)
-            self._choose_next(size, nominal, ratio)
+            choose_next(self._standing, self.control(size)[0], size, nominal, ratio)
             if abs(left - size) <= slack:
                 reached.time = at.time + left
             return reached
@@ -206,47 +223,22 @@ class AdaptiveDriver(GridDriver):
         The third derivative comes from the accelerations [Zienkiewicz & Xie, Earthq. Eng. Struct. Dyn. 20 (1991)
         871]; the constant is the method's own.
         """
-        share, stepper = self._constant * size, self._implicit
-        found = stepper.equation.errors(at, reached, share, lambda error: stepper.resolved(reached, error))
-        first = self._first or at
-        fastest = np.maximum(self._fastest, stepper.equation.speeds(reached, first))
-        if at.time < first.time + self._step:
-            fastest = np.maximum(fastest, self._kick)
-        ratio = np.divide(
-            found, self._control.tolerance * fastest, out=np.full(found.size, np.inf), where=fastest > 0.0
-        )
-        return float(np.where(found > 0.0, ratio, 0.0).max())
+        stepper, (limits, _, fastest, kick) = self._implicit, self.control(size)
+        found = stepper.equation.errors(at, reached, limits[SHARE], lambda error: stepper.resolved(reached, error))
+        speeds = stepper.equation.speeds(reached, self._first or at)
+        return float(error_ratio(found, self._tolerance, fastest, speeds, kick, at.time < limits[KICKED]))
 
     def _note_velocity(self, at: MotionState) -> None:
         self._fastest = np.maximum(self._fastest, self._implicit.equation.speeds(at, self._first or at))
 
-    def _factor(self, ratio: float, last: float | None) -> float:
-        """Change of the step size: proportional-integral control after a kept step, integral after a rejected one."""
-        ratio = max(ratio, 1e-8)
-        if last is None:
-            factor = (_AIM / ratio) ** 0.5
-        else:
-            factor = (_AIM / ratio) ** _INTEGRAL * (last / ratio) ** _PROPORTIONAL
-        return float(np.clip(factor, _SMALLEST_FACTOR, _LARGEST_FACTOR))
-
-    def _choose_next(self, size: float, nominal: float, ratio: float) -> None:
-        """Set the size of the next step; a step cut short at a landing says little about longer ones."""
-        ratio = max(ratio, _MEMORY * self._last_ratio * (size / self._last_size) ** 2)
-        factor = self._factor(ratio, self._last_ratio)
-        self._last_ratio, self._last_size = max(ratio, 1e-4), size
-        if size < 0.99 * nominal and size * factor < nominal:
-            return
-        wanted = self._quantised(min(size * factor, self._largest))
-        # Up only by a whole quantum, down only where the next step would fail: the factors stay.
-        if wanted > self._level or (wanted < self._level and ratio > 1.0 - 0.1):
-            self._level = wanted
-
     @property
-    def _size(self) -> float:
-        return float(np.clip(self._step * _QUANTUM**self._level, self._smallest, self._largest))
+    def size(self) -> float:
+        """Size of the next step [s], unless it lands."""
+        return float(np.clip(self._step * QUANTUM ** self._standing[LEVEL], self._smallest, self._largest))
 
-    def _quantised(self, size: float) -> int:
-        return int(np.floor(np.log(size / self._step) / np.log(_QUANTUM) + 1e-6))
+    def _try(self, size: float) -> None:
+        """Take the next steps of a size [s], or as small as they may be."""
+        self._standing[LEVEL] = quantised(max(size, self._smallest), self._step)
 
 
 def _landing(size: float, left: float) -> float:

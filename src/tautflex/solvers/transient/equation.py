@@ -29,8 +29,6 @@ from tautflex.solvers.transient.state import MotionState, MotionTerms, Resolved,
 from tautflex.solvers.transient.status import Statistics
 from tautflex.solvers.transient.step_kernel import begin_step, end_of_step, step_residual
 
-_NONE = np.zeros(0)
-
 
 @dataclass
 class EquationOfMotion(ErrorNorms):
@@ -75,7 +73,9 @@ class EquationOfMotion(ErrorNorms):
         self._terms = self.at_rest
         self.input_load = np.zeros(self.system.size)
         self.restressed = bool(self.inputs and self.inputs.changes_stress())
-        self._numbers = _NONE
+        given = self.inputs if self.restressed else None
+        self.pattern = self.workspace.stress_pattern(given.columns) if given and given.all_linear else None
+        self._numbers = NONE
         self.followers: list[FollowerForce] = []
 
     def motion_terms(self, motion: RigidMotion) -> MotionTerms:
@@ -100,10 +100,17 @@ class EquationOfMotion(ErrorNorms):
                 return False
             self._numbers = numbers
         self.input_load, self.followers = self.inputs.load(instant), self.inputs.followers(instant)
-        self.workspace.change_initial_stress(self.inputs.stress(instant))
+        if self.pattern is not None:
+            self.workspace.restress(self.pattern, self._numbers)
+        else:
+            self.workspace.change_initial_stress(self.inputs.stress(instant))
         if self.moved is not None:
             self.moved.set_time(instant)
         return True
+
+    def forget_time(self) -> None:
+        """Apply inputs anew at the next instant, whatever is set: another has changed stresses."""
+        self._numbers = NONE
 
     def force(self, q: Array) -> Array:
         """Internal force above the reference."""
@@ -131,7 +138,7 @@ class EquationOfMotion(ErrorNorms):
             total += self.inertia.apply(terms.displacement, q)
         return total
 
-    def start(self, time: float, q: Array, v: Array, motion: RigidMotion, hub: Array = _NONE) -> MotionState:
+    def start(self, time: float, q: Array, v: Array, motion: RigidMotion, hub: Array = NONE) -> MotionState:
         """State with the acceleration that balances all forces at ``time``; ``hub`` is that of a free one."""
         self.set_time(time)
         forces = self.force(q) + self.frame_forces(q, v, self.motion_terms(motion))
@@ -163,11 +170,11 @@ class EquationOfMotion(ErrorNorms):
         """
         self.set_time(at.time, at.time)
         old, stored = self._all_forces(at, before), self._stored(at.q)
-        inside = self.force(at.q) if dulling and self.restressed else _NONE
+        inside = self.force(at.q) if dulling and self.restressed else NONE
         self.set_time(at.time)
         change = self._all_forces(at, after) - old
         pushed = self._pushed_by(at, self.mass_solve(-change), stored) if change.any() else at
-        pull = self.force(at.q) - inside if inside.size else _NONE
+        pull = self.force(at.q) - inside if inside.size else NONE
         return self.settled(pushed, pull, dulling) if dulling and pull.any() else pushed
 
     def _pushed_by(self, at: MotionState, change: Array, stored: float) -> MotionState:
@@ -200,9 +207,9 @@ class EquationOfMotion(ErrorNorms):
         self.set_time(at.time)
         if not self.set_time(end.time, before):
             return 0.0
-        stored = self.strain_energy(q := 0.5 * (at.q + end.q))
+        stored = self.workspace.strain_energy(q := 0.5 * (at.q + end.q))
         self.set_time(at.time)
-        stored -= self.strain_energy(q)
+        stored -= self.workspace.strain_energy(q)
         self.set_time(end.time, before)
         return stored
 
@@ -330,8 +337,8 @@ class StepForces:
             velocity = scheme.velocity
             products.add_low_rank(scheme.weight, velocity.v * at.v + velocity.a * at.a, known)
             self.known_norm = float(np.linalg.norm(known))
-        self._internal = self._history = _NONE
-        self._followers, self._followed = equation.followers, _NONE
+        self._internal = self._history = NONE
+        self._followers, self._followed = equation.followers, NONE
         if scheme.weight < 1.0:
             assert at.forces is not None
             self._history = at.forces

@@ -160,7 +160,7 @@ class Recorder:
 
     def store_field(self, step: int, time: float, q: Array) -> None:
         """Store the whole field, and a frame, if this step was asked for."""
-        if self._equation.moved is not None and step in self._frame_steps | self._field_steps:
+        if step in self._frame_steps or step in self._field_steps:
             self._equation.set_time(time)
         if step in self._frame_steps:
             row = self._frame_count

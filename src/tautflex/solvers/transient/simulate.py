@@ -32,6 +32,7 @@ from tautflex.solvers.transient.free_hub.equation import HubEquation
 from tautflex.solvers.transient.free_hub.motion import HubMotion
 from tautflex.solvers.transient.free_hub.record import HubRecorder, check_coupling, steady_motion
 from tautflex.solvers.transient.implicit import Stepper
+from tautflex.solvers.transient.march.adaptive_stretch import marching
 from tautflex.solvers.transient.march.stretch import March
 from tautflex.solvers.transient.methods.scheme import Method
 from tautflex.solvers.transient.problem import Progress, SteppingModel, TransientProblem
@@ -216,7 +217,7 @@ class FullRun:
             if self._march is not None:
                 self._number, self.at = self._march.take(self.at, before, number, self._driver.segment)
             if self._number > before:
-                self._driver.last, self._inside = self.at, False
+                self._driver.last, self._inside = self._driver.ahead(self.at), False
                 continue
             advanced = self._driver.advance(self.at, self.problem.instant(before + 1))
             if advanced is None:
@@ -341,10 +342,7 @@ class FullRun:
         return True
 
     def _marching(self) -> March | None:
-        problem, equation, stepper = self.problem, self.equation, self._stepper
-        if isinstance(stepper, ExplicitStepper) or not March.serves(problem, equation, stepper):
-            return None
-        return March(problem, equation, stepper, self._recorder, self._errors)
+        return marching(self.problem, self.equation, self._stepper, self._recorder, self._errors, self._driver)
 
     def _from_motion(self, initial: Checkpoint) -> MotionState:
         """State of an earlier run's displacements and velocities alone, with the accelerations that follow."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tautflex.numeric import Array
+from tautflex.numeric import Array, jit
 from tautflex.solvers.remembering import Memory
 from tautflex.solvers.transient.accuracy.books import Books
 
@@ -64,6 +64,7 @@ class MotionTerms:
     load: Array
 
 
+@jit
 def hermite(
     start: float, end: float, time: float, values: tuple[Array, Array], slopes: tuple[Array, Array]
 ) -> tuple[Array, Array]:

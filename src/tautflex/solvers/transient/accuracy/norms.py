@@ -6,15 +6,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tautflex.mechanics.inertia import InertiaOperator
+from tautflex.mechanics.products import MassDamping
 from tautflex.numeric import Array
 from tautflex.solvers.transient.state import MotionState
 
 
 class ErrorNorms:
-    """Norms in the mass of a structure, whose ``inertia`` a subclass has."""
+    """Norms in the mass of a structure, whose ``products`` a subclass has."""
 
-    inertia: InertiaOperator
+    products: MassDamping
 
     def speeds(self, at: MotionState, since: MotionState) -> Array:
         """Norms ``sqrt(x' M x)`` of the velocities that adaptive steps control each error against."""
@@ -29,4 +29,4 @@ class ErrorNorms:
         return np.array([self._norm(smoothed(share * (end.a - at.a)))])
 
     def _norm(self, x: Array) -> float:
-        return float(np.sqrt(max(float(x @ (self.inertia.mass_matrix @ x)), 0.0)))
+        return float(np.sqrt(max(self.products.mass_norm(x), 0.0)))

@@ -6,13 +6,14 @@ with a state of which the time alone is known, and whoever looks at the rest has
 
 from __future__ import annotations
 
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tautflex import checks
 from tautflex.mechanics.loads.inputs import earlier
+from tautflex.mechanics.loads.prepared import PatternLoad
 from tautflex.motion.hub import Actuation, FreeHub, HubState
 from tautflex.numeric import Array, Indices
 from tautflex.solvers.transient.equation import EquationOfMotion
@@ -64,7 +65,7 @@ class Outlook:
     Parameters
     ----------
     equation
-        Equation of motion whose inputs are forces of fixed patterns.
+        Equation of motion whose inputs are forces or stresses of fixed patterns.
 
     Attributes
     ----------
@@ -74,23 +75,54 @@ class Outlook:
 
     def __init__(self, equation: EquationOfMotion) -> None:
         self._equation, self.follows_motion = equation, False
+        self._values = dict[float, list[Array]]()
 
     def at(self, instants: Array, before: float) -> Ahead:
         """What acts at instants [s], a jump not met yet; wrenches as far as they are known."""
         equation, inputs, none = self._equation, self._equation.inputs, np.zeros((0, 6))
+        self._values.clear()
         if isinstance(equation, HubEquation):
             return self._on_hub(equation, instants, before)
         loads, which, last = list[Array](), np.zeros(len(instants), dtype=np.int64), b""
         if not inputs:
             return Ahead(found := equation.at_rest.load[None], found, which, none)
         for number, instant in enumerate(instants.tolist()):
-            values = inputs.each_value(earlier(instant, before))
-            key = b"".join(value.tobytes() for value in values)
-            if key != last:
+            values = self._at(instant, before)
+            pairs = zip(inputs.linear, values, strict=True)
+            key = b"".join(value.tobytes() for item, value in pairs if isinstance(item, PatternLoad))
+            if key != last or not loads:
                 last = key
                 loads.append(inputs.load_of(values))
             which[number] = len(loads) - 1
         return Ahead(found := np.array(loads), found, which, none)
+
+    def stresses(self, times: Array, instants: Array, before: float, sampled: Array) -> Any:
+        """What `take_steps` reads of stresses that inputs change in time; None where none does.
+
+        ``times`` are the ends of steps from their start on, ``instants`` as of `Sized.instants`, ``sampled`` where
+        samples are taken.
+        """
+        equation, inputs = self._equation, self._equation.inputs
+        if equation.pattern is None or not inputs:
+            return None
+        starts = instants[:, 1].copy()
+        starts[1:] = instants[:-1, 1]
+        starts[:: len(instants) // (len(times) - 1)] = times[:-1]
+        wanted = [*np.column_stack([starts, instants]).ravel().tolist(), *sampled.tolist()]
+        numbers = np.array([np.concatenate(self._at(instant, before)) for instant in wanted])
+        if (numbers == numbers[0])[:, inputs.stressing].all():
+            equation.set_time(float(times[0]))
+            return None
+        equation.forget_time()
+        rows = 3 * len(instants)
+        return tuple(equation.pattern), numbers[:rows].reshape(-1, 3, numbers.shape[1]), numbers[rows:]
+
+    def _at(self, instant: float, before: float) -> list[Array]:
+        """Numbers of the inputs at an instant [s] of this stretch."""
+        assert self._equation.inputs
+        if instant not in self._values:
+            self._values[instant] = self._equation.inputs.each_value(earlier(instant, before))
+        return self._values[instant]
 
     def _on_hub(self, equation: HubEquation, instants: Array, before: float) -> Ahead:
         """The same on a free hub."""

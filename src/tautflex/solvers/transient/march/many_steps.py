@@ -21,7 +21,7 @@ tangent   pattern, values and reciprocal pivots of L D L', see `substitute`; dia
 axes      operator, places, owner of a `Corotation` and where the tangent was factorized
 pairs     changes, shifts, Gram matrix and last step of `AndersonAcceleration`
 frame     motion of the frame at the evaluation instants, see `Segment.rows`, and what `frame_of` gives; loads of
-          inputs, and which one every stage has at its evaluation instant
+          inputs, and which one every stage has at its evaluation instant; stresses that change, see `restress_stage`
 hub       of a free hub what `on_hub` tells; None under a prescribed motion
 limits    Newton tolerance, iterations allowed, round-off over tolerance, sizes of the elements' forces at the tangent,
           floor of the force scale over its largest value, iterations that pay for a new tangent
@@ -35,18 +35,21 @@ from typing import Any
 import numpy as np
 
 from tautflex.lending import lent
-from tautflex.mechanics.products import add_low_rank, inner, product
+from tautflex.mechanics.products import add_low_rank, inner, product, quadratic_form
+from tautflex.mechanics.restressing import restress_sample, restress_stage, restressing_work
 from tautflex.numeric import Array, Indices, jit
 from tautflex.solvers.linear.low_rank import take_back
 from tautflex.solvers.linear.substitution import substitute
 from tautflex.solvers.nonlinear.anderson import propose_step
 from tautflex.solvers.nonlinear.newton import PATIENCE, SLOPE_ACCEPTED
-from tautflex.solvers.transient.accuracy.books import INERTIA
+from tautflex.solvers.transient.accuracy.books import INERTIA, STRESS
 from tautflex.solvers.transient.accuracy.time_error import is_sampled, see_step
 from tautflex.solvers.transient.corotation import node_angles, turn
 from tautflex.solvers.transient.free_hub.balance import mobile_product
 from tautflex.solvers.transient.free_hub.momentum import carried_energy
+from tautflex.solvers.transient.march.control import LEVEL, SHARE, is_kept
 from tautflex.solvers.transient.march.frame import frame_terms
+from tautflex.solvers.transient.march.grid import record_between
 from tautflex.solvers.transient.march.on_hub import add_reaction, end_of_hub, foretold
 from tautflex.solvers.transient.recorder import record
 from tautflex.solvers.transient.step_kernel import begin_step, end_of_step, first_guess, recalled, step_residual
@@ -177,7 +180,8 @@ def _stage(
     q, speed, pace, jerk, forces, work, before, now, late = at
     (rigid, true, power), (velocity, displacement, load) = own, terms
     known, (weight, reach, size) = known[stage], sizes[stage, :3]
-    pushes, push = frame[2], frame[3]
+    pushes, push, stress = frame[2], frame[3], frame[4]
+    restress_stage(stress, elements, row)
     v, a = speed, pace
     if recalls[stage]:
         both = recalled(factors[stage], passed)
@@ -213,6 +217,7 @@ def _stage(
         ends[stage], size, weight * reach, late, start, column, mass, damped, vectors, strengths, weight, parts,
         force, reference, reaction, pushes[push[row]], now, before, work, x, q, v, a,
     )  # fmt: skip
+    done[STRESS] += restressing_work(stress, elements, row, q, end[0])
     left = forces
     if weight < 1.0:
         left = np.empty(q.size)
@@ -229,29 +234,45 @@ def _stage(
 
 
 @jit
+def _keeps(control: Any, begins: float, at: Any, now: Any, matrices: Any, tangent: Any, counts: Indices) -> bool:
+    """Whether a step from an instant [s] keeps the tolerance of ``control``, if there is one, see `is_kept`."""
+    if control is None:
+        return True
+    start, column, mass = matrices[:3]
+    error = _solution(tangent, tangent[4] * product(start, column, mass, control[0][SHARE] * (now[2] - at[2])))
+    counts[SOLVES] += 1
+    found, speed = quadratic_form(start, column, mass, error), quadratic_form(start, column, mass, now[1])
+    return is_kept(control, begins, np.sqrt(max(found, 0.0)), np.sqrt(max(speed, 0.0)))
+
+
+@jit
 def take_steps(
     times: Array, matrices: Any, elements: Any, scheme: Any, tangent: Any, axes: Any, pairs: Any, frame: Any,
     hub: Any, limits: Any, counts: Indices, scales: Array, begin: Any, watched: bool, watch: Any, samples: Any,
-) -> tuple[int, Any, Any]:  # fmt: skip
+    control: Any,
+) -> tuple[int, Any, Any, Any]:  # fmt: skip
     """Take steps between instants, shape (steps + 1,), until one is left undone or the tangent is to be renewed.
 
     ``scales`` holds the largest force scale of the run, and sizes of the elements' forces by which the first guess is
     judged; ``begin`` the parts of a `MotionState`: displacement, velocity, acceleration, jerk, forces, and of its
     `Books` work, forces by kind of the last equilibrium and of its evaluation instant alone, and lateness; ``watch``
     those of a `TimeError`, if the run is ``watched``; ``samples`` what `record` writes to and where, for every step,
-    then an array for displacements and the row of every step; -1: nowhere.
+    then an array for displacements and the row of every step; -1: nowhere; ``control`` what `is_kept` reads, of steps
+    that are to be of another size where their error asks for it, else None.
 
     Returns the number of steps taken, then the parts of the state that they end in, as in ``begin``; of a free hub the
-    hub there, its balanced acceleration, power and work.
+    hub there, its balanced acceleration, power and work; and the parts of the state where the last step begins.
     """
-    at, own, size = begin, (np.zeros(0), np.zeros(0), np.zeros(2)), begin[0].size
+    at, prior, own, level, size = begin, begin, (np.zeros(0), np.zeros(0), np.zeros(2)), 0.0, begin[0].size
     if hub is not None:
         own = hub[7], hub[8], hub[9]
+    if control is not None:
+        level = control[1][LEVEL]
     # What stays as it is or is filled in where it is; not what may be returned.
     matrices, elements, scheme, tangent, axes, pairs = lent((matrices, elements, scheme, tangent, axes, pairs))
     frame, watch, samples, on_hub = lent((frame, watch, samples, hub))
     start, column, mass = matrices[0], matrices[1], matrices[2]
-    (motions, fixed, _, _), (recorded, rows, fields, places) = frame, samples
+    (motions, fixed, _, _, stress), (recorded, rows, fields, places) = frame, samples
     sizes, there, stages = scheme[4], scheme[5], scheme[4].shape[0]
     terms, passed = frame_terms(motions[0], fixed), np.empty((stages, 3, size))
     taken, depth, unseen = 0, pairs[0].shape[0], np.zeros(0)
@@ -274,6 +295,7 @@ def take_steps(
             good = good and (stage == stages - 1 or counts[LOST] <= limits[5])
             if not good:
                 break
+        good = good and _keeps(control, times[k], at, now, matrices, tangent, counts)
         if not good:
             if counts[LEARNED] > first:
                 _restore(pairs, kept, first, counts[LEARNED])
@@ -290,16 +312,20 @@ def take_steps(
                 error = _solution(tangent, tangent[4] * moved)
                 counts[SOLVES] += 1
             see_step(watch, now[0], now[1], now[2], at[2], error, time, time - times[k])
-        at, own = now, new
+        prior, at, own = at, now, new
         if hub is not None:
             hub[10][k, :31], hub[10][k, 31] = own[0], own[2][1]
         if rows[k] >= 0:
+            restress_sample(stress, elements, k)
             record(recorded, at[0], at[1], times[k + 1], rows[k], energies[0], energies[1] if there else np.nan)
             if hub is not None:
                 recorded[5][1][rows[k], 0] += carried_energy(hub[0], at[0], at[1], own[0][7:13])
         if places[k] >= 0:
             fields[places[k]] = at[0]
-        taken += 1
-        if counts[LOST] > limits[5]:
+        taken, done = taken + 1, counts[LOST] > limits[5]
+        if control is not None:
+            record_between(control[5], k, prior, at, times[k], times[k + 1], samples, stress)
+            done = done or control[1][LEVEL] != level
+        if done:
             break
-    return taken, at, own
+    return taken, at, own, prior

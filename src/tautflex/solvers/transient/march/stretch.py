@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from tautflex.mechanics.store import ELASTIC, block_data
 from tautflex.motion.kinematics import Segment
 from tautflex.numeric import Array, Indices
 from tautflex.solvers.transient.accuracy.books import Books
@@ -24,12 +23,13 @@ from tautflex.solvers.transient.free_hub.motion import HubMotion
 from tautflex.solvers.transient.free_hub.record import HubRecorder
 from tautflex.solvers.transient.march.ahead import Ahead, Outlook
 from tautflex.solvers.transient.march.many_steps import take_steps
+from tautflex.solvers.transient.march.sized import Sized
 from tautflex.solvers.transient.problem import TransientProblem
 from tautflex.solvers.transient.recorder import Recorder
 from tautflex.solvers.transient.state import MotionState
 
 # A call costs as much as a step and a half; it cannot be interrupted, and what is planned beyond a new tangent is lost.
-_LEAST_STEPS, _FIRST_STEPS, _MOST_STEPS, _MOST_UNKNOWNS = 3, 16, 256, 500_000
+LEAST_STEPS, _FIRST_STEPS, _MOST_STEPS, _MOST_UNKNOWNS = 3, 16, 256, 500_000
 
 
 class March:
@@ -57,84 +57,52 @@ class March:
         self._outlook = Outlook(equation)
         self._recorder, self._watched = recorder, errors is not None
         self._errors = TimeError(equation, stepper.resolved) if errors is None else errors
-        size = float(problem.time_step)
-        count = len(stepper.method.stages(size))
-        self._numbers = [self._stepper.numbers(size, place) for place in range(count)]
-        shares = [numbers.share * size for numbers in self._numbers]
-        self._reach = np.array([one.scheme.evaluation * part for one, part in zip(self._numbers, shares, strict=True)])
-        self._parts, self._weighed = np.array(shares), self._numbers[0].scheme.weight < 1.0
-        self._left_out = -1
+        self._sized = Sized(equation, self._stepper, float(problem.time_step))
+        self._left_out = -1.0
         self._kept = np.array(sorted(problem.field_steps | problem.frame_steps), dtype=np.int64)
         self.most = max(1, min(_MOST_STEPS, _MOST_UNKNOWNS // equation.system.size))
         self._length = min(_FIRST_STEPS, self.most)
-        products, workspace = equation.products, equation.workspace
-        self._matrices: Any = (
-            products.start, products.column, products.mass, products.damping, products.spread,
-            np.array([one.linear for one in self._numbers]), equation.inertia.pairs, equation.state.reference_force,
-            products.vectors, products.coefficients,
-            np.array([products.coefficients * (one.scheme.weight * one.scheme.velocity.d) for one in self._numbers]),
-        )  # fmt: skip
-        self._elements: Any = workspace.store, workspace.stresses, workspace.held
-        last = self._numbers[-1]
-        # Of other laws than the elastic one energies cost more than forces: once per sample, not per evaluation.
-        elastic = all(block_data.py_func(workspace.store, n).law == ELASTIC for n in range(len(workspace.store[3])))
-        there = elastic and self._reach[-1] == shares[-1] and bool(np.array_equal(last.end[0], (1.0, 0.0, 0.0)))
-        recalled = np.zeros((count, 2, count, 3))
-        for place, one in enumerate(self._numbers):
-            recalled[place, :, : one.recalled.shape[1]] = one.recalled
-        turns = [(one.scheme.weight, one.turning_share, one.part) for one in self._numbers]
-        sizes = np.array([(w, r, h, t, p) for (w, t, p), r, h in zip(turns, self._reach, shares, strict=True)])
-        self._scheme: Any = (
-            np.array([one.known for one in self._numbers]), np.array([one.end for one in self._numbers]), recalled,
-            np.array([one.recalled.size > 0 for one in self._numbers]), sizes, there,
-        )  # fmt: skip
 
     @staticmethod
     def serves(problem: TransientProblem, equation: EquationOfMotion, stepper: AnyStepper) -> bool:
         """Whether the steps of a run are such as it can take."""
-        known = type(equation) in {EquationOfMotion, HubEquation} and problem.adaptive is None
+        kinds = {EquationOfMotion, HubEquation} if problem.adaptive is None else {EquationOfMotion}
+        known = type(equation) in kinds
         if not known or isinstance(stepper, ExplicitStepper) or stepper.only is None:
             return False
         first, *_ = stepper.method.stages(problem.time_step)
-        return not first.velocity and (not equation.inputs or equation.inputs.all_loads)
+        return not first.velocity and (not equation.inputs or equation.inputs.all_fixed)
 
     def take(self, at: MotionState, number: int, last: int, segment: Segment) -> tuple[int, MotionState]:
         """Take steps from an instant of the grid to the last one at most; the one that was reached, and its state.
 
         None are taken where the next step is the driver's.
         """
-        times, size = self._times(at, number, last, segment), self._problem.time_step
+        times, sized = self._times(at, number, last, segment), self._sized
         steps, every = len(times) - 1, self._problem.every
-        begins = steps >= _LEAST_STEPS and not self._outlook.follows_motion and self._begins(at, number, segment)
-        tangent = self._stepper.tangent(at, size, segment) if begins else None
+        begins = steps >= LEAST_STEPS and not self._outlook.follows_motion and self._begins(at, number, sized, segment)
+        tangent = self._stepper.tangent(at, sized.size, segment) if begins else None
         if tangent is None:
             return number, at
-        on_hub, instants = isinstance(at, HubMotion), self._instants(times)
+        on_hub, instants = isinstance(at, HubMotion), sized.instants(times)
         ahead = self._outlook.at((instants if on_hub else instants[:, :1]).ravel(), segment.end)
         if on_hub:
-            steps = ahead.known // (2 * len(self._parts))
+            steps = ahead.known // (2 * len(sized.parts))
         stored = np.arange(-(number + 1) % every, steps, every)
         kept = self._kept[slice(*np.searchsorted(self._kept, (number, number + steps), "right"))] - (number + 1)
         hub = self._hub(at, steps, ahead) if isinstance(at, HubMotion) else None
         motions = np.zeros((len(instants), 9)) if hub else segment.rows(instants[:, 0])
-        frame: Any = motions, self._equation.frame, ahead.loads, ahead.which[:: 2 if hub else 1].copy()
-        fields, books = np.empty((kept.size, at.q.size)), at.books
-        samples: Any = self._recorder.parts, _rows(steps, stored, self._recorder.count), fields, _rows(steps, kept, 0)
-        begin: Any = (
-            at.q, at.v, at.a, at.jerk, np.zeros(0) if at.forces is None else at.forces, books.work, books.own,
-            books.now, books.late,
-        )  # fmt: skip
-        taken, end, there = take_steps(
-            times[: steps + 1], self._matrices, self._elements, self._scheme, *tangent[:3], frame, hub, *tangent[3:],
-            begin, self._watched, self._errors.parts, samples,
-        )  # fmt: skip
+        stress = self._outlook.stresses(times, instants, segment.end, times[1:])
+        frame: Any = motions, self._equation.frame, ahead.loads, ahead.which[:: 2 if hub else 1].copy(), stress
+        fields = np.empty((kept.size, at.q.size))
+        samples: Any = self._recorder.parts, rows(steps, stored, self._recorder.count), fields, rows(steps, kept, 0)
+        taken, end, there, _ = self._steps(at, sized, times[: steps + 1], tangent, frame, hub, samples)
         if self._stepper.took(taken, *tangent[4:]) and taken < steps:
             self._left_out = number + taken
-        self._length = min(max(_FIRST_STEPS, 2 * taken, self._length if taken == steps else 0), self.most)
+        self._plan(steps, taken)
         if not taken:
             return number, at
-        (q, v, a, jerk, forces, *work), stored = end, stored[stored < taken]
-        reached = MotionState(float(times[taken]), q, v, a, forces if self._weighed else None, jerk, books=Books(*work))
+        stored, reached = stored[stored < taken], state_of(end, float(times[taken]), sized)
         if hub and isinstance(self._recorder, HubRecorder):
             (rigid, true, power), hubs = there, hub[-1]
             now, done = power.tolist()
@@ -147,29 +115,38 @@ class March:
             self._recorder.store_field(number + place + 1, float(times[place + 1]), field)
         return number + taken, reached
 
-    def _instants(self, times: Array) -> Array:
-        """Evaluation instant and end of every stage of steps between instants, one after the other, (stages, 2)."""
-        found, begins = np.empty((len(times) - 1, len(self._parts), 2)), times[:-1]
-        for place, (reach, part) in enumerate(zip(self._reach, self._parts, strict=True)):
-            found[:, place, 0], found[:, place, 1] = begins + reach, begins + part
-            begins = begins + part
-        return found.reshape(-1, 2)
+    def _steps(
+        self, at: MotionState, sized: Sized, times: Array, tangent: Any, frame: Any, hub: Any, samples: Any,
+        control: Any = None,
+    ) -> Any:  # fmt: skip
+        """Call `take_steps` from a state."""
+        books, forces = at.books, np.zeros(0) if at.forces is None else at.forces
+        begin = at.q, at.v, at.a, at.jerk, forces, books.work, books.own, books.now, books.late
+        # Stresses that change are others at the sample than at the last evaluation.
+        scheme = sized.scheme if frame[4] is None else (*sized.scheme[:-1], False)
+        parts = sized.matrices, sized.elements, scheme
+        watch = self._watched, self._errors.parts
+        return take_steps(times, *parts, *tangent[:3], frame, hub, *tangent[3:], begin, *watch, samples, control)
+
+    def _plan(self, steps: int, taken: int) -> None:
+        """Choose how many steps the next stretch is to have."""
+        self._length = min(max(_FIRST_STEPS, 2 * taken, self._length if taken == steps else 0), self.most)
 
     def _hub(self, at: HubMotion, steps: int, ahead: Ahead) -> tuple[Any, ...]:
         """What `on_hub` tells of a free hub."""
         equation = self._equation
         assert isinstance(equation, HubEquation)
-        factors = np.array([motion_factors(one.scheme) for one in self._numbers])
+        factors = np.array([motion_factors(one.scheme) for one in self._sized.numbers])
         wrenches = ahead.wrenches[: 2 * len(factors) * steps].reshape(-1, 2, 6)
         acts = wrenches, ahead.loads, ahead.outside, ahead.which.reshape(-1, 2)
-        begins = at.rigid, at.true if self._weighed else np.zeros(0), np.array([at.power, at.work])
+        begins = at.rigid, at.true if self._sized.weighed else np.zeros(0), np.array([at.power, at.work])
         return equation.body, equation.points, factors, *acts, *begins, np.empty((steps, 32))
 
-    def _begins(self, at: MotionState, number: int, segment: Segment) -> bool:
+    def _begins(self, at: MotionState, mark: float, sized: Sized, segment: Segment) -> bool:
         """Whether a stretch may begin: not behind a jump, nor where one has left a step."""
         behind_jump = at.jerk is None or not at.books.own.size
-        known = not self._weighed or (at.forces is not None and at.books.now.size > 0)
-        return number != self._left_out and known and not behind_jump and long_for(segment, self._problem.time_step)
+        known = not sized.weighed or (at.forces is not None and at.books.now.size > 0)
+        return mark != self._left_out and known and not behind_jump and long_for(segment, sized.size)
 
     def _times(self, at: MotionState, number: int, last: int, segment: Segment) -> Array:
         """Instants of a stretch, from its start."""
@@ -180,8 +157,14 @@ class March:
         return times[: 1 + (len(plain) if plain.all() else int(np.argmin(plain)))]
 
 
-def _rows(steps: int, places: Indices, first: int) -> Indices:
+def state_of(parts: Any, time: float, sized: Sized) -> MotionState:
+    """State at an instant [s] from what `take_steps` gives."""
+    q, v, a, jerk, forces, *books = parts
+    return MotionState(time, q, v, a, forces if sized.weighed else None, jerk, books=Books(*books))
+
+
+def rows(steps: int, places: Indices, first: int) -> Indices:
     """Rows of the steps at these places, counted from the first; -1 for the others."""
-    rows = np.full(steps, -1)
-    rows[places] = np.arange(first, first + len(places))
-    return rows
+    found = np.full(steps, -1)
+    found[places] = np.arange(first, first + len(places))
+    return found
