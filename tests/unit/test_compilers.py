@@ -130,8 +130,8 @@ def test_nobody_is_started_if_not_wanted_or_without_a_place_for_code(program, ar
 
 
 def test_the_number_of_processes_is_one_per_other_core_or_as_given(monkeypatch):
-    monkeypatch.setattr(os, "sched_getaffinity", lambda process: set(range(cores)), raising=False)
-    for given, cores, expected in (("", 1, 0), ("", 2, 1), ("", 64, compilers.MOST), ("0", 8, 0), ("2", 1, 2)):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: set(range(_cores)), raising=False)
+    for given, _cores, expected in (("", 1, 0), ("", 2, 1), ("", 64, compilers.MOST), ("0", 8, 0), ("2", 1, 2)):
         monkeypatch.setenv(compilers.SWITCH, given)
         assert compilers._count() == expected
 
