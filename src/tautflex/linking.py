@@ -101,6 +101,10 @@ class _PartCache(_Cache):
 
 class _Dispatcher(CPUDispatcher):
     _cache: Any
+    _cache_class = _Cache
+
+    def enable_caching(self) -> None:
+        self._cache = self._cache_class(self.py_func)
 
     def compile(self, sig: Any) -> Any:
         try:
@@ -113,15 +117,11 @@ class _Dispatcher(CPUDispatcher):
 class _Part(_Dispatcher):
     """What compiled functions call."""
 
-    def enable_caching(self) -> None:
-        self._cache = _PartCache(self.py_func)
+    _cache_class = _PartCache
 
 
 class Kernel(_Dispatcher):
     """A compiled function, from Python; compiled code sees the part."""
-
-    def enable_caching(self) -> None:
-        self._cache = _Cache(self.py_func)
 
     def compile_if_free(self, types: tuple[Any, ...]) -> bool:
         """Compile for these arguments; False if that has been done, or another process is at it."""

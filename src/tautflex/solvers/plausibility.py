@@ -134,9 +134,9 @@ def _overlapping_film(model: Model) -> list[str]:
         return []
     row, column = np.argwhere(inside)[0]
     a, b = sorted((int(owner[row]), int(owner[near[row, column]])))
-    doubled = len(np.unique(owner[np.any(inside, axis=1)]))
+    many = len(np.unique(owner[np.any(inside, axis=1)]))
     return [
-        f"film elements {a} and {b} lie on top of each other at {point_text(centre[near[row, column]])} ({doubled} such "
+        f"film elements {a} and {b} lie on top of each other at {point_text(centre[near[row, column]])} ({many} such "
         "element(s)): mass and stiffness count twice there; remove one"
     ]
 
