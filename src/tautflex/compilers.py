@@ -178,7 +178,7 @@ def _type(written: Any) -> Any:
     from numba.core import types
 
     if isinstance(written, list):
-        return types.BaseTuple.from_types(tuple(map(_type, written)))
+        return types.BaseTuple.from_types(tuple(map(_type, written)))  # type: ignore[no-untyped-call]
     name, _, dimensions = written.partition(":")
     scalar = types.boolean if name == "bool" else getattr(types, name)
     return types.Array(scalar, int(dimensions), "C") if dimensions else scalar
@@ -189,7 +189,7 @@ def written(numba_type: Any) -> Any:
     from numba.core import types
 
     if isinstance(numba_type, types.BaseTuple):
-        text: Any = [written(each) for each in numba_type]
+        text: Any = [written(each) for each in numba_type]  # type: ignore[attr-defined]
     elif isinstance(numba_type, types.Array):
         text = f"{numba_type.dtype.name}:{numba_type.ndim}"
     else:

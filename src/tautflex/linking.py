@@ -66,6 +66,8 @@ class _File(IndexDataCacheFile):
 
 
 class _Cache(FunctionCache):
+    _impl_class: Any = CompileResultCacheImpl
+
     def __init__(self, function: Any) -> None:
         super().__init__(function)
         self.function, self.base = function, self._impl.filename_base
