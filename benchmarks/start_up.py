@@ -1,8 +1,9 @@
 """What a first command, a second one, a reduced model and a batch cost before they compute, in processor seconds.
 
 Run ``python benchmarks/start_up.py`` (minutes; ``--only commands|reduced|batch``). Every measurement is a process of
-its own. Compiled code goes to a new folder, so that the first process finds none and the second all of it. Compilation
-has one thread: its processor seconds are those on the clock of an idle core.
+its own. Compiled code goes to a new folder, so that the first process finds none and the second all of it. Commands
+have others compile beside them, one on each other core: "processor" counts these too, "compiling" and "functions" the
+command alone. With ``TAUTFLEX_COMPILERS=0`` in the environment commands compile alone.
 """
 
 from __future__ import annotations

@@ -29,6 +29,7 @@ from tautflex.cli.runs.reproduce import reproduce
 from tautflex.cli.runs.run import run
 from tautflex.cli.studies.design import design
 from tautflex.cli.studies.sweep import sweep
+from tautflex.compilers import helped
 from tautflex.errors import InputError, MissingExtraError, NotWrittenError, TautflexError
 from tautflex.interrupts import exit_code, listening
 
@@ -86,7 +87,8 @@ def _outcome(arguments: list[str]) -> int:
     if arguments[:1] == ["help"]:
         arguments = [*arguments[1:], "--help"]
     try:
-        outcome = app(arguments)
+        with helped():
+            outcome = app(arguments)
     except CycloptsError as error:
         return _report(_usage(error, arguments), BAD_INPUT)
     except NotWrittenError as error:

@@ -12,7 +12,8 @@ from typing import Any
 def import_late(name: str) -> None:
     """Let a package be imported when something of it is used for the first time, by this process.
 
-    `importlib.util.LazyLoader` imports it as soon as anybody looks through the modules for their names.
+    `importlib.util.LazyLoader` imports it as soon as anybody looks through the modules for their names. The package
+    that holds it is imported at once.
     """
     spec = None if name in sys.modules else find_spec(name)
     if spec is None:
@@ -29,3 +30,6 @@ def import_late(name: str) -> None:
 
     place.__dict__["__getattr__"] = first_use
     sys.modules[name] = place
+    holder, _, inner = name.rpartition(".")
+    if holder:
+        setattr(sys.modules[holder], inner, place)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
 
 from cyclopts import Parameter
 
+from tautflex.cli.late import import_late
 from tautflex.errors import CaseError, InputError
 from tautflex.files.transaction import result_file
 
@@ -105,6 +106,8 @@ def jsonable(value: Any) -> Any:
 
 def load(case: Path, override: Sequence[str] | None) -> Case:
     """Read the case of a command."""
+    for name in ("numpy.f2py", "numpy.ma", "numpy.testing"):  # scipy asks for all that numpy has
+        import_late(name)
     from tautflex.case import load_case
 
     return load_case(case, override or ())

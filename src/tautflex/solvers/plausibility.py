@@ -6,12 +6,11 @@ Nothing is refused here that arithmetic can hold. Silence means that every numbe
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import eigh
-from scipy.spatial import cKDTree
 
 from tautflex.errors import InputError
 from tautflex.mechanics.loads.inputs import InputSet
@@ -38,6 +37,8 @@ THICKNESS = 0.01  # of the shorter span: beyond it a film is a plate
 FEW_STEPS = 5  # in a maneuver: with fewer a run may miss it
 _SAME_PLACE = 1e-6  # of the largest extent
 _NEIGHBOURS = 16  # triangles around a place that are looked at for overlaps
+_FEW = 512  # triangles that are all looked at
+_ASKEW = np.array([0.525, 0.618, 0.584])  # shorter than 1, along and across no side that people build
 
 
 def place_of(model: Model, kind: str, element: int) -> str:
@@ -68,6 +69,12 @@ def _holding_links(model: Model) -> list[str]:
     ]
 
 
+def _tree(points: Array) -> Any:
+    from scipy.spatial import cKDTree  # a tenth of the time that `tautflex check` takes, and small meshes do without
+
+    return cKDTree(points)
+
+
 def _thick_film(model: Model) -> list[str]:
     if not model.surfaces:
         return []
@@ -86,7 +93,10 @@ def _thick_film(model: Model) -> list[str]:
 
 def _coincident_nodes(model: Model) -> list[str]:
     radius = _SAME_PLACE * float(np.ptp(model.nodes, axis=0).max())
-    pairs = cKDTree(model.nodes).query_pairs(radius, output_type="ndarray")
+    # No two are nearer to each other than along a line.
+    if np.all(np.diff(np.sort(model.nodes @ _ASKEW)) > radius):
+        return []
+    pairs = _tree(model.nodes).query_pairs(radius, output_type="ndarray")
     # Of links between held nodes nothing is left but their names.
     named = [(link.joined[0], node) for link in model.links for node in link.joined[1:]]
     linked = np.concatenate([model.linked_pairs, np.reshape(named, (-1, 2)).astype(np.int64)])
@@ -107,7 +117,10 @@ def _overlapping_film(model: Model) -> list[str]:
     if len(corners) < 2:
         return []
     centre = corners.mean(axis=1)
-    near: Indices = np.asarray(cKDTree(centre).query(centre, k=min(_NEIGHBOURS, len(centre)))[1])
+    count = len(centre)
+    near: Indices = np.broadcast_to(np.arange(count), (count, count))
+    if count > _FEW:
+        near = np.asarray(_tree(centre).query(centre, k=_NEIGHBOURS)[1])
     first, last = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(first, last)
     size = np.sum(normal**2, axis=1)
@@ -121,9 +134,9 @@ def _overlapping_film(model: Model) -> list[str]:
         return []
     row, column = np.argwhere(inside)[0]
     a, b = sorted((int(owner[row]), int(owner[near[row, column]])))
-    count = len(np.unique(owner[np.any(inside, axis=1)]))
+    many = len(np.unique(owner[np.any(inside, axis=1)]))
     return [
-        f"film elements {a} and {b} lie on top of each other at {point_text(centre[near[row, column]])} ({count} such "
+        f"film elements {a} and {b} lie on top of each other at {point_text(centre[near[row, column]])} ({many} such "
         "element(s)): mass and stiffness count twice there; remove one"
     ]
 

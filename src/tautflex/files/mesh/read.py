@@ -4,36 +4,32 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from importlib import import_module
 
 from tautflex import checks
 from tautflex.errors import MeshError
 from tautflex.files.content import read_bytes
-from tautflex.files.mesh.abaqus import read_abaqus
 from tautflex.files.mesh.assembly import assemble
-from tautflex.files.mesh.gmsh import read_gmsh
 from tautflex.files.mesh.include import LARGEST_FILE, Folder, decoded
 from tautflex.files.mesh.mesh_data import MeshData
-from tautflex.files.mesh.nastran import read_nastran
 from tautflex.files.mesh.raw import RawMesh, shorten
 
-Reader = Callable[[bytes, Folder, int | None], RawMesh]
+_TEXT = {
+    ".inp": "files.mesh.abaqus:read_abaqus",
+    **dict.fromkeys((".bdf", ".nas", ".dat"), "files.mesh.nastran:read_nastran"),
+}
+READERS = {".msh": "files.mesh.gmsh:read_gmsh", **_TEXT}
+"""Function that reads each format, imported when it is needed."""
 
 
-def _text(reader: Callable[[str, Folder, int | None], RawMesh]) -> Reader:
-    return lambda content, folder, step: reader(decoded(content), folder, step)
-
-
-def _gmsh(content: bytes, folder: Folder, step: int | None) -> RawMesh:
+def _raw(content: bytes, suffix: str, folder: Folder, step: int | None) -> RawMesh:
+    module, _, name = READERS[suffix].partition(":")
+    reader: Callable[..., RawMesh] = getattr(import_module(f"tautflex.{module}"), name)
+    if suffix in _TEXT:
+        return reader(decoded(content), folder, step)
     if step is not None:
         raise MeshError(f"expected no step of a Gmsh mesh, which has none, got {step}; remove it")
-    return read_gmsh(content)
-
-
-READERS: dict[str, Reader] = {
-    ".msh": _gmsh,
-    ".inp": _text(read_abaqus),
-    **dict.fromkeys((".bdf", ".nas", ".dat"), _text(read_nastran)),
-}
+    return reader(content)
 
 
 def read_mesh(
@@ -96,11 +92,11 @@ def read_mesh(
         checks.positive("unit_mass", unit_mass)
     if step is not None:
         checks.whole("step", step, 1)
-    reader = READERS.get(source.suffix.lower())
-    if reader is None:
+    suffix = source.suffix.lower()
+    if suffix not in READERS:
         raise MeshError(f"{shown}: expected a mesh named {', '.join(READERS)}, got {shorten(source.suffix)}; rename it")
     content = read_bytes(source, shown, "mesh", LARGEST_FILE, "check its path", MeshError)
     try:
-        return assemble(reader(content, Folder(source), step), names, unit_length, unit_mass)
+        return assemble(_raw(content, suffix, Folder(source), step), names, unit_length, unit_mass)
     except MeshError as error:
         raise error.behind(f"{shown}: ") from None

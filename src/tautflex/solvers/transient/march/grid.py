@@ -34,6 +34,6 @@ def record_between(
             seen[2] = before[2] + share * (after[2] - before[2])
         if rows[j] >= 0:
             restress_sample(stress, recorded[0], j)
-            record(recorded, seen[0], seen[1], time, rows[j], np.nan)
+            record(recorded, seen[0], seen[1], time, rows[j], np.nan, np.nan)
         if places[j] >= 0:
             fields[places[j]] = seen[0]
