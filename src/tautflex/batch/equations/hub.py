@@ -14,7 +14,7 @@ from tautflex.batch.equations.equation import Sample
 from tautflex.batch.equations.rate_history import Spin
 from tautflex.batch.equations.reduced_equation import ReducedEquation
 from tautflex.batch.library import jax
-from tautflex.batch.steps.products import product, transposed
+from tautflex.batch.steps.products import product, settled, transposed
 
 Array = jax.Array
 
@@ -63,7 +63,7 @@ class HubEquation(ReducedEquation):
 
     def place(self, q: Array) -> Place:
         """Inertia at coordinates."""
-        y, force = self._monomials.values(q), self._monomials.force
+        y, force = settled(self._monomials.values(q)), self._monomials.force
         parts = []
         for term, sign in ((TURN, -1.0), (PULL, 1.0)):
             on_q, on_y = self._at_rest(self._c.load, term), self._at_rest(self._c.load_stress, term)
@@ -99,7 +99,7 @@ class HubEquation(ReducedEquation):
             return jnp.zeros_like(q)
         matrix, twice = self._coupled[TURN], 2.0 * rate
         through = self._monomials.force(product(matrix, twice * v), q)
-        return through - product(transposed(matrix), twice * self._monomials.rates(q, v))
+        return through - product(transposed(matrix), settled(twice * self._monomials.rates(q, v)))
 
     def hub_acceleration(self, at: Place, v: Array, rate: Array, torque: Array, free: Array, solved: Array) -> Array:
         """Angular acceleration with which ``M a = M free - G' acceleration`` and the hub's balance hold, (runs,).

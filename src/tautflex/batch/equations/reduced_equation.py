@@ -13,7 +13,16 @@ from tautflex.batch.equations.equation import Forces, Sample, as_kind
 from tautflex.batch.equations.input_terms import InputTerms
 from tautflex.batch.equations.rate_history import Spin
 from tautflex.batch.library import jax
-from tautflex.batch.steps.products import Monomials, norm, one_by_one, product, refined, settled, transposed
+from tautflex.batch.steps.products import (
+    Monomials,
+    branched,
+    norm,
+    one_by_one,
+    product,
+    refined,
+    settled,
+    transposed,
+)
 from tautflex.motion.coupling import Coupling
 from tautflex.reduction.polynomial.condensation import CondensedModel
 from tautflex.reduction.polynomial.fields import Fields
@@ -168,13 +177,13 @@ class ReducedEquation:
         y, rate = self._monomials.values(q), self._monomials.rates(q, v)
         if ("turning_derivatives", TURN) not in self._absent:
             matrix = self._coupled[TURN]
-            stress += product(matrix, gyro * v + turn * q)
+            stress += product(matrix, settled(gyro * v + turn * q))
             # M(S) is skew, M(S^2) symmetric.
-            force -= product(transposed(matrix), gyro * rate + turn * y)
+            force -= product(transposed(matrix), settled(gyro * rate + turn * y))
         if ("turning_derivatives", PULL) not in self._absent:
             matrix = self._coupled[PULL]
             stress += pull * product(matrix, q)
-            force += pull * product(transposed(matrix), y)
+            force += pull * product(transposed(matrix), settled(y))
         return load + force, stress, load
 
     def _turning(self, q: Array, v: Array, spin: Spin) -> Array:
@@ -193,22 +202,30 @@ class ReducedEquation:
         return force + self._turning(q, v, spin) + self._monomials.force(stress, q)
 
     def _stress(self, y: Array) -> Array:
-        return _through(self._shared.cubic, self._c.cubic, y)
+        return _through(self._shared.cubic, lambda y: product(self._c.cubic, y), y)
+
+    def _lagging(self, rate: Array) -> Array:
+        """Stress of the static derivatives' damping at rates of the monomials, shape (m, runs)."""
+        viscous, besides, fields = self._c.viscous, self._besides, self._shared.viscous
+
+        def resist(rate: Array) -> Array:
+            own = self._beta * product(viscous, rate)
+            return own if besides is None else own + product(besides, rate)
+
+        return _through(fields, resist, rate)
 
     def internal(self, q: Array, v: Array, predicted: tuple[Array, Array, Array]) -> Array:
         """Internal force, that of the static derivatives and their damping included, shape (r, runs)."""
         y, rate = self._monomials.values(q), self._monomials.rates(q, v)
-        stress = predicted[1] + self._stress(y)
-        stress += _through(self._shared.viscous, self._c.viscous, self._beta * rate)
-        if self._besides is not None:
-            stress += _through(self._shared.viscous, self._besides, rate)
+        stress = predicted[1] + self._stress(y) + self._lagging(rate)
         force = product(self._c.linear, q) + self._monomials.force(stress, q)
         return force + product(self._c.quadratic, y) if self._shared.curved else force
 
     def forces(self, q: Array, v: Array, spin: Spin, predicted: tuple[Array, Array, Array]) -> Forces:
         """All forces but inertia; the internal norm counts what the static derivatives feel, as the single run does."""
-        internal = self.internal(q, v, predicted)
-        return Forces(internal + self.around(q, v, spin, predicted), norm(internal), norm(predicted[2]))
+        internal = settled(self.internal(q, v, predicted))
+        total = settled(internal + self.around(q, v, spin, predicted))
+        return Forces(total, norm(internal), norm(predicted[2]))
 
     def around(self, q: Array, v: Array, spin: Spin, predicted: tuple[Array, Array, Array]) -> Array:
         """All forces but inertia and internal ones, shape (r, runs)."""
@@ -221,7 +238,7 @@ class ReducedEquation:
     def inverse(self, mass: Any, damping: Any, stiffness: Any) -> Callable[[Array], Array]:
         """Inverse of ``mass M + damping C + stiffness K`` at the reference, less what C couples of natural modes."""
         diagonal = mass + damping * self._alpha + (stiffness + damping * self._beta) * self._squares
-        return lambda r: product(self._phi, settled(self._back, r) / diagonal)
+        return lambda r: settled(product(self._phi, settled(product(self._back, r) / diagonal)))
 
     def mass_solve(self, force: Array) -> Array:
         """Acceleration of a force, shape (r, runs)."""
@@ -289,14 +306,16 @@ class ReducedEquation:
     def sample(self, q: Array, v: Array, spin: Spin, store: tuple[str, ...]) -> Sample:
         """What is stored of an instant."""
         c, found = self._c, Sample()
-        y = self._monomials.values(q)
+        y = settled(self._monomials.values(q))
         if "displacement" in store:
             offset = self._load(c.follow_load, spin)
             if self._acting is not None:
                 offset = offset + self._acting.look @ spin.inputs
             found["displacement"] = _points(self._kept @ q + product(c.follow_quadratic, y) + offset)
         if "velocity" in store:
-            found["velocity"] = _points(self._kept @ v + product(c.follow_quadratic, self._monomials.rates(q, v)))
+            found["velocity"] = _points(
+                self._kept @ v + product(c.follow_quadratic, settled(self._monomials.rates(q, v)))
+            )
         if "energy" in store:
             strain = 0.5 * jnp.sum(q * product(c.linear, q), axis=0)
             strain += 0.5 * jnp.sum(y * self._stress(y), axis=0)
@@ -318,9 +337,9 @@ def _points(readings: Array) -> Array:
     return readings.reshape(-1, 3, *readings.shape[1:])
 
 
-def _through(fields: Any, matrix: Array, y: Array) -> Array:
-    """``F' A F y``."""
+def _through(fields: Fields, function: Callable[[Array], Array], y: Array) -> Array:
+    """``F' f(F y)`` of a linear function of all runs."""
     if fields.shape is None:
-        return settled(matrix, y)
+        return branched(function, y)
     shape = jnp.asarray(fields.shape, y.dtype)
-    return shape.T @ product(matrix, shape @ y)
+    return shape.T @ function(shape @ y)

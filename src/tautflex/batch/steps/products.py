@@ -45,26 +45,49 @@ def transposed(matrix: Array) -> Array:
     return jnp.swapaxes(matrix, 0, 1)
 
 
-def settled(matrix: Array, vector: Array) -> Array:
-    """`product` that is computed once, whatever its elements are used for.
+# Rows from which on a product with an identity costs less than a branch.
+_TALL = 16
 
-    The compiler would compute it again for every element that asks for it, but does not look into a branch. The other
-    branch is taken where no run has finite numbers left.
+
+def branched(function: Callable[[Array], Array], x: Array) -> Array:
+    """Function (n, runs) -> (k, runs) of settled arguments, whose results are computed once.
+
+    The compiler would compute them again for every element that asks for them, but does not look into a branch. The
+    other branch is taken where no run has finite numbers left.
     """
-    if matrix.ndim == 2:
-        return product(matrix, vector)
-    usable = jnp.any(jnp.isfinite(lax.stop_gradient(vector[0])))
-    lost = matrix.shape[0], vector.shape[1]
-    return lax.cond(usable, product, lambda matrix, vector: jnp.full(lost, jnp.nan, vector.dtype), matrix, vector)
+    usable = jnp.any(jnp.isfinite(lax.stop_gradient(x[0])))
+    found = jax.eval_shape(function, x)
+    return lax.cond(usable, function, lambda x: jnp.full(found.shape, jnp.nan, found.dtype), x)
+
+
+def settled(x: Array) -> Array:
+    """The same numbers (n, runs), computed once, whatever their elements are used for.
+
+    Beside branches there are matrix products that the compiler does not look into: one with a small identity leaves the
+    bits as they are, and the runs apart.
+    """
+    rows = next((k for k in range(3, len(x) + 1) if len(x) % k == 0), 0)
+    if platform() != "cpu" or not rows:
+        return x
+    if len(x) < _TALL:
+        return branched(lambda x: x, x)
+    return jnp.matmul(jnp.eye(rows, dtype=x.dtype), x.reshape(rows, -1), precision="highest").reshape(x.shape)
+
+
+# Terms of a sum that are unrolled.
+_TERMS = 40
 
 
 @jax.custom_jvp
 def _product(matrix: Array, vector: Array) -> Array:
-    # One sum per result, unrolled: the compiler then walks along the runs.
-    total = matrix[:, 0] * vector[0]
-    for k in range(1, vector.shape[0]):
-        total = total + matrix[:, k] * vector[k]
-    return total
+    # One sum per result, unrolled: the compiler then walks along the runs. Long ones are slower, and slow to compile.
+    parts = []
+    for first in range(0, vector.shape[0], _TERMS):
+        total = matrix[:, first] * vector[first]
+        for k in range(first + 1, min(first + _TERMS, vector.shape[0])):
+            total = total + matrix[:, k] * vector[k]
+        parts.append(total)
+    return parts[0] if len(parts) == 1 else sum(map(settled, parts[1:]), settled(parts[0]))
 
 
 @_product.defjvp
