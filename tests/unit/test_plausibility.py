@@ -264,7 +264,8 @@ def test_film_without_tension_is_told():
     assert "24 of 24 film elements have no tension" in told
     assert "6 motion(s)" in told
     assert "stress_x" in told and "membrane_stress" in told  # noqa: PT018 - both ways to say it
-    assert np.all(np.abs(tf.solve_modes(loose, 6).frequencies) < 1e-6)
+    # Roots of the round-off of stiffness in the plane, whose frequencies are ten million times as high.
+    assert np.all(np.abs(tf.solve_modes(loose, 6).frequencies) < 1e-3)
     assert tf.solve_prestress(film_of((0.0, 0.0, 0.0), cable=False), check=False).warnings == loose.warnings
 
 
