@@ -9,6 +9,7 @@ from tautflex.case import parse_case
 from tautflex.case.build import build_state
 from tautflex.case.loop import loop_summary
 from tautflex.control.runs.timing import doubts_about_steps
+from unit.test_loop_case import HELD
 from verification.builders import FILM_CASE
 
 HUB = """
@@ -18,21 +19,7 @@ inertia = [4.0, 5.0, 6.0]
 attitude = [0.9950041652780258, 0.0, 0.0, 0.09983341664682815]
 """
 # A force that damps the film.
-PUSH = """
-[actuators.push]
-kind = "nodal-force"
-near = [0.25, 0.2]
-direction = [0.0, 0.0, 1.0]
-[sensors.place]
-kind = "displacement"
-points = [0.25, 0.2]
-[controller]
-kind = "positive-position-feedback"
-gain = 1.0
-frequency = 8.0
-measurement = "place"
-command = "push"
-"""
+PUSH = "\n[actuators.push]" + HELD.partition("[actuators.push]")[2]
 TURN = """
 [actuators.wheels]
 kind = "hub-torque"
