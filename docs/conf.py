@@ -8,6 +8,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import ArrayLike
+from sphinx.util.typing import stringify_annotation
+
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
 
@@ -101,6 +104,15 @@ def _short(
     return signature and re.sub(r"<module '(\w+)' from '[^']*'>", r"\1", signature), result
 
 
+def _by_name(app: Any, *_described: object) -> None:
+    """Annotations with the name of NumPy's union in place of its parts."""
+    spelt_out = stringify_annotation(ArrayLike, "smart")
+    for hints in app.env.current_document.autodoc_annotations.values():
+        for name, hint in hints.items():
+            hints[name] = hint.replace(spelt_out, "ArrayLike")
+
+
 def setup(app: Any) -> None:
     """Connect what Sphinx calls."""
+    app.connect("object-description-transform", _by_name, priority=400)  # before they are written at 500
     app.connect("autodoc-process-signature", _short)

@@ -49,6 +49,19 @@ def within(name: str) -> Iterator[None]:
         raise error.behind(f"{name}.") from None
 
 
+def together(*asked: Callable[[], T]) -> list[T]:
+    """What all of these give, or one InputError with the problems of all that fail."""
+    found, problems = list[T](), list[str]()
+    for ask in asked:
+        try:
+            found.append(ask())
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(*dict.fromkeys(problems))
+    return found
+
+
 def instance(name: str, value: Any, kind: type[T] | tuple[type[Any], ...], expected: str, *, remedy: str = "") -> T:
     """Return ``value`` if it is of a kind, or raise InputError."""
     if isinstance(value, kind):

@@ -8,6 +8,7 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,14 @@ def tell(text: str) -> None:
     """Say something on stderr, if that is wanted."""
     if announcing and sys.stderr is not None:
         print(f"tautflex: {text}", file=sys.stderr, flush=True)  # noqa: T201 - a line for whoever waits
+
+
+def say(progress: Callable[[float, str], Any] | None, text: str) -> None:
+    """Tell whoever follows that something begins, or the standard error of a command that no terminal follows."""
+    if progress is None:
+        tell(text)
+    else:
+        progress(0.0, text)
 
 
 @cache

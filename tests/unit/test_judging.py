@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import tautflex as tf
+from tautflex import compiling
 from tautflex.case import load_case
 from tautflex.cli import main
 from tautflex.control.loop import close_loop
@@ -22,7 +23,7 @@ from tautflex.learning.environments.loops import Loops
 from tautflex.learning.judging import evaluate as judging
 from tautflex.learning.judging.baselines import baseline
 from tautflex.learning.judging.evaluate import summary
-from tautflex.learning.judging.scenarios import Scenario, scenarios_of, start_on, tensioned
+from tautflex.learning.judging.scenarios import METRICS, Scenario, scenarios_of, start_on, tensioned
 from tautflex.learning.judging.tune import numbers_of, with_numbers
 from unit.learning_cases import coarse
 
@@ -139,6 +140,23 @@ def test_a_policy_stands_in_a_case_file(policy, tmp_path):
     (tmp_path / "c.toml").write_text(f'{text[0]}[controller]\nkind = "policy"\nfile = "p.npz"\n\n[{rest}')
     run = tf.control_case(load_case(tmp_path / "c.toml"))
     assert np.isfinite(run.data["command"].values[:-1]).all()
+
+
+@pytest.mark.slow
+def test_an_evaluation_says_that_it_begins(monkeypatch, capsys):
+    """Commands have nothing else to tell while plants are compiled, unless a terminal follows."""
+    monkeypatch.setattr(compiling, "announcing", True)
+    monkeypatch.setattr(judging, "start_on", lambda *given: None)
+    monkeypatch.setattr(judging, "_played", lambda *given: ((job, dict.fromkeys(METRICS, 0.0)) for job in given[3]))
+    asked = {"laws": {"pd": tf.PD(30.0, 22.0, 7.46)}, "case": coarse("slew", 0.1), "plants": ("full",)}
+    asked["scenarios"] = [tf.Scenario({"angle": 0.3}), tf.Scenario({"angle": 0.5})]
+    tf.evaluate(**asked)
+    assert "tautflex: judging on 2 episodes" in capsys.readouterr().err
+    said = []
+    tf.evaluate(**asked, progress=lambda fraction, message: said.append((fraction, message.split()[0])))
+    assert said[0] == (0.0, "judging")
+    assert said[-1][0] == 1.0
+    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.slow

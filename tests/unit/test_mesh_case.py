@@ -13,6 +13,7 @@ from tautflex import CaseError, InputError
 from tautflex.case import parse_case, template
 from tautflex.case.build import build_inputs
 from tautflex.case.loop import build_sensors
+from tautflex.case.messages import of_mesh_file
 from tautflex.cli import main
 
 M2_TEMPLATE = template("m2-nearest-node")
@@ -266,3 +267,37 @@ group = "pid3"
     ):
         with pytest.raises(CaseError, match=words):
             build_inputs(parse_case(case.replace('group = "pid2"', change)), state)
+
+
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [
+        (
+            "a.msh: group 'skin': ...; state its role with names={'skin': 'membrane'}",
+            "mesh.names = { skin = 'membrane' }",
+        ),
+        (
+            "g: ...; take them with names = {'a b': 'membrane', 'c': 'membrane'}",
+            "{ 'a b' = 'membrane', c = 'membrane' }",
+        ),
+        ("groups a, b: leave out all but one with names = {b = 'ignore'}", "with mesh.names = { b = 'ignore' }"),
+        ("names: expected groups of the file", "mesh.names: expected"),
+        ("a.inp: expected step = 1 to 3, a step of the file", "expected mesh.step = 1 to 3, a step of"),
+        ("expected unit_mass beside unit_length = 0.001", "expected mesh.unit_mass beside mesh.unit_length = 0.001"),
+        ("sections.rim.area: missing, neither the file nor you state it", "mesh.sections.rim.area: missing, neither"),
+        ("beam.area: missing, neither the file nor you state it", "frame.area: missing, neither"),
+    ],
+)
+def test_remedies_for_mesh_files_are_keys_of_the_case(told, words):
+    assert words in of_mesh_file(told)
+
+
+def test_a_mesh_that_a_case_names_is_told_in_words_of_the_case(folder):
+    for override, words in {
+        "mesh.names={nonsense='membrane'}": "mesh.names: expected groups of the file",
+        "mesh.step=7": "expected mesh.step = 1",
+    }.items():
+        with pytest.raises(tf.MeshError) as caught:
+            tf.build_model(parse_case(without_geometry(mesh=f'file = "{folder}/antenna.inp"\n'), [override]))
+        assert words in str(caught.value)
+        assert all(not problem.startswith(("names:", "step")) for problem in caught.value.problems)

@@ -233,3 +233,44 @@ def test_command_line_tells_of_a_case(tmp_path, capsys):
     only(said["warnings"], "90 rad")
     only(said["warnings"], "0.1 m thick, 12.5%")
     assert said["notes"] == []
+
+
+def film_of(stress, rise=0.0, cable=True):
+    """Film held at its edges, with this stress [Pa] and rise, from which a taut cable may hang."""
+    nodes, triangles = rectangle_mesh(np.linspace(-0.5, 0.5, 5), np.linspace(-0.4, 0.4, 4))
+    nodes = nodes.copy()
+    nodes[:, 2] = rise * (nodes[:, 0] ** 2 + nodes[:, 1] ** 2)
+    edge = np.flatnonzero((np.abs(nodes[:, 0]) > 0.499) | (np.abs(nodes[:, 1]) > 0.399))
+    more = {}
+    if cable:
+        nodes, edge = np.vstack([nodes, [0.5, 0.0, 1.0]]), np.append(edge, len(nodes))
+        more = {"cables": [[int(edge[0]), len(nodes) - 1]], "cable_tension": 1.0}
+        more["cable"] = tf.CableSection(tf.Material(1e9, 1000.0), 1e-6)
+    return tf.Model.from_mesh(
+        nodes,
+        triangles=triangles,
+        membrane=tf.MembraneSection(tf.Material(3.5e9, 1530.0, 0.34), 1e-4),
+        membrane_stress=stress,
+        supports=(tf.Support.pinned(edge),),
+        prestress_mode="uniform",
+        **more,
+    )
+
+
+def test_film_without_tension_is_told():
+    """A taut cable beside it makes no tension in the film; its interior nodes, each for itself, move freely."""
+    loose = tf.solve_prestress(film_of((0.0, 0.0, 0.0)))
+    (told,) = loose.warnings
+    assert "24 of 24 film elements have no tension" in told
+    assert "6 motion(s)" in told
+    assert "stress_x" in told and "membrane_stress" in told  # noqa: PT018 - both ways to say it
+    # Roots of the round-off of stiffness in the plane, whose frequencies are ten million times as high.
+    assert np.all(np.abs(tf.solve_modes(loose, 6).frequencies) < 1e-3)
+    assert tf.solve_prestress(film_of((0.0, 0.0, 0.0), cable=False), check=False).warnings == loose.warnings
+
+
+@pytest.mark.parametrize(("stress", "rise"), [((4e3, 4e3, 0.0), 0.0), ((4e3, 0.0, 0.0), 0.0), ((0.0, 0.0, 0.0), 0.3)])
+def test_film_that_tension_or_its_shape_holds_is_left_alone(stress, rise):
+    state = tf.solve_prestress(film_of(stress, rise))
+    assert not [text for text in state.warnings if "tension" in text]
+    assert tf.solve_modes(state, 1).frequencies[0] > 0.1

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tautflex import checks
+from tautflex.case.messages import of_mesh_file
 from tautflex.case.options import within
 from tautflex.case.schema import Case
 from tautflex.case.sections.inputs import nearest_node
@@ -150,13 +151,11 @@ def stated_sections(case: Case) -> dict[str, tuple[str, dict[str, Any]]]:
 def _meshed_model(case: Case, file: str) -> Model:
     """Structure whose mesh comes from a file; tensions of cables by their direction, unless groups have their own."""
     told, cables = case.mesh, case.cables
-    mesh = read_mesh(
-        file,
-        told.names,
-        unit_length=told.unit_length or 1.0,
-        unit_mass=told.unit_mass,
-        step=told.step,
-    )
+    units = {"unit_length": told.unit_length or 1.0, "unit_mass": told.unit_mass}
+    try:
+        mesh = read_mesh(file, told.names, **units, step=told.step)
+    except MeshError as error:
+        raise MeshError(*map(of_mesh_file, error.problems)) from None
     given: dict[str, Any] = {}
     for table, kind, part in (("cables", "cable", "cables"), ("frame", "beam", "beams")):
         count, stated = len(getattr(mesh, part)), getattr(case, table) is not None
@@ -176,7 +175,7 @@ def _meshed_model(case: Case, file: str) -> Model:
     try:
         model = mesh.model(sections=sections, prestress_mode=case.prestress.mode or "equilibrium", **given)
     except InputError as error:
-        raise error.behind(f"{file}: ") from None
+        raise type(error)(*map(of_mesh_file, error.problems)).behind(f"{file}: ") from None
     for group in model.groups:
         if group.section.kind == "cable" and not (group.initial > 0.0).all():
             row = int(np.argmin(group.initial[:, 0]))

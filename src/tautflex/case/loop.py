@@ -5,15 +5,17 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from tautflex import checks
 from tautflex.analysis.record import counted_from
 from tautflex.case import build
-from tautflex.case.options import within
+from tautflex.case.options import by_keys, within
 from tautflex.case.prepared import reduced_model
 from tautflex.case.run import (
     CHECKPOINT,
@@ -29,6 +31,7 @@ from tautflex.case.run import (
 )
 from tautflex.case.schema import Case
 from tautflex.control.actuators.actuator import Actuator
+from tautflex.control.actuators.hub_torque import HubTorque
 from tautflex.control.authority import authority
 from tautflex.control.law import ControlLaw, added
 from tautflex.control.loop import kept_loop, start_law
@@ -101,12 +104,15 @@ def tried_law(case: Case, plant: Plant) -> tuple[ControlLaw, list[str]]:
         text = "controller: missing, expected a [controller] section with kind = 'pd' or another law"
         raise CaseError(f"{text}; add it, `tautflex init --template control` writes a case with one")
     several = case.controller if isinstance(case.controller, tuple) else (case.controller,)
-    laws, said = list[ControlLaw](), list[str]()
-    for number, given in enumerate(several):
+
+    def started(number: int) -> tuple[ControlLaw, list[str]]:
         with within("controller" if several[0] is case.controller else f"controller.{number}"):
-            laws.append(given.build())
-            said += start_law(plant, laws[-1])[1]
-    return laws[0] if len(laws) == 1 else added(*laws), said
+            law = several[number].build()
+            return law, start_law(plant, law)[1]
+
+    laws = checks.together(*(partial(started, number) for number in range(len(several))))
+    law = laws[0][0] if len(laws) == 1 else added(*(law for law, _ in laws))
+    return law, list(dict.fromkeys(text for _, said in laws for text in said))
 
 
 def check_loop(case: Case, state: PrestressedState) -> list[str]:
@@ -120,7 +126,8 @@ def check_loop(case: Case, state: PrestressedState) -> list[str]:
     if case.controller is not None:
         plant = build_plant(case, state)
         said = tried_law(case, plant)[1]
-        plant.reset()
+        with by_keys():
+            plant.reset()
         return said
     hub = None if case.hub is None else case.hub.build()
     build.build_actuators(case, state)
@@ -214,7 +221,8 @@ def close_case(case: Case, plant: Plant, law: ControlLaw, progress: Progress, ke
     """Run the closed loop of a case on its plant under its law, which a folder may keep."""
     try:
         asked = case.solver.end_time, case.loop.seed, progress, case.output.frames
-        run = _labelled(case, kept_loop(plant, law, None, *asked, keeper))
+        with by_keys():
+            run = _labelled(case, kept_loop(plant, law, None, *asked, keeper))
         return run if keeper is None else with_trouble(run, keeper)
     except NotConvergedError as error:
         if isinstance(error.result, Run):
@@ -242,8 +250,8 @@ def write_case_loop(
     Returns
     -------
     dict
-        The content of ``summary.json``: that of a run, ``settling_time`` after the maneuver [s] of ``attitude`` and
-        ``surface``, None where they do not settle, and ``energy_by_source`` [J].
+        The content of ``summary.json``: that of a run, ``settling_time`` after the maneuver [s] of ``surface`` and,
+        where the law turns a hub, of ``attitude``, None where they do not settle, and ``energy_by_source`` [J].
     """
     tell = checks.teller(progress)
     _, state = prestressed(case, tell)
@@ -262,12 +270,21 @@ def write_case_loop(
         return found
 
 
+def _turned(case: Case, data: xr.Dataset) -> bool:
+    """Whether the law has commanded a torque on the hub, so that its attitude is its affair."""
+    torques = {name for name, own in case.actuators.items() if issubclass(own.made_from or Actuator, HubTorque)}
+    labels = [str(label).partition("[")[0] in torques for label in data["input"].values]
+    return bool(np.nan_to_num(data["command"].transpose("input", ...).values[labels]).any())
+
+
 def loop_summary(case: Case, run: Run) -> dict[str, Any]:
     """What ``summary.json`` says of a closed loop beside `summary_of` its run."""
     data, end = run.data, counted_from(run)
-    settled: dict[str, float | None] = {"attitude": None}
+    settled: dict[str, float | None] = {}
     if "attitude_error" in data:
         off = data["attitude_error"].rename(sample_time="time")
-        settled["attitude"] = read_settling(off, case.output.attitude_tolerance, end)
+        found = read_settling(off, case.output.attitude_tolerance, end)
+        if found is not None or _turned(case, data):
+            settled["attitude"] = found
     settled["surface"] = read_surface(data, end, case.output.surface_tolerance)["settling_time"]
     return {"settling_time": settled, "energy_by_source": json.loads(data.attrs["energy_by_source"])}

@@ -126,6 +126,22 @@ def _place(detail: ErrorDetails) -> list[int | str]:
     return [part for part in detail["loc"] if "[" not in str(part) and part not in _BRANCHES]
 
 
+def of_mesh_file(problem: str) -> str:
+    """What is wrong with a mesh file, with remedies that are keys of a case file instead of arguments in Python."""
+    problem = re.sub(r"(?<![\w.])names ?= ?\{(.*?)\}", lambda found: f"mesh.names = {{ {_roles(found[1])} }}", problem)
+    problem = re.sub(r"(?<![\w.'])(unit_mass|unit_length|step(?= =))", r"mesh.\1", problem)
+    problem = re.sub(r"(?<![^ ])(names|sections)(?=[.:])", r"mesh.\1", problem, count=1)
+    sections = {"cable": "cables", "beam": "frame"}
+    return re.sub(r"(?<![^ ])(cable|beam)(?=\.\w+: )", lambda found: sections[found[1]], problem, count=1)
+
+
+def _roles(text: str) -> str:
+    """Roles by group as a table of a case file; names that are no bare keys stand in quotes."""
+    pairs = re.findall(r"'?([^',={}]+?)'?(?: =|:) ('\w+')", text)
+    keys = [name.strip() if re.fullmatch(r"[\w-]+", name.strip()) else repr(name.strip()) for name, _ in pairs]
+    return ", ".join(f"{name} = {role}" for name, (_, role) in zip(keys, pairs, strict=True))
+
+
 def choices(names: Sequence[str]) -> str:
     """Names in quotes, as the end of "expected one of"."""
     *others, last = [repr(name) for name in names]

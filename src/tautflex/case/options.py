@@ -239,6 +239,18 @@ class Chosen(Section):
 
 
 @contextmanager
+def by_keys() -> Iterator[None]:
+    """Put what is wrong with an argument of a run by the key of the case that sets it."""
+    try:
+        yield
+    except InputError as error:
+        keys = {"time_step": "solver.time_step", "method": "solver.method", "interval": "loop.interval"}
+        parts = [problem.partition(":") for problem in error.problems]
+        told = ("".join((keys.get(name, name), *rest)) for name, *rest in parts)
+        raise type(error)(*told) from None
+
+
+@contextmanager
 def within(name: str) -> Iterator[None]:
     """Put the name of a section or key in front of what is wrong inside it."""
     try:

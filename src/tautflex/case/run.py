@@ -18,6 +18,7 @@ from tautflex._version import __version__
 from tautflex.analysis import Record, amplitude, dominant_frequency, settling_time, surface
 from tautflex.analysis.record import counted_from
 from tautflex.case import build
+from tautflex.case.options import by_keys
 from tautflex.case.prepared import Prepared, lowest_modes, prepare
 from tautflex.case.schema import Case
 from tautflex.errors import CaseError, InputError
@@ -88,7 +89,8 @@ def run_case(
     maneuver, state = prestressed(case, tell)
     question = _question(case, state, maneuver, tell)
     if folder is None:
-        return labelled(case, simulate(**question, throw=throw))
+        with by_keys():
+            return labelled(case, simulate(**question, throw=throw))
     with (
         result_file(folder, "checkpoint"),
         run_folder(RunFolder, folder, owner_of(case), seconds, resume=True) as keeper,
@@ -138,7 +140,8 @@ def write_case_run(
 
 def _kept_run(case: Case, question: Mapping[str, Any], keeper: RunFolder, *, throw: bool) -> Run:
     """Run of a case that a folder keeps, with what there was to say about checkpoints."""
-    return with_trouble(labelled(case, simulate(**question, throw=throw, keeper=keeper)), keeper)
+    with by_keys():
+        return with_trouble(labelled(case, simulate(**question, throw=throw, keeper=keeper)), keeper)
 
 
 def with_trouble(run: Run, keeper: RunFolder) -> Run:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Annotated, Any, Literal, Self
 
 import tomli_w
@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, SerializeAsAny, ValidationInfo, fie
 
 from tautflex.case import memory
 from tautflex.case.messages import meaning, require_names, show
-from tautflex.case.section import Section, key
+from tautflex.case.section import Section, key, meant_by
 from tautflex.case.sections.control import Actuator, Controller, Hub, Loop, Sensor, Task
 from tautflex.case.sections.dynamic import Coupling, Damping, Output, Reduction, Solver
 from tautflex.case.sections.inputs import Input
@@ -173,6 +173,32 @@ class Case(Section):
         if problems:
             raise CaseError(*problems)
         return self
+
+    def _further(self, values: dict[str, Any], problems: Sequence[str]) -> Iterator[str]:
+        """What the antenna lacks beside keys that are wrong: its rules are not come to otherwise."""
+        yield from super()._further(values, problems)
+        tables, meant = dict(values), [(text.partition(":")[0].split("."), meant_by(text)) for text in problems]
+        for (name, *inner), right in sorted(meant, key=lambda one: len(one[0])):
+            if right and not inner and name in values:
+                tables.setdefault(right, values[name])
+            elif right and isinstance(own := tables.get(name), dict) and len(inner) == 1:
+                tables[name] = {right: own.get(inner[0])} | own
+        kinds: dict[str, type[Section]] = {"membrane": Membrane, "cables": Cables, "frame": Frame, "mesh": Mesh}
+        taken = {name: tables.get(name, {} if name == "mesh" else None) for name in kinds}
+        as_it_is = {
+            name: kinds[name].model_construct(**own) if isinstance(own, dict) else own for name, own in taken.items()
+        }
+        if not all(isinstance(own, Section | None) for own in as_it_is.values()) or as_it_is["membrane"] is None:
+            return
+        case, wrong = Case.model_construct(**as_it_is, edge_cords=tables.get("edge_cords")), [keys for keys, _ in meant]
+        wrong += [[right] for keys, right in meant if right and len(keys) == 1]  # what a misspelt one lacks is open
+        known = ["membrane", "edges"] not in wrong
+        rules = Case._edges_have_what_they_need, Case._tensions_are_stated_once
+        for rule in (*rules, Case._geometry_is_stated_once) if known else (Case._geometry_is_stated_once,):
+            for text in rule(case):
+                section, *key = text.partition(":")[0].split(".")
+                if ": missing," in text and [section] not in wrong and [section, *key] not in wrong:
+                    yield text
 
     def _geometry_is_stated_once(self) -> Iterator[str]:
         file = self.mesh.file

@@ -92,18 +92,18 @@ class Section(BaseModel):
         known, replaced = dict(values), (dict[str, Any](), dict[str, Any]())
         while problems:
             for text in problems:
-                name, meant = _key_of(text), re.search(r"; did you mean '(\w+)'\?$", text)
+                name, meant = _key_of(text), meant_by(text)
                 known.pop(name + DEGREES, None)
                 given, field = known.pop(name, None), type(self).model_fields.get(name)
                 example = None if field is None or not field.examples else field.examples[0]
                 if field is None:  # no key; what it may be meant for is asked as that
-                    known |= {} if meant is None else {meant[1]: values.get(meant[1], given)}
-                elif example is None or (field.is_required() and not isinstance(example, float | int | str)):
+                    known |= {} if meant is None else {meant: values.get(meant, given)}
+                elif example is None or (field.is_required() and not isinstance(example, float | int | str | tuple)):
                     return
                 else:
                     replaced[0][name] = example
                     if field.is_required():
-                        replaced[1][name] = example / 2 if isinstance(example, float) else example
+                        replaced[1][name] = _halved(example)
             first, second = (self._problems(known | others) for others in replaced)
             problems = [text for text in first if text in second and _key_of(text) in known]
             yield from (text for text in problems if _key_of(text) in values)
@@ -114,9 +114,22 @@ class Section(BaseModel):
         return cls(**values) if isinstance(values, dict) else values
 
 
+def _halved(example: Any) -> Any:
+    """Another value of the kind of an example."""
+    if isinstance(example, tuple):
+        return tuple(_halved(part) for part in example)
+    return example / 2 if isinstance(example, float) else example
+
+
 def _key_of(problem: str) -> str:
     """First key that a problem of a section is about."""
     return re.split("[.:]", problem, maxsplit=1)[0]
+
+
+def meant_by(problem: str) -> str | None:
+    """Key that a misspelt one is taken for."""
+    found = re.search(r"; did you mean '(\w+)'\?$", problem)
+    return None if found is None else found[1]
 
 
 def section_of_field(field: FieldInfo) -> type[Section] | None:

@@ -192,7 +192,7 @@ def _go_on(
 
 
 def start_law(plant: Plant, law: ControlLaw) -> tuple[Any, list[str]]:
-    """Memory of a law before the first measurement of a plant, and what it says about the loop.
+    """Memory of a law before the first measurement of a plant, and what it and the plant say about the loop.
 
     The plant is linearized where the law asks for its model.
 
@@ -202,7 +202,7 @@ def start_law(plant: Plant, law: ControlLaw) -> tuple[Any, list[str]]:
         If the loop has not what the law needs.
     """
     spec = spec_of(plant, law)
-    return law.start(spec), spec.remarks
+    return law.start(spec), [*plant.remarks, *spec.remarks]
 
 
 def _with_loop(

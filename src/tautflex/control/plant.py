@@ -24,7 +24,7 @@ from tautflex.control.runs.full import FullPlantRun
 from tautflex.control.runs.record import joined
 from tautflex.control.runs.reduced import ReducedPlantRun
 from tautflex.control.runs.run_of_plant import RunOfPlant
-from tautflex.control.runs.timing import stable_step_of, steps_of
+from tautflex.control.runs.timing import doubts_about_steps, stable_step_of, steps_of
 from tautflex.control.sensors.sensor import SensedMotion, Sensor, checked_sensors, kept, noise_of, recalled
 from tautflex.control.signals import Channel
 from tautflex.errors import InputError, NotConvergedError
@@ -164,7 +164,7 @@ class Plant:
         asked = {"method": method or (CentralDifference() if reduced else GeneralizedAlpha()), "damping": damping}
         moved = self.maneuver if hub is None else hub, {**asked, "inputs": given}
         self._steps = steps_of(self.interval, time_step, lambda: stable_step_of(state, *moved))
-        step = self.interval / self._steps
+        step, self.remarks = self.interval / self._steps, doubts_about_steps(asked["method"], interval, self._steps)
         self._asked: dict[str, Any] = {**asked, "time_step": step, "probes": probes, "every": self._steps}
         self._inputs, self._frames = given, np.zeros(0)
         self._problem([], interval)

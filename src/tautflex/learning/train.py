@@ -223,14 +223,6 @@ def train(
             return training.train(iterations, place, progress, seconds)
 
 
-def _say(progress: Progress | None, text: str) -> None:
-    """Tell whoever follows, or the standard error of a command that no terminal follows."""
-    if progress is None:
-        compiling.tell(text)
-    else:
-        progress(0.0, text)
-
-
 class _Training:
     """One training: its compiled iterations and what it keeps."""
 
@@ -291,7 +283,7 @@ class _Training:
     ) -> Trained:
         """All iterations that there is time for, from a checkpoint where there is one."""
         end = np.inf if seconds is None else clock.monotonic() + seconds
-        _say(progress, "compiling the training, plant and policy together ...")
+        compiling.say(progress, "compiling the training, plant and policy together ...")
         at, start = self._start()
         first, judged = 0, [(0, start)]
         if place is not None and place.exists():
@@ -304,7 +296,7 @@ class _Training:
                 at = at._replace(params=params, course=course)
             at, mean = self._iterate(at, number)
             if number == first:
-                _say(progress, f"compiled, training from a cost of {judged[-1][1]:.4g} ...")
+                compiling.say(progress, f"compiled, training from a cost of {judged[-1][1]:.4g} ...")
             done = number + 1
             late = seconds is not None and clock.monotonic() > end
             if done % every == 0 or done == iterations or late:

@@ -21,10 +21,11 @@ def control(
 ) -> Answer:
     """Run the antenna on its hub under the [controller]; write run.nc, summary.json and figures.
 
-    "settling_time" in the answer is that of attitude (output.attitude_tolerance) and surface (output.surface_tolerance)
-    [s] from the end of the maneuver on, "energy_by_source" the work of every actuator [J]. Ctrl-C, SIGTERM and
-    SIGHUP end the run early and keep what was computed; --resume goes on, and after a kill too, to the bit. A loop has
-    checkpoints at the ends of stretches of 1024 intervals, if --checkpoint seconds went by.
+    "settling_time" in the answer is that of surface (output.surface_tolerance) and, where the law turns the hub, of
+    attitude (output.attitude_tolerance) [s] from the end of the maneuver on, "energy_by_source" the work of every
+    actuator [J]. Ctrl-C, SIGTERM and SIGHUP end the run early and keep what was computed; --resume goes on, and after
+    a kill too, to the bit. A loop has checkpoints at the ends of stretches of 1024 intervals, if --checkpoint seconds
+    went by.
 
     Example: tautflex control slew.toml -o slew --set controller.damping=60
     """

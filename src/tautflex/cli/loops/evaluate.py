@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from tautflex import compiling
 from tautflex.cli.cards import show_evaluation
 from tautflex.cli.options import (
     Answer,
@@ -72,6 +73,7 @@ def evaluate(
 
     laws: dict[str, Any] = {}
     with result_folder(directory), about(case), progress_bar() as progress:
+        compiling.say(progress, "preparing plant and laws ...")
         laws |= {file.stem: PolicyLaw(str(file)) for file in files}
         arena = Arena(loaded)
         for name in names:

@@ -74,8 +74,12 @@ class IndependentModalControl(LinearLaw):
         g = -(w**2) + w * np.sqrt(w**2 + 1.0 / self.effort)
         h = np.sqrt(2.0 * g + 1.0 / self.effort)
         forces = np.zeros((count, len(plant.outputs)))
-        for name, gain, columns in (("displacement", g, first), ("velocity", h, first + half)):
-            place = spec.measurement(name, getattr(self, name))
+        places = checks.together(
+            lambda: spec.measurement("displacement", self.displacement),
+            lambda: spec.measurement("velocity", self.velocity),
+        )
+        parts = ("displacement", g, first), ("velocity", h, first + half)
+        for place, (name, gain, columns) in zip(places, parts, strict=True):
             forces[:, place] -= gain[:, None] * _inverse(name, plant.C[np.ix_(place, columns)], "sensor points")
         command = _inverse("commands", plant.B[first + half].T, "actuators").T @ forces
         n = len(plant.outputs)

@@ -13,6 +13,7 @@ from tautflex.control.laws.shaped_reference import in_series
 from tautflex.control.signals import LoopSpec
 from tautflex.errors import InputError
 from tautflex.motion.shaping import SHAPERS, checked_modes, sampled_shaper
+from tautflex.numeric import Indices
 from tautflex.text import brief
 
 
@@ -80,14 +81,14 @@ class PD(LinearLaw):
 
     def matrices(self, spec: LoopSpec) -> LawMatrices:
         """Gains, behind the shaper."""
-        whole, axes, seen = spec.measurement("attitude", self.attitude.partition("[")[0]), spec.axes, len(spec.measured)
-        if not len(whole) == axes > 0:
-            raise InputError(
-                f"attitude: expected one number for each of the {axes} axes of the hub, got {len(whole)} of "
-                f"{self.attitude!r}; PD turns a free hub: give the plant one, and an Attitude()"
-            )
-        places = spec.measurement("attitude", self.attitude, "rad"), spec.measurement("rate", self.rate, "rad/s")
-        torque, each = spec.command("torque", self.torque, "N m"), places[0] - whole[0]
+        axes, seen = spec.axes, len(spec.measured)
+        whole, rate, torque = checks.together(
+            lambda: self._whole_attitude(spec),
+            lambda: spec.measurement("rate", self.rate, "rad/s"),
+            lambda: spec.command("torque", self.torque, "N m"),
+        )
+        places = spec.measurement("attitude", self.attitude, "rad"), rate
+        each = places[0] - whole[0]
         for name, found in (("rate", places[1]), ("torque", torque)):
             if len(found) != len(each):
                 raise InputError(
@@ -103,3 +104,13 @@ class PD(LinearLaw):
         if self.shaper == "none":
             return law
         return in_series(sampled_shaper(self.shaper, self.frequencies, self.damping_ratios, spec.interval), law, axes)
+
+    def _whole_attitude(self, spec: LoopSpec) -> Indices:
+        """Places of the attitude about all axes."""
+        whole = spec.measurement("attitude", self.attitude.partition("[")[0])
+        if not len(whole) == spec.axes > 0:
+            raise InputError(
+                f"attitude: expected one number for each of the {spec.axes} axes of the hub, got {len(whole)} of "
+                f"{self.attitude!r}; PD turns a free hub: give the plant one, and an Attitude()"
+            )
+        return whole

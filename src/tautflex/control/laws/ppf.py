@@ -91,7 +91,9 @@ class PositivePositionFeedback(LinearLaw):
 
     def matrices(self, spec: LoopSpec) -> LawMatrices:
         """The filter by the trapezoidal rule; where there is a model, its limit is looked at."""
-        places = spec.measurement("measurement", self.measurement), spec.command("command", self.command)
+        places = checks.together(
+            lambda: spec.measurement("measurement", self.measurement), lambda: spec.command("command", self.command)
+        )
         for name, place in zip(("measurement", "command"), places, strict=True):
             if len(place) != 1:
                 given = getattr(self, name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -84,7 +85,7 @@ class ParametricLaw:
     def start(self, spec: LoopSpec) -> TensionMemory:
         """At rest."""
         plant = model_for(type(self).__name__, spec, self.modes)
-        used = np.concatenate([spec.command("commands", name) for name in self.commands])
+        used = np.concatenate(checks.together(*(partial(spec.command, "commands", name) for name in self.commands)))
         for place in used:
             if not np.any(plant.bilinear[place]):
                 raise InputError(

@@ -15,6 +15,8 @@ from tautflex.solvers.transient.problem import TransientProblem
 
 # Longest step [s] where none is given, and its share of the stable one: forces may stiffen the structure fourfold.
 _LONGEST, _STABLE_SHARE = 5e-3, 0.5
+# Times as many steps as an implicit method takes that are worth a word.
+_MANY = 8
 
 
 def steps_of(interval: float, time_step: float | None, stable_step: Callable[[], float] | None = None) -> int:
@@ -33,6 +35,19 @@ def steps_of(interval: float, time_step: float | None, stable_step: Callable[[],
             f"time_step = {whole:.6g}"
         )
     return round(count)
+
+
+def doubts_about_steps(method: Any, interval: float, steps: int) -> list[str]:
+    """Sentence about many more steps of an interval than a method takes that is stable at any step."""
+    needed = steps_of(interval, None)
+    if not isinstance(method, CentralDifference) or steps < _MANY * needed:
+        return []
+    return [
+        f"{steps} steps of {interval / steps:.3g} s are taken in every interval of {interval:g} s, as short as the "
+        f"fastest coordinate asks for with central differences; {needed} of a method that is stable at any step may "
+        f"do: give Plant method=GeneralizedAlpha() and time_step={interval / needed:.3g}, in a case file solver.method "
+        f"= 'generalized-alpha' and solver.time_step = {interval / needed:.3g}"
+    ]
 
 
 def stable_step_of(plant: Any, motion: Any, question: Mapping[str, Any]) -> float:

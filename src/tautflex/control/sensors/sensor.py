@@ -6,7 +6,8 @@ import json
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NamedTuple
+from functools import partial
+from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -183,14 +184,16 @@ def checked_sensors(
     """Sensors by name, and bound to a structure; InputError for what does not fit, or has an actuator's name."""
     example = "a mapping such as {'rate': Rate()}"
     sensors = dict(checks.instance("sensors", {} if given is None else given, Mapping, example))
-    prepared = dict[str, PreparedSensor]()
-    for name, sensor in sensors.items():
+
+    def bound(name: str, sensor: Any) -> PreparedSensor:
         checks.instance(f"sensors.{name}", sensor, Sensor, "a sensor such as Rate()")
         if name in actuators:
             raise InputError(f"sensors.{name}: expected a name of its own, got that of an actuator; choose another one")
         with checks.within(f"sensors.{name}"):
-            prepared[name] = sensor.prepare(state, hub)
-    return sensors, prepared
+            return cast("PreparedSensor", sensor.prepare(state, hub))
+
+    prepared = checks.together(*(partial(bound, name, sensor) for name, sensor in sensors.items()))
+    return sensors, dict(zip(sensors, prepared, strict=True))
 
 
 def noise_of(seed: int, name: str) -> np.random.Generator:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from tautflex import checks
+from tautflex import checks, compiling
 from tautflex._version import __version__
 from tautflex.case.schema import Case
 from tautflex.control.law import ControlLaw, law_of
@@ -111,6 +111,10 @@ def evaluate(
         if kept is not None:
             found[job] = kept
     todo = [job for job in jobs if job not in found]
+    if todo:
+        compiling.say(
+            progress, f"judging on {len(todo)} episodes; the first ones wait for plants and what they compile ..."
+        )
     for job, result in _played(case, asked, chosen, todo, workers):
         found[job] = result
         if folder is not None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from tautflex import checks
+from tautflex import checks, compiling
 from tautflex.case.schema import Case
 from tautflex.control.law import ControlLaw, law_of
 from tautflex.errors import InputError, NotConvergedError
@@ -127,6 +127,7 @@ def tune_law(
         tell(len(costs) / most, f"cost {best[0]:.4g}")
         return found
 
+    compiling.say(progress, f"tuning {type(chosen).__name__}, at most {most} trials of {_EPISODES} episodes ...")
     if len(first):
         simplex = np.concatenate([first[None], first + _FIRST * np.eye(len(first))])
         options: Any = {"initial_simplex": simplex, "maxfev": most, "xatol": 1e-3, "fatol": 1e-4}

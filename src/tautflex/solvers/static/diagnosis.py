@@ -14,6 +14,8 @@ from tautflex.structure.model import Model
 
 # Compression, relative to the largest resultant, that is warned of but not refused.
 _COMPRESSION_ALLOWED = 1e-3
+# Strain below which film has no tension worth the name.
+_NO_STRAIN = 1e-9
 
 
 class Problem(NamedTuple):
@@ -105,6 +107,26 @@ def _wrinkled_film(model: Model, states: NDArray[np.int8], fractions: tuple[floa
     if (states == 2).all():
         return [Problem("the whole film is slack; give it tension", True)]
     return [Problem(f"{text}; more cables, or tension = film resultant x spacing, pull it flat", False)]
+
+
+def film_without_tension(system: StructuralSystem, values: Array) -> NDArray[np.int64]:
+    """Film elements that next to no stress pulls at, by their principal resultants [N/m], shape (t, 2)."""
+    stiffness = [np.abs(b.elasticity).max() * float(b.size.max()) for b in system.blocks if b.kind == "membrane"]
+    if not stiffness or film_wrinkles(system):
+        return np.zeros(0, dtype=np.int64)
+    return np.flatnonzero(values[:, 1] <= _NO_STRAIN * min(stiffness))
+
+
+def loose_text(model: Model, elements: NDArray[np.int64], motions: int) -> str:
+    """Sentence about film elements without tension and the motions that nothing resists."""
+    count = sum(len(group.connectivity) for group in model.surfaces)
+    place = place_of(model, "membrane", int(elements[0]))
+    return (
+        f"{elements.size} of {count} film elements have no tension, e.g. element {elements[0]} at {place}, and "
+        f"{motions} motion(s) across them no stiffness: natural frequencies of about 0 Hz are theirs; give the film a "
+        "stress (membrane_stress, or stress_x and stress_y of [membrane] or of the film's [mesh.sections.NAME]), or "
+        "cables whose tension reaches it in 'equilibrium' mode"
+    )
 
 
 def instability_text(model: Model, unstable: int) -> str:

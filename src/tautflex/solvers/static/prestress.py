@@ -25,12 +25,21 @@ from tautflex.solvers.linear.eigenpairs import NaturalModes, count_below
 from tautflex.solvers.nonlinear.newton import relative_error
 from tautflex.solvers.plausibility import (
     IMBALANCE,
+    STILL,
+    TURN,
     doubts_about_links,
     doubts_about_prestress,
     doubts_about_structure,
     imbalance_text,
 )
-from tautflex.solvers.static.diagnosis import Problem, find_problems, instability_text, soft_text
+from tautflex.solvers.static.diagnosis import (
+    Problem,
+    film_without_tension,
+    find_problems,
+    instability_text,
+    loose_text,
+    soft_text,
+)
 from tautflex.solvers.static.pivots import count_falling, slack_limit
 from tautflex.solvers.static.residual import largest_force
 from tautflex.solvers.static.tensioning import respond
@@ -234,6 +243,8 @@ def prestressed(model: Model, check: bool, doubts: Sequence[str]) -> Prestressed
         problems.append(Problem(instability_text(model, unstable), True))
     elif soft := _count_soft(state):
         problems.append(Problem(soft_text(soft, np.sqrt(slack_limit(system, rest)) / (2.0 * np.pi)), False))
+    elif (loose := film_without_tension(system, resultants)).size and (moving := _count_loose(state)):
+        problems.append(Problem(loose_text(model, loose, moving), False))
     warnings = tuple(problem.text for problem in problems)
     if check and any(problem.fatal for problem in problems):
         raise PrestressError("prestress: " + "; ".join(warnings))
@@ -245,6 +256,13 @@ def prestressed(model: Model, check: bool, doubts: Sequence[str]) -> Prestressed
         found += doubts_about_links(system, state.tangent_entries)
     # The new state has caches of its own.
     return replace(state, unstable_modes=unstable, warnings=tuple(found), notes=tuple(notes))
+
+
+def _count_loose(state: PrestressedState) -> int:
+    """Number of motions, beside rigid ones, whose frequency is about 0 Hz."""
+    system, limit = state.system, (TURN * STILL) ** 2
+    count = count_below(system.pattern, state.tangent_entries, system.inertia.mass_entries, limit)
+    return max(0, count - state.model.rigid_freedom)
 
 
 def _count_soft(state: PrestressedState) -> int:

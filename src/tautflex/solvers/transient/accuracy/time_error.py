@@ -10,6 +10,12 @@ Accelerations of waves that a step does not resolve say nothing about displaceme
 out (`Stepper.resolved`), at a sample of the steps, and the part that stays is used until the next. The same sample
 gives the rate at which damping lets errors decay, that of the velocity.
 
+Behind a jump of the forces waves that no step resolves make the change of the acceleration large, and of the error of
+a step most belongs to them. Where damping takes them out within a few steps they do not travel: the part of a local
+error that its own damping, measured in the sample, leaves after `_BRIEF` steps is summed up, and of the rest the
+largest counts while it lasts. Samples that become rarer tell of times that are each longer than all before, so that
+what a step resolves is taken from the last of them.
+
 Motions that are close part exponentially where the structure hardens and little damping is left. How fast is not
 known without a second run. Measured on films and antennas without damping (8 to 30 1/s at 20 to 30 Hz) it is not less
 than a twentieth of the angular frequency of the velocity times the share of the energy that is not quadratic, less the
@@ -36,6 +42,10 @@ from tautflex.solvers.transient.state import MotionState
 _MEAN, _SAFETY = 0.5 * np.pi, 1.5
 # Steps between two samples at most, and what a sample forgets of those before.
 _LONGEST, _MEMORY = 128, 0.8
+# The same for what is resolved while samples become rarer.
+_RARER = 0.2
+# Steps after which what is left of a local error counts as one that stays.
+_BRIEF = 3.0
 # Growth of errors over angular frequency, and the exponent from which motions have parted.
 GROWTH, PARTED = 0.05, 5.5
 # Twice the largest displacement: that is how far two motions can be apart.
@@ -50,9 +60,13 @@ NOTABLE = 0.05
 
 
 @jit
-def _travel(state: Array, local: float, time: float, size: float, decay: float, growth: float) -> None:
-    state[0] = state[0] * np.exp(-decay * size) + local
-    state[1] = max(state[1], state[0])
+def _travel(
+    state: Array, brief: Array, local: float, time: float, size: float, decay: float, growth: float
+) -> None:  # fmt: skip
+    stays = np.exp(-_BRIEF * size * max(brief[1] - decay, 0.0))
+    state[0] = state[0] * np.exp(-decay * size) + stays * local
+    brief[0] = max(brief[0] * np.exp(-brief[1] * size), (1.0 - stays) * local)
+    state[1] = max(state[1], state[0] + brief[0])
     state[2] = max(state[2] + growth * size, 0.0)
     state[3] = max(state[3], state[2])
     if local > state[4]:
@@ -60,14 +74,17 @@ def _travel(state: Array, local: float, time: float, size: float, decay: float, 
 
 
 @jit
-def travelled(state: Array, local: Array, times: Array, size: float, decay: float, growth: float) -> None:
+def travelled(
+    state: Array, brief: Array, local: Array, times: Array, size: float, decay: float, growth: float
+) -> None:  # fmt: skip
     """Sum up local errors of steps of a size [s] that end at these times, with rates of decay and growth [1/s].
 
     ``state`` holds error, its largest value, exponent of the growth and its largest value, the largest local error and
-    its time, the largest sums of squares of all displacements and of those across.
+    its time, the largest sums of squares of all displacements and of those across; ``brief`` the error that is soon
+    gone and the rate [1/s] at which damping takes out local errors themselves.
     """
     for n in range(local.size):
-        _travel(state, local[n], times[n], size, decay, growth)
+        _travel(state, brief, local[n], times[n], size, decay, growth)
 
 
 @jit
@@ -116,17 +133,18 @@ def _look(parts: Any, q: Array, v: Array, a: Array, change: Array, error: Array,
     It tells what the step resolves, of damping and how far from quadratic the energy is. ``parts`` are those of a
     `TimeError`.
     """
-    (_, rates, measured), (when, pooled, squares), matrices, stiffness, (store, stresses, reference) = parts
+    (_, brief, rates, measured), (when, pooled, squares), matrices, stiffness, (store, stresses, reference) = parts
     when[2] += 1
     # Uneven, so that no vibration keeps step with the samples.
     when[0] = int(when[1] * (0.75 + 0.5 * (0.618 * when[2] % 1.0)))
+    memory = _MEMORY if when[1] == _LONGEST else _RARER
     when[1] = min(_LONGEST, 2 * when[1])
     start, column, mass, damping, vectors, coefficients = matrices
     raw, found = np.sqrt(_sum_of_squares(measured[0], change)), np.sqrt(_sum_of_squares(measured[0], error))
     velocity, acceleration = quadratic_form(start, column, mass, v), quadratic_form(start, column, mass, a)
     loss = _damped(start, column, damping, vectors, coefficients, v)
     for k in range(pooled.size):
-        pooled[k] *= _MEMORY
+        pooled[k] *= memory if k < 2 else _MEMORY
     pooled[0] += size * size * raw
     pooled[1] += size * size * found
     pooled[2] += velocity
@@ -154,32 +172,32 @@ def _look(parts: Any, q: Array, v: Array, a: Array, change: Array, error: Array,
         pooled[4] += abs(energy - linear)
         pooled[5] += min(abs(energy), abs(linear))
         fastest *= pooled[4] / max(pooled[4] + pooled[5], 1e-300)
-    rates[2] = fastest - lost
+    rates[2], brief[1] = fastest - lost, max(lost, 0.0)
 
 
 @jit
 def see_step(parts: Any, q: Array, v: Array, a: Array, before: Array, error: Array, time: float, size: float) -> None:
     """Take in a step of a size [s] from its end and the acceleration at its start; ``error`` is for `_look`."""
-    state, rates, measured = parts[0]
+    state, brief, rates, measured = parts[0]
     if error.size:
         _look(parts, q, v, a, a - before, error, size)
     place, across, change = _squares(measured, q, before, a)
     state[6], state[7] = max(state[6], place), max(state[7], across)
-    _travel(state, size * size * np.sqrt(change) * rates[0], time, size, rates[1], rates[2])
+    _travel(state, brief, size * size * np.sqrt(change) * rates[0], time, size, rates[1], rates[2])
 
 
 class ErrorSum(Remembering):
     """What all plants sum up."""
 
-    MEMORY: ClassVar[tuple[str, ...]] = ("state", "missed", "_squares")
+    MEMORY: ClassVar[tuple[str, ...]] = ("state", "brief", "missed", "_squares")
 
     def __init__(self) -> None:
-        self.state, self.missed = np.zeros(8), 0.0
+        self.state, self.brief, self.missed = np.zeros(8), np.zeros(2), 0.0
         self._squares = np.zeros(2)
 
     def add(self, local: Array, times: Array, size: float, decay: float, growth: float) -> None:
         """Take in local errors over c of steps, see `travelled`."""
-        travelled(self.state, local, times, size, decay, growth)
+        travelled(self.state, self.brief, local, times, size, decay, growth)
 
     def add_speeds(self, acceleration: float, velocity: float) -> None:
         """Take in squares of accelerations and velocities in the mass norm."""
@@ -267,7 +285,7 @@ class TimeError(ErrorSum):
     @property
     def parts(self) -> Any:
         """What `see_step` reads and writes."""
-        sums = (self.state, self._rates, self._measured), (self._when, self._pooled, self._squares)
+        sums = (self.state, self.brief, self._rates, self._measured), (self._when, self._pooled, self._squares)
         return *sums, self._matrices, self._stiffness, self._elements
 
     def step(self, at: MotionState, end: MotionState, segment: Segment) -> None:

@@ -112,7 +112,8 @@ def _about_energy(problem: TransientProblem, balance: Mapping[str, float], large
             "balance mean nothing, only their sum does; take a smaller time_step, GeneralizedAlpha(0.8) "
             "('generalized-alpha'), or less damping of the stiffest elements (beta by kind)"
         ]
-    if not abs(taken) > _NOTABLE * energy > 0.0:
+    # What damping takes more than is fed in does not grow: behind a jump of the forces both are of the first order.
+    if not abs(taken) > _NOTABLE * energy > 0.0 or -damped < taken < 0.0:
         return []
     what, why = ("took out", "its damping is numerical") if taken > 0.0 else ("fed in", "it is not stable here")
     return [
