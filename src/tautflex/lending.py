@@ -29,8 +29,7 @@ def _forget(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     return value
 
 
-@intrinsic
-def lent(typing_context: Any, value: Any) -> Any:
+def _lent(typing_context: Any, value: Any) -> Any:
     """An array, or a tuple of tuples and arrays, whose memory others hold as long as it is used.
 
     It must not be returned to Python, nor outlive what it was made of.
@@ -40,3 +39,6 @@ def lent(typing_context: Any, value: Any) -> Any:
         return _forget(context, builder, signature.args[0], arguments[0])
 
     return value(value), code
+
+
+lent: Any = intrinsic(_lent)  # mypy counts the typing context among the arguments

@@ -151,9 +151,9 @@ def stated_sections(case: Case) -> dict[str, tuple[str, dict[str, Any]]]:
 def _meshed_model(case: Case, file: str) -> Model:
     """Structure whose mesh comes from a file; tensions of cables by their direction, unless groups have their own."""
     told, cables = case.mesh, case.cables
-    units = {"unit_length": told.unit_length or 1.0, "unit_mass": told.unit_mass}
+    length = told.unit_length or 1.0
     try:
-        mesh = read_mesh(file, told.names, **units, step=told.step)
+        mesh = read_mesh(file, told.names, unit_length=length, unit_mass=told.unit_mass, step=told.step)
     except MeshError as error:
         raise MeshError(*map(of_mesh_file, error.problems)) from None
     given: dict[str, Any] = {}

@@ -190,7 +190,8 @@ class Case(Section):
         }
         if not all(isinstance(own, Section | None) for own in as_it_is.values()) or as_it_is["membrane"] is None:
             return
-        case, wrong = Case.model_construct(**as_it_is, edge_cords=tables.get("edge_cords")), [keys for keys, _ in meant]
+        given: dict[str, Any] = as_it_is | {"edge_cords": tables.get("edge_cords")}
+        case, wrong = Case.model_construct(**given), [keys for keys, _ in meant]
         wrong += [[right] for keys, right in meant if right and len(keys) == 1]  # what a misspelt one lacks is open
         known = ["membrane", "edges"] not in wrong
         rules = Case._edges_have_what_they_need, Case._tensions_are_stated_once

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numpy as np
 
@@ -48,7 +49,7 @@ class ExplicitStepper(Remembering):
         Equation of motion.
     """
 
-    MEMORY = ("_largest", "_age", "_stress", "_checked_stress", "_first_limit", "_vector")
+    MEMORY: ClassVar[tuple[str, ...]] = ("_largest", "_age", "_stress", "_checked_stress", "_first_limit", "_vector")
 
     def __init__(self, equation: EquationOfMotion) -> None:
         self.equation = equation

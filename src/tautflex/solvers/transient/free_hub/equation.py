@@ -249,7 +249,7 @@ class HubEquation(EquationOfMotion):
     def correction(self, q: Array, scheme: StepScheme) -> tuple[Array, Array]:
         """With what the free hub takes from the effective stiffness, ``-c B' R^-1 B``."""
         (mass, coupling), (vectors, core), free = self.blocks(q), super().correction(q, scheme), self.hub.freedom > 0.0
-        taken = -scheme.inertia.d * np.linalg.inv(mass[free][:, free])
+        taken = np.asarray(-scheme.inertia.d * np.linalg.inv(mass[free][:, free]), dtype=float)
         if not core.size:
             return coupling[free], taken
         return np.concatenate([coupling[free], vectors.reshape(-1, q.size)]), block_diag(taken, core)

@@ -148,7 +148,7 @@ class Outlook:
         for name, columns in (("force", slice(3)), ("torque", slice(3, 6))):
             given = getattr(hub, name)
             if callable(given):
-                values = checks.vectors3(name, self._values(given, times))
+                values = checks.vectors3(name, self._given(given, times))
                 found, times = found[: len(values)], times[: len(values)]
             elif given is not None:
                 values = checks.vector3(name, given)
@@ -157,7 +157,7 @@ class Outlook:
             found[:, columns] = values
         return found
 
-    def _values(self, function: Actuation, times: list[float]) -> list[ArrayLike]:
+    def _given(self, function: Actuation, times: list[float]) -> list[ArrayLike]:
         """What a function of the hub gives, up to where it looks at more than the time or fails."""
         found, last = list[ArrayLike](), np.nan
         for time in times:
@@ -167,7 +167,7 @@ class Outlook:
             state, last = _TimeAlone(time), time
             try:
                 # Of a tuple nothing can change; anything else may be filled in anew by the next call.
-                value = given if type(given := function(time, state)) is tuple else np.array(given)
+                value = given if isinstance(given := function(time, state), tuple) else np.array(given)
             except Exception:  # the driver meets it where it is, with the motion
                 value = None
             if object.__getattribute__(state, "looked"):

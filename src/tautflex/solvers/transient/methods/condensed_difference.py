@@ -88,8 +88,8 @@ class CondensedStepper(ExplicitStepper):
         stiffness = system.with_initial_stress(tension, blocks).tangent(np.zeros(system.size))
         mass, part = self.equation.inertia.mass_entries, _Part(self._pattern, self._across)
         part.factor.factorize(mass[part.kept])
-        matrices = (part.pattern.symmetric_matrix(values[part.kept]) for values in (stiffness, mass))
-        return largest_eigenvalue(*matrices, part.factor.solve)[0]
+        pull, inertia = (part.pattern.symmetric_matrix(values[part.kept]) for values in (stiffness, mass))
+        return largest_eigenvalue(pull, inertia, part.factor.solve)[0]
 
     def stable_step(self, q: Array) -> float:
         """Largest stable step [s] at free unknowns ``q``."""
