@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from film_problem import SPEED, film_problem
+from film_problem import BLOW, film_problem
 from pairs import Report, compare, run_once
 from programs import Program, ProgramFailedError
 
@@ -31,7 +31,7 @@ def compare_film(
     rounds: int,
     report: Report,
     element: str = "triangle3",
-    speed: float = SPEED,
+    speeds: tuple[float, float] = BLOW,
 ) -> dict[str, Any]:
     """Pair ourselves with every peer on one mesh.
 
@@ -49,7 +49,7 @@ def compare_film(
         Receives one line per run.
     element
         ``"triangle3"`` or ``"triangle6"``.
-    speed
+    speeds
         Of the blow [m/s], see `film_problem`.
 
     Returns
@@ -58,7 +58,7 @@ def compare_film(
         The problem and one row per program: milliseconds of processor time per step, ratios to ours in the same pair,
         iterations and factorizations per step, error against our converged record and difference from ours.
     """
-    problem = film_problem(divisions, STEP, count, TOLERANCE, element, speed)
+    problem = film_problem(divisions, STEP, count, TOLERANCE, element, speeds)
     report("  converged record, for the errors")
     reference = run_once(programs[0], {**problem, "tolerance": np.array(1e-11)})["displacement"]
     measured = compare(programs[0], programs[1:], problem, rounds, report)
@@ -84,7 +84,7 @@ def compare_film(
     return {
         "divisions": list(divisions),
         "element": element,
-        "speed": speed,
+        "speed": speeds[0],
         "unknowns": 3 * (len(problem["nodes"]) - len(problem["fixed"])),
         "step": STEP,
         "count": count,

@@ -18,7 +18,7 @@ from typing import Any
 
 from figure import cost_figure
 from film import SIZES, compare_film, size_study
-from film_problem import GENTLE, SPEED
+from film_problem import BLOW, GENTLE
 from hub_problem import hub_problem
 from programs import FILM, FILM_QUADRATIC, HUB, ROOT, SPINUP, Program
 from spinup import compare_beams
@@ -26,9 +26,9 @@ from spinup_problem import spinup_problem
 from table import page
 
 FILMS = {
-    "film": (FILM, "triangle3", (40, 20), SPEED),
+    "film": (FILM, "triangle3", (40, 20), BLOW),
     "film_gentle": (FILM[:3], "triangle3", (40, 20), GENTLE),
-    "film_quadratic": (FILM_QUADRATIC, "triangle6", (20, 10), SPEED),
+    "film_quadratic": (FILM_QUADRATIC, "triangle6", (20, 10), BLOW),
 }
 BEAMS = {"spinup": (SPINUP, spinup_problem), "hub": (HUB, hub_problem)}
 BENCHMARKS = (*FILMS, *BEAMS, "size")
@@ -108,8 +108,8 @@ def run_part(name: str, chosen: argparse.Namespace, missing: list[str]) -> dict[
     """Numbers of one benchmark."""
     report(name)
     if name in FILMS:
-        programs, element, divisions, speed = FILMS[name]
-        return compare_film(present(programs, missing), divisions, chosen.steps, chosen.rounds, report, element, speed)
+        programs, element, divisions, speeds = FILMS[name]
+        return compare_film(present(programs, missing), divisions, chosen.steps, chosen.rounds, report, element, speeds)
     if name in BEAMS:
         programs, build = BEAMS[name]
         quick = {"elements": (4, 8), "steps": (0.02,), "finest": (16, 0.01)} if chosen.quick else {}

@@ -50,15 +50,16 @@ def within(name: str) -> Iterator[None]:
 
 
 def together(*asked: Callable[[], T]) -> list[T]:
-    """What all of these give, or one InputError with the problems of all that fail."""
-    found, problems = list[T](), list[str]()
+    """What all of these give, or one error of the first one's kind with the problems of all that fail."""
+    found, errors = list[T](), list[InputError]()
     for ask in asked:
         try:
             found.append(ask())
         except InputError as error:
-            problems += error.problems
-    if problems:
-        raise InputError(*dict.fromkeys(problems))
+            errors.append(error)
+    if errors:
+        problems = dict.fromkeys(problem for error in errors for problem in error.problems)
+        raise type(errors[0])(*problems) from errors[0]
     return found
 
 

@@ -109,9 +109,12 @@ class _Dispatcher(CPUDispatcher):
         self._cache = self._cache_class(self.py_func)
 
     def compile(self, sig: Any) -> Any:
+        # Numba's own one puts both shapes into a message; texts are a tenth of all that a first command would compile.
+        told, arrayobj.raise_with_shape_context = arrayobj.raise_with_shape_context, _unequal
         try:
             return super().compile(sig)
         finally:
+            arrayobj.raise_with_shape_context = told
             if isinstance(self._cache, _Cache):
                 compilers.found(self._cache.name(sig))
 
@@ -162,7 +165,3 @@ def _compiled_unequal(found: Any, expected: Any) -> Any:
         raise ValueError("cannot assign slice from input of different size")
 
     return refuse
-
-
-# Numba's own one puts both shapes into the message. Texts are a tenth of all that a first command compiles.
-arrayobj.raise_with_shape_context = _unequal

@@ -8,7 +8,7 @@ import pytest
 
 import house
 from house import MODULES, ROOT, arrows, reached
-from tautflex.study.store import source_files
+from tautflex.case.prepared import source_files
 
 
 def test_no_import_circle():

@@ -32,7 +32,7 @@ kind = "pd"
 stiffness = 1.0
 damping = 1.0
 """
-NAMED = TURN + 'attitude = "star"\nrate = "gyro"\ntorque = "wheels"\n'
+NAMED = TURN + 'attitude = "star[0]"\nrate = "gyro[0]"\ntorque = "wheels"\n'
 
 
 def loop(text):
@@ -80,11 +80,10 @@ def test_many_steps_of_an_interval_are_told_once():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("method", "count"), [(None, 1), (tf.GeneralizedAlpha(), 0)])
+@pytest.mark.parametrize(("method", "count"), [(tf.CentralDifference(), 1), (tf.GeneralizedAlpha(), 0)])
 def test_a_plant_of_stiff_coordinates_tells_of_its_steps(method, count):
-    """Static answers of inputs are coordinates far above the modes; a loop has it among its warnings."""
+    """Motion in the plane of the film is far above its modes across; a loop has it among its warnings."""
     pull = tf.NodalForce([7], direction=(1.0, 0.0, 0.0))
-    rom = tf.reduce(build_state(loop(PUSH)), tf.ModalBasis(count=2), inputs=[pull])
-    plant = tf.Plant(rom, actuators={"pull": pull}, interval=0.1, method=method)
-    run = tf.close_loop(plant, lambda time, measurement: [0.0], end_time=0.1)
+    plant = tf.Plant(build_state(loop(PUSH)), actuators={"pull": pull}, interval=0.01, method=method)
+    run = tf.close_loop(plant, lambda time, measurement: [0.0], end_time=0.01)
     assert len([text for text in run.data.attrs["warnings"] if "steps of" in text]) == count

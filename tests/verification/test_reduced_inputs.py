@@ -10,7 +10,7 @@ import pytest
 import tautflex as tf
 from tautflex import PreparedInput, TimeInput
 from tautflex.mechanics.loads.inputs import InputSet
-from tautflex.reduction.bases.snapshots import transverse_unknowns
+from tautflex.solvers.static.across import transverse_unknowns
 from tautflex.reduction.inputs import ReducedInputs
 from tautflex.reduction.marching.dispatch import internal_force
 from tautflex.reduction.polynomial.forces import energies, strain_energies

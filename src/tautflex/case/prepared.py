@@ -6,10 +6,11 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
+from tautflex._version import __version__
 from tautflex.case import build
 from tautflex.case.options import within
 from tautflex.case.schema import Case
@@ -20,6 +21,9 @@ from tautflex.solvers.modal.natural import Modes, solve_modes
 from tautflex.solvers.static.prestress import PrestressedState
 
 MODE_COUNT = 10
+_PACKAGE = Path(__file__).parent.parent
+# Rooms that only look at finished runs; everything else may have had a hand in one.
+_ONLOOKERS = ("cli", "plot")
 # Sections that neither the prestressed structure nor a reduced model of it depends on.
 _LATER = {"maneuver", "damping", "coupling", "solver", "hub", "sensors", "controller", "task", "loop", "output"}
 
@@ -96,6 +100,19 @@ def structure_key(case: Case) -> str:
 def digest(content: Any) -> str:
     """Hash of nested tables, lists, numbers and texts."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def source_files() -> list[Path]:
+    """Every file of the package that a run can depend on, sub-folders and data included, sorted."""
+    files = [path for path in _PACKAGE.rglob("*") if path.suffix in (".py", ".toml")]
+    return sorted(path for path in files if path.relative_to(_PACKAGE).parts[0] not in _ONLOOKERS)
+
+
+@cache
+def own_code() -> str:
+    """Hash of version and sources: what another code left is not taken for what this one would."""
+    files = {path.relative_to(_PACKAGE).as_posix(): path.read_text(encoding="utf-8") for path in source_files()}
+    return digest([__version__, files])
 
 
 def files_of(values: Any) -> dict[str, str]:

@@ -14,12 +14,11 @@ from typing import Any, TypeAlias
 import xarray as xr
 
 from tautflex import checks
-from tautflex._version import __version__
 from tautflex.analysis import Record, amplitude, dominant_frequency, settling_time, surface
 from tautflex.analysis.record import counted_from
 from tautflex.case import build
 from tautflex.case.options import by_keys
-from tautflex.case.prepared import Prepared, lowest_modes, prepare
+from tautflex.case.prepared import Prepared, lowest_modes, own_code, prepare
 from tautflex.case.schema import Case
 from tautflex.errors import CaseError, InputError
 from tautflex.files import netcdf
@@ -153,7 +152,7 @@ def with_trouble(run: Run, keeper: RunFolder) -> Run:
 
 def owner_of(case: Case) -> dict[str, str]:
     """What the checkpoint of a case is recognised by."""
-    return {"case": case.to_toml(), "version of tautflex": __version__}
+    return {"case": case.to_toml(), "code of tautflex": own_code()}
 
 
 def write_results(

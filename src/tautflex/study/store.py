@@ -7,24 +7,19 @@ import json
 import os
 import uuid
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
-import tautflex
-from tautflex._version import __version__
 from tautflex.case.plugins import LOADED
-from tautflex.case.prepared import digest, files_of
+from tautflex.case.prepared import digest, files_of, own_code
 from tautflex.case.schema import Case
 from tautflex.errors import NotWrittenError
 from tautflex.files import netcdf
 
 SCHEMA = 1
 """Raise it when the content of a stored point changes."""
-# Rooms that only look at finished runs; everything else may have had a hand in one.
-_ONLOOKERS = ("cli", "plot")
 
 
 @dataclass(frozen=True)
@@ -103,18 +98,4 @@ def case_key(case: Case) -> str:
 def code_key() -> str:
     """Hash of version, sources and plugins: results of other equations are never taken for those of these."""
     plugins = {str(path): Path(path).read_text(encoding="utf-8") for path in sorted(LOADED)}
-    return _own_code() if not plugins else digest([_own_code(), sorted(plugins.values())])
-
-
-def source_files() -> list[Path]:
-    """Every file of the package that a run can depend on, sub-folders and data included, sorted."""
-    root = Path(tautflex.__file__).parent
-    files = [path for path in root.rglob("*") if path.suffix in (".py", ".toml")]
-    return sorted(path for path in files if path.relative_to(root).parts[0] not in _ONLOOKERS)
-
-
-@cache
-def _own_code() -> str:
-    root = Path(tautflex.__file__).parent
-    files = {path.relative_to(root).as_posix(): path.read_text(encoding="utf-8") for path in source_files()}
-    return digest([SCHEMA, __version__, files])
+    return digest([SCHEMA, own_code(), sorted(plugins.values())])
