@@ -8,10 +8,10 @@ import pytest
 import tautflex as tf
 from tautflex import Segment
 from tautflex.reduction.bases.snapshots import full_snapshots
-from tautflex.solvers.static.across import transverse_unknowns
 from tautflex.reduction.marching.frame_terms import sample
 from tautflex.reduction.marching.schedule import stretches
 from tautflex.reduction.polynomial.monomials import monomial_rates, monomials, packed, pairs, stress_fields
+from tautflex.solvers.static.across import transverse_unknowns
 from verification.dynamic_cases import small_antenna, soft_film
 
 

@@ -10,11 +10,11 @@ import pytest
 import tautflex as tf
 from tautflex import PreparedInput, TimeInput
 from tautflex.mechanics.loads.inputs import InputSet
-from tautflex.solvers.static.across import transverse_unknowns
 from tautflex.reduction.inputs import ReducedInputs
 from tautflex.reduction.marching.dispatch import internal_force
 from tautflex.reduction.polynomial.forces import energies, strain_energies
 from tautflex.reduction.polynomial.strains import stress_loads
+from tautflex.solvers.static.across import transverse_unknowns
 from verification.dynamic_cases import small_antenna, soft_film, string
 from verification.test_reduced_model import Given, complete_basis
 
